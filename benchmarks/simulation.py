@@ -235,14 +235,14 @@ def measure(times: int) -> dict[str, float]:
         figures["single_over_hand_c"] = single / by_hand
         wanted = ("position", "force")
         batch, by_hand = medians(
-            lambda: simulate_batch(axis, parameters, ref, PERIOD, signals=wanted, threads=1),
+            lambda: simulate_batch(axis, parameters, ref, PERIOD, wanted=wanted, threads=1),
             lambda: hand_batch(hand, ref, parameters),
             times=max(times // 4, 3),
         )
         figures["batch_over_hand_simd"] = batch / by_hand
         one, two = medians(
             *(
-                lambda n=n: simulate_batch(axis, many, ref, PERIOD, signals=("force",), threads=n)
+                lambda n=n: simulate_batch(axis, many, ref, PERIOD, wanted=("force",), threads=n)
                 for n in (1, 2)
             ),
             times=max(times // 8, 3),
@@ -300,7 +300,7 @@ def check_agreement(axis: GeneratedAxis, hand: ctypes.CDLL, ref: Array, paramete
         error = np.abs(position[: len(other)] - other).max()
         if error > 1e-9:
             raise SystemExit(f"a yardstick differs by {error:g} m")
-    batch = simulate_batch(axis, parameters, ref, PERIOD, signals=("position",))["position"]
+    batch = simulate_batch(axis, parameters, ref, PERIOD, wanted=("position",))["position"]
     by_hand = np.concatenate([out[0] for out in hand_batch(hand, ref, parameters)], axis=1)
     if np.abs(batch - by_hand).max() > 1e-9:
         raise SystemExit("the batch yardstick differs")

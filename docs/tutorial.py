@@ -181,4 +181,5 @@ result.plot("friction")
 # - [Declare your drive's control law](howto/control_law), which instruments need.
 # - [Choose the filter](howto/choosing_a_filter): the one setting that matters.
 # - [Read the diagnostics](howto/reading_the_diagnostics): what a wrong unit, sign or delay looks like.
+# - [Recorded signals in the model](howto/recorded_signals).
 # - [Which estimator when](howto/which_estimator).

@@ -24,10 +24,11 @@ from axisid.support.errors import ModelError
 from .evaluate import evaluate
 from .oracle import Oracle, UndecidedError
 
-Point = dict[sympy.Symbol, float]  # motion and declared parameters, SI
+Point = dict[sympy.Symbol, float]  # motion, declared parameters and recorded signals, SI
 
 # Position, velocity and acceleration, SI; slow and fast, and of no simple ratio to any period.
 _ANYWHERE = ((0.317, 0.73, -1.1), (-0.8137, -0.21, 0.6), (0.0113, -0.013, 2.0), (2.71, -31.0, 90.0))
+_RECORDED = (0.731, 0.113)  # of the first signal, and by how much more the others are
 _BESIDE = (0.5, -1e-3)  # values of a sum near its zero
 # Whose zeros are tried. What an exponential holds may be lost altogether, and powers of sums lose
 # most digits, so they come first.
@@ -172,6 +173,7 @@ def _declared(model: AxisModel, points: Sequence[Point]) -> _DeclaredForce | Non
         own = model.base.at([point[p.symbol] for p in axis.parameters])
         motion = [point[s] for s in (q.symbol, q.velocity, q.acceleration)]
         rows.append([*motion, *map(float, (whole.exact, slope.exact, error)), *own])
+    recorded = {s.name: np.full(len(rows), value) for s, value in _recorded(model)}
     if not rows:
         return None
     position, velocity, acceleration, exact, slopes, errors, *values = np.array(rows).T
@@ -182,6 +184,7 @@ def _declared(model: AxisModel, points: Sequence[Point]) -> _DeclaredForce | Non
             str(q.acceleration): acceleration,
             str(DIRECTION): np.sign(velocity),
             str(FORCE): exact,
+            **recorded,
             **{p.name: x for p, x in zip(model.axis.parameters, values, strict=True)},
         },
         parameters=np.array(values).T,
@@ -198,9 +201,10 @@ def _points(model: AxisModel) -> Iterator[Point]:
     q = axis.coordinate
     symbols = (q.symbol, q.velocity, q.acceleration)
     values = {p.symbol: _value(p) for p in axis.parameters}
+    recorded = dict(_recorded(model))
     for motion in _ANYWHERE:
-        yield {**dict(zip(symbols, motion, strict=True)), **values}
-    start = {**dict(zip(symbols, _ANYWHERE[0], strict=True)), **values}
+        yield {**dict(zip(symbols, motion, strict=True)), **values, **recorded}
+    start = {**dict(zip(symbols, _ANYWHERE[0], strict=True)), **values, **recorded}
     here = Oracle(start)
     inertial = axis.force.diff(q.acceleration).free_symbols | set(model.idm.nonlinear)
     for moved in symbols[:2]:
@@ -214,6 +218,11 @@ def _points(model: AxisModel) -> Iterator[Point]:
                 point = {**start, **some, moved: start[moved] + step}
                 if point[q.velocity]:  # at rest the direction may be any
                     yield point
+
+
+def _recorded(model: AxisModel) -> list[tuple[sympy.Symbol, float]]:
+    first, step = _RECORDED
+    return [(s, first + i * step) for i, s in enumerate(model.axis.signal_symbols)]
 
 
 def _value(parameter: Parameter) -> float:

@@ -18,6 +18,7 @@ from .evaluate import evaluate
 _SHARES = np.array([-0.83, -0.31, -0.07, 0.011, 0.29, 0.61, 0.97])
 _POSITIONS = np.array([0.317, -0.8137, 0.0113, 2.71, -0.05, 0.2, -1.3])
 _VELOCITIES = np.array([0.73, -0.21, -0.013, 3.1, 0.0, -0.4, 0.09])
+_RECORDED = np.array([0.91, 1.3, 0.77, 1.9, 0.63, 1.1, 2.3])  # of every signal
 _LEAST = 1e-300
 _STEP = 1e-4  # of the gain
 
@@ -36,6 +37,7 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     most = axis.drive.limit if np.isfinite(axis.drive.limit) else 1.0
     controls = most * _SHARES
     motion = {axis.coordinate.name: _POSITIONS, str(axis.coordinate.velocity): _VELOCITIES}
+    motion |= {signal.name: _RECORDED for signal in axis.signals}
     arguments = {**motion, str(CONTROL): controls}
     force = _result(of_name["drive_force"], arguments)
     if axis.drive.relative_sd:

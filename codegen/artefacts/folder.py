@@ -19,6 +19,7 @@ from axisid.support.remedy import Remedy, Setting
 from .texts import MANIFEST, axis_artefacts
 
 _FOLDER = Setting("output")
+_MOST_SHOWN = 12  # lines of a difference
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +33,7 @@ class Finding:
     state : str
         ``missing``, ``stale`` or ``orphan``.
     diff : str
-        Unified, from the file to what would be generated; empty for an orphan.
+        The first lines, unified, from the file to what would be generated; empty for an orphan.
     """
 
     path: Path
@@ -175,10 +176,16 @@ def _read(path: Path) -> str | None:
 
 
 def _diff(path: Path, found: str, wanted: str) -> str:
-    lines = difflib.unified_diff(
-        found.splitlines(keepends=True),
-        wanted.splitlines(keepends=True),
-        f"{path} (on disk)",
-        f"{path} (generated)",
-    )
-    return "".join(lines)
+    """The first lines that differ, and how many more there are."""
+    lines = [
+        *difflib.unified_diff(
+            found.splitlines(keepends=True),
+            wanted.splitlines(keepends=True),
+            f"{path} (on disk)",
+            f"{path} (generated)",
+            n=1,
+        )
+    ]
+    shown, rest = lines[:_MOST_SHOWN], lines[_MOST_SHOWN:]
+    more = sum(line[:1] in "+-" for line in rest)
+    return "".join(shown) + (f"... and {more} more lines differ\n" if more else "")

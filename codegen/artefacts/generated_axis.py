@@ -1,7 +1,7 @@
 """The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
 
 import pickle
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,12 +11,18 @@ import sympy
 from numpy.typing import ArrayLike
 
 from axisid.codegen.accuracy import evaluate
-from axisid.codegen.lowering import drive_force_by_gain
+from axisid.codegen.lowering import drive_force_by_gain, over_time
 from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import VECTORS, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
-from axisid.modeling.quantities import CONTROL, DIRECTION, MEASURED_POSITION, MEASURED_VELOCITY
+from axisid.modeling.quantities import (
+    CONTROL,
+    DIRECTION,
+    MEASURED_POSITION,
+    MEASURED_VELOCITY,
+    TIME,
+)
 from axisid.modeling.wording import describe_direction, describe_loss
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
@@ -140,6 +146,7 @@ class GeneratedAxis:
             Its name.
         *arguments : array_like, (N,)
             One per argument, all of one length; the parameter vector, (p,), where one is taken.
+            Recorded signals, in the axis's order, stand before a vector and after all else.
 
         Returns
         -------
@@ -162,12 +169,26 @@ class GeneratedAxis:
                 output[part] = by_sample(out.full(), part.stop - part.start)
         return outputs
 
-    def force_by_gain(self, control: Array, position: Array, velocity: Array) -> Array:
-        """Slope of the drive's force by the logarithm of its gain at N samples, (N,)."""
+    def force_by_gain(
+        self, control: Array, position: Array, velocity: Array, recorded: Sequence[Array] = ()
+    ) -> Array:
+        """Slope of the drive's force by the logarithm of its gain at N samples, (N,).
+
+        By control, motion, and the recorded signals in the axis's order.
+        """
         q = self.axis.coordinate
         signals = {str(CONTROL): control, q.name: position, str(q.velocity): velocity}
+        signals |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
         (slopes,) = evaluate(drive_force_by_gain(self.axis), signals).values()
         return slopes[:, 0]
+
+    def experiment_signals(self, time: Array) -> dict[str, Array]:
+        """What the axis's experiment says of recorded signals, at times, s, (N,) by name."""
+        experiment = self.axis.experiment
+        if experiment is None or not experiment.signals:
+            return {}
+        found = evaluate(over_time(experiment.signals), {str(TIME): time})
+        return {name: np.array(np.broadcast_to(v[:, 0], time.shape)) for name, v in found.items()}
 
     def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
         """Apply a parameter map: the mapped vector and its Jacobian.
@@ -240,7 +261,7 @@ def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
 
 def _is_uniform(model: AxisModel) -> bool:
     """Whether the plant's acceleration, and a continuous law, are affine in the motion."""
-    q, law = model.axis.coordinate, model.axis.control
+    q, law, recorded = model.axis.coordinate, model.axis.control, model.axis.signal_symbols
     expressions: list[tuple[sympy.Expr, tuple[sympy.Symbol, ...], sympy.Symbol]] = [
         (model.acceleration, (q.symbol, q.velocity), DIRECTION)
     ]
@@ -249,7 +270,7 @@ def _is_uniform(model: AxisModel) -> bool:
         expressions.append((model.axis.drive.force, of_drive, DIRECTION))
         expressions.append((law.output, (MEASURED_POSITION, MEASURED_VELOCITY), DIRECTION))
     return all(
-        not expression.diff(variable).free_symbols & {*variables, direction}
+        not expression.diff(variable).free_symbols & {*variables, direction, *recorded}
         for expression, variables, direction in expressions
         for variable in variables
     )

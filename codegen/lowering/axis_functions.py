@@ -1,7 +1,8 @@
 """The set of functions every axis gets, as programs built from its model.
 
 All arguments are SI. ``parameters`` are the physical ones in the axis's order; ``direction`` is the
-friction direction (sign of the velocity while sliding).
+friction direction (sign of the velocity while sliding). Recorded signals, if the axis declares any,
+come after the other scalars.
 """
 
 import sympy
@@ -42,7 +43,7 @@ def axis_programs(model: AxisModel) -> tuple[Program, ...]:
         programs += [
             _control_start(model, law),
             _control_law(model, law),
-            _control_terms(law),
+            _control_terms(model, law),
             closed_loop_step(model, driven, plant[1]),
         ]
     return tuple(programs)
@@ -51,7 +52,8 @@ def axis_programs(model: AxisModel) -> tuple[Program, ...]:
 def _motion(model: AxisModel, *, force: bool) -> Arguments:
     q = model.axis.coordinate
     third = FORCE if force else q.acceleration
-    return Arguments().scalars(q.symbol, q.velocity, third, DIRECTION)
+    recorded = model.axis.signal_symbols
+    return Arguments().scalars(q.symbol, q.velocity, third, DIRECTION, *recorded)
 
 
 def _parameters(model: AxisModel) -> list[sympy.Symbol]:
@@ -111,7 +113,7 @@ def _state(law: ControlLaw) -> tuple[str, ...]:
 
 
 def _control_start(model: AxisModel, law: ControlLaw) -> Program:
-    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION)
+    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols)
     builder = arguments.builder
     # What balances is found where the load is known.
     lowering = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
@@ -154,7 +156,7 @@ def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, 
 
 def _control_law(model: AxisModel, law: ControlLaw, *, injected: bool = False) -> Program:
     """The law by itself, or as the loop has it: with a test signal that is added to its output."""
-    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY)
+    arguments = _measured(model)
     builder, values = arguments.builder, arguments.values
     added = builder.scalar("injected") if injected else None
     state = builder.vector("state", _state(law))
@@ -171,8 +173,14 @@ def _control_law(model: AxisModel, law: ControlLaw, *, injected: bool = False) -
     return builder.program("control_law", "Control that the drive applies, within its limit.")
 
 
-def _control_terms(law: ControlLaw) -> Program:
-    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY)
+def _measured(model: AxisModel) -> Arguments:
+    """What a law reads at a sample."""
+    recorded = model.axis.signal_symbols
+    return Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *recorded)
+
+
+def _control_terms(model: AxisModel, law: ControlLaw) -> Program:
+    arguments = _measured(model)
     builder, values = arguments.builder, arguments.values
     state = builder.vector("state", _state(law))
     memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}

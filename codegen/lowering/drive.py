@@ -36,7 +36,7 @@ def drive_force_by_gain(axis: Axis) -> Program:
 def drive_control(model: AxisModel) -> Program:
     """Build the control of a force and the motion."""
     q, drive = model.axis.coordinate, model.axis.drive
-    arguments = Arguments().scalars(FORCE, q.symbol, q.velocity)
+    arguments = Arguments().scalars(FORCE, q.symbol, q.velocity, *model.axis.signal_symbols)
     arguments.builder.output("control", [[drive_lowering(arguments, drive)(drive.inverse)]])
     return arguments.builder.program(
         "drive_control", "Control of which the drive makes a force, whatever its limit."
@@ -45,7 +45,7 @@ def drive_control(model: AxisModel) -> Program:
 
 def _of_control(axis: Axis, value: sympy.Expr, name: str, about: str) -> Program:
     q, drive = axis.coordinate, axis.drive
-    arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity)
+    arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity, *axis.signal_symbols)
     arguments.builder.output("tau", [[drive_lowering(arguments, drive)(value)]])
     return arguments.builder.program(name, about)
 

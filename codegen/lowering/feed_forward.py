@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import FORCE
+from axisid.modeling.quantities import FORCE, SignalSymbol, signals_in
 from axisid.support.errors import UsageError
 
 from .axis_functions import inverse_dynamics, within
@@ -40,7 +40,7 @@ class FeedForward:
     constants : tuple of Constant
         The parameters, in the axis's order.
     motion : mapping of str to str
-        Unit of position, velocity and acceleration, by name.
+        Unit of position, velocity and acceleration, and of recorded signals, by name.
     force : Program
         From the motion and the parameters.
     force_about : str
@@ -112,6 +112,7 @@ def feed_forward(
             q.name: q.unit,
             f"{q.velocity}": f"{q.unit}/s",
             f"{q.acceleration}": f"{q.unit}/s^2",
+            **{s.name: s.unit for s in axis.signals if s.symbol in _needed(model)},
         },
         force=_force(model, dead_zone),
         force_about=f"Force in {q.force_unit} that the motion needs. The friction direction is the "
@@ -124,12 +125,27 @@ def feed_forward(
 def _force(model: AxisModel, dead_zone: float) -> Program:
     builder, q = Builder(), model.axis.coordinate
     motion = [builder.scalar(s.name) for s in (q.symbol, q.velocity, q.acceleration)]
+    recorded = _recorded(builder, model)
     parameters = builder.vector("parameters", [p.name for p in model.axis.parameters])
     direction = _direction(builder, motion[1], dead_zone)
-    arguments = (*((index,) for index in (*motion, direction)), parameters)
+    arguments = (*((index,) for index in (*motion, direction, *recorded)), parameters)
     (tau,) = builder.inline(inverse_dynamics(model), *arguments)["tau"]
     builder.output("tau", [[tau]])
     return builder.program("feedforward", "Force that the motion needs.")
+
+
+def _needed(model: AxisModel) -> frozenset[SignalSymbol]:
+    """The recorded signals that force and control depend on, beside those of the law alone."""
+    return signals_in(model.force, model.axis.drive.inverse)
+
+
+def _recorded(builder: Builder, model: AxisModel) -> list[int]:
+    """The recorded signals, of which only those needed are arguments."""
+    needed = _needed(model)
+    return [
+        builder.scalar(s.name) if s.symbol in needed else builder.constant(0.0)
+        for s in model.axis.signals
+    ]
 
 
 def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
@@ -145,6 +161,7 @@ def _control(model: AxisModel) -> Program:
     drive, q = model.axis.drive, model.axis.coordinate
     builder = Builder()
     signals = [(builder.scalar(s.name),) for s in (FORCE, q.symbol, q.velocity)]
+    signals += [(index,) for index in _recorded(builder, model)]
     (control,) = builder.inline(drive_control(model), *signals)["control"]
     builder.output("control", [[within(drive.limit, builder, control)]])
     return builder.program("control", "Control for a force.")

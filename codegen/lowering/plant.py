@@ -20,6 +20,8 @@ from .switching import Switching, switching
 # What is held between samples, under a sampled law and under a continuous one.
 HELD_FORCE = ("tau",)
 HELD_REFERENCE = ("reference", "reference_rate", "measurement_error", "injected")
+#: What the vector of the recorded signals is called: of each its value, and its rate of change.
+RECORDED = "signals"
 
 
 def plant_programs(
@@ -58,7 +60,8 @@ def plant_programs(
 
 def _by_sides(model: AxisModel, found: Switching) -> Program:
     q = model.axis.coordinate
-    arguments = Arguments().scalars(q.symbol, q.velocity, FORCE, DIRECTION)
+    recorded = model.axis.signal_symbols
+    arguments = Arguments().scalars(q.symbol, q.velocity, FORCE, DIRECTION, *recorded)
     builder = _with_sides(arguments, model, found).lower(acceleration=[[found.acceleration]])
     return builder.program("acceleration_by_sides", "Acceleration in one mode.")
 
@@ -84,8 +87,9 @@ def _switching(model: AxisModel, found: Switching) -> Program:
 
 
 def _wave_number(model: AxisModel, found: Switching) -> Program:
-    arguments = Arguments().scalars(model.axis.coordinate.symbol)
-    arguments.vector("parameters", [p.symbol for p in model.axis.parameters])
+    axis = model.axis
+    arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
+    arguments.vector("parameters", [p.symbol for p in axis.parameters])
     index = _largest(arguments, found)
     arguments.builder.output("wave_number", [[index]])
     return arguments.builder.program(
@@ -104,7 +108,7 @@ class _Plant:
 
     A sampled law holds its force. A continuous law is evaluated inside the plant's derivative; held
     are the line that the reference follows, the error of the measurement and the test signal that
-    is added to the control.
+    is added to the control. Recorded signals follow a line each.
     """
 
     model: AxisModel
@@ -113,6 +117,7 @@ class _Plant:
     arguments: Arguments
     motion: tuple[int, int]
     held: tuple[int, ...]
+    recorded: tuple[tuple[int, int], ...]  # value and rate of each signal
     mode: tuple[tuple[int, ...], ...]  # the direction, and the sides if there are any
     parameters: tuple[int, ...]
 
@@ -124,21 +129,34 @@ class _Plant:
         """Force at a state, some time into the period."""
         if self.law is None:
             return self.held[0]
-        build = self.builder.apply
         reference, rate, error, injected = self.held
-        if elapsed is not None:
-            reference = build("add", reference, build("mul", rate, elapsed))
-        measured = build("add", q, error)
-        law = self.builder.inline(self.law, (reference,), (measured,), (dq,), (injected,), ())
-        made = self.builder.inline(drive_force(self.model), law["control"], (q,), (dq,))
+        reference = self._later(reference, rate, elapsed)
+        measured = self.builder.apply("add", q, error)
+        signals = self._signals(elapsed)
+        law = self.builder.inline(
+            self.law, (reference,), (measured,), (dq,), *signals, (injected,), ()
+        )
+        made = self.builder.inline(drive_force(self.model), law["control"], (q,), (dq,), *signals)
         return made["tau"][0]
 
     def accelerate(self, q: int, dq: int, elapsed: int | None) -> int:
         """Acceleration at a state, some time into the period."""
         tau = self.force(q, dq, elapsed)
-        arguments = ((q,), (dq,), (tau,), *self.mode, self.parameters)
+        direction, *sides = self.mode
+        motion = ((q,), (dq,), (tau,), direction, *self._signals(elapsed))
+        arguments = (*motion, *sides, self.parameters)
         (indices,) = self.builder.inline(self.acceleration, *arguments).values()
         return indices[0]
+
+    def _signals(self, elapsed: int | None) -> list[tuple[int]]:
+        """The recorded signals, some time into the period."""
+        return [(self._later(value, rate, elapsed),) for value, rate in self.recorded]
+
+    def _later(self, value: int, rate: int, elapsed: int | None) -> int:
+        """What follows a line, some time into the period."""
+        if elapsed is None:
+            return value
+        return self.builder.apply("add", value, self.builder.apply("mul", rate, elapsed))
 
 
 def _held_names(model: AxisModel) -> tuple[str, ...]:
@@ -146,12 +164,20 @@ def _held_names(model: AxisModel) -> tuple[str, ...]:
     return HELD_REFERENCE if law is not None and law.continuous else HELD_FORCE
 
 
+def _recorded_names(model: AxisModel) -> tuple[str, ...]:
+    return tuple(name for s in model.axis.signals for name in (s.name, s.rate_name))
+
+
 def _plant(
     model: AxisModel, law: Program | None, acceleration: Program, found: Switching
 ) -> _Plant:
     q = model.axis.coordinate
     arguments = Arguments(reciprocals=True).scalars(q.symbol, q.velocity)
-    held = arguments.builder.vector("held", _held_names(model))
+    names, signals = _held_names(model), model.axis.signal_symbols
+    vector = arguments.builder.vector("held", (*names, *_recorded_names(model)))
+    held, lines = vector[: len(names)], vector[len(names) :]
+    recorded = tuple(zip(lines[::2], lines[1::2], strict=True))
+    arguments.values.update((s, value) for s, (value, _) in zip(signals, recorded, strict=True))
     values = _with_sides(arguments.scalars(DIRECTION), model, found).values
     sides = tuple(values[side] for side in found.sides)
     return _Plant(
@@ -161,6 +187,7 @@ def _plant(
         arguments=arguments,
         motion=(values[q.symbol], values[q.velocity]),
         held=held,
+        recorded=recorded,
         mode=((values[DIRECTION],), sides) if sides else ((values[DIRECTION],),),
         parameters=tuple(values[p.symbol] for p in model.axis.parameters),
     )
@@ -259,14 +286,20 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     state = builder.vector("state", state_port.elements)
     held = tuple(map(builder.scalar, HELD_REFERENCE))
     reference, _, error, injected = held
+    names = _recorded_names(model)
+    lines = builder.vector(RECORDED, names) if names else ()
+    signals = [(value,) for value in lines[::2]]
     # The direction, the sides if there are any, the parameters and the step.
     others = [builder.vector(port.name, port.elements) for port in plant.inputs[3:]]
     measured = builder.apply("add", values[q], error)
-    control = builder.inline(law, (reference,), (measured,), (values[dq],), (injected,), state)
-    made = builder.inline(drive_force(model), control["control"], (values[q],), (values[dq],))
+    control = builder.inline(
+        law, (reference,), (measured,), (values[dq],), *signals, (injected,), state
+    )
+    moving = ((values[q],), (values[dq],), *signals)
+    made = builder.inline(drive_force(model), control["control"], *moving)
     (tau,) = made["tau"]
     held = (tau,) if _held_names(model) == HELD_FORCE else held
-    end = builder.inline(plant, (values[q],), (values[dq],), held, *others)
+    end = builder.inline(plant, (values[q],), (values[dq],), (*held, *lines), *others)
     builder.output(f"{q.name}_next", [end[f"{q.name}_next"]])
     builder.output(f"{dq.name}_next", [end[f"{dq.name}_next"]])
     builder.output("next_state", [[index] for index in control["next_state"]])

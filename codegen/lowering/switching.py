@@ -14,7 +14,7 @@ import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import with_numbers
+from axisid.modeling.quantities import signals_in, with_numbers
 
 _RELATIONS = (
     sympy.StrictLessThan,
@@ -121,8 +121,11 @@ class _Sides:
         return kind(a, b) if side is None else sympy.Piecewise((a, side > 0), (b, True))
 
     def _side(self, value: sympy.Expr) -> sympy.Expr | None:
-        """The side of a value, if it is decided by more than the velocity's sign."""
-        if not value.free_symbols & self._motion:
+        """The side of a value, if it is decided by more than the velocity's sign.
+
+        A place that moves with a recorded signal has none: it is passed as it comes.
+        """
+        if not value.free_symbols & self._motion or signals_in(value):
             return None
         slope = value.diff(self._velocity)
         rest = sympy.expand(value - slope * self._velocity)

@@ -87,8 +87,11 @@ class NativeLibrary:
         parameters: Array,
         start: LoopStart,
         settings: LoopSettings,
+        recorded: Array | None = None,
     ) -> tuple[int, int, dict[str, Array]]:
         """Run one simulation, with a test signal added to the control or without.
+
+        Recorded signals, (N, 2 s), are value and rate of each in turn; None for an axis without.
 
         Returns
         -------
@@ -106,7 +109,9 @@ class NativeLibrary:
             return self._call(
                 "simulate",
                 len(reference),
-                *(reference, noise, injected, parameters),
+                *(reference, noise, injected),
+                *(() if recorded is None else (np.ascontiguousarray(recorded),)),
+                parameters,
                 float(settings.period),
                 float(start.position),
                 float(start.velocity),
@@ -132,6 +137,7 @@ class NativeLibrary:
         settings: LoopSettings,
         wanted: Sequence[str],
         threads: int,
+        recorded: Array | None = None,
     ) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
         """Run many simulations side by side.
 
@@ -149,6 +155,8 @@ class NativeLibrary:
             Of `SIGNALS`; what is not wanted takes no memory.
         threads : int
             Lanes are shared out among so many.
+        recorded : (N, 2 s) or (N, 2 s, B) array or None
+            Recorded signals, value and rate of each in turn.
 
         Returns
         -------
@@ -171,6 +179,7 @@ class NativeLibrary:
                 *_strided(reference, first),
                 *_strided(noise, first),
                 *_strided(injected, first),
+                *_strided_signals(recorded, first),
                 parameters[first:],
                 start.position[first:],
                 start.velocity[first:],
@@ -197,6 +206,16 @@ def _as_c(argument: int | float | NDArray[Any] | None) -> Any:
     if isinstance(argument, float):
         return ctypes.c_double(argument)
     return None if argument is None else ctypes.c_ssize_t(argument)
+
+
+def _strided_signals(recorded: Array | None, first: int) -> tuple[Array | int, ...]:
+    """Recorded signals from a lane on, and their strides: from one to the next, time, lanes."""
+    if recorded is None:
+        return ()
+    over_time, each, *over_lanes = (stride // recorded.itemsize for stride in recorded.strides)
+    if not over_lanes:
+        return recorded, each, over_time, 0
+    return recorded[:, :, first:], each, over_time, over_lanes[0]
 
 
 def _strided(signal: Array | None, first: int) -> tuple[Array | None, int, int]:

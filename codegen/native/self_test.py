@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 
 from axisid.codegen.accuracy import rounding_bounds
 from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings, LoopStart
-from axisid.codegen.runtime import VirtualLoop, by_sample, is_scalar
+from axisid.codegen.runtime import (
+    VirtualLoop,
+    by_sample,
+    is_continuous,
+    is_scalar,
+    recorded_values,
+)
 from axisid.codegen.thresholds.generation import (
     MAX_FUNCTION_DIFFERENCE,
     MAX_LOOP_DIFFERENCE,
@@ -34,6 +40,7 @@ _STEP, _CUT, _MOST_CUTS = 1e-3, 0.1, 12
 # Few samples, since an unstable loop magnifies rounding from each to the next; how much it does is
 # seen from a start and parameters that are a little off.
 _LOOP_SAMPLES, _LITTLE = 8, 1e-15
+_RATE = 10.0  # of a recorded signal's size in a second
 _NEWTON = 5  # steps to where a side changes
 _TRIED = (0, 3, 11, 24, BLOCK)  # lanes; the last lies in the second block
 _BOUNDED = 3  # the lane that soon leaves its range
@@ -128,6 +135,11 @@ class _Lanes:
     start: LoopStart
     parameters: Array
     settings: LoopSettings
+    recorded: Array | None = None
+
+    def recorded_of(self, lane: int) -> Array | None:
+        """Recorded signals of a lane."""
+        return None if self.recorded is None else self.recorded[:, :, lane].copy()
 
     def one(self, lane: int) -> tuple[tuple[Array, Array, Array], LoopSettings]:
         """Reference, noise and what is added to the control of a lane, and its settings."""
@@ -159,11 +171,13 @@ def _check_loop(library: "NativeLibrary", functions: Mapping[str, Any], substeps
             break
     statuses, ends, batch = library.simulate_batch(
         *(lanes.reference, lanes.noise, lanes.injected, lanes.parameters, lanes.start),
-        *(settings, SIGNALS, 1),
+        *(settings, SIGNALS, 1, lanes.recorded),
     )
     for lane, pair in zip(_TRIED, pairs, strict=True):
         inputs, own = lanes.one(lane)
-        one = library.simulate(*inputs, lanes.parameters[lane], lanes.start_of(lane), own)
+        one = library.simulate(
+            *inputs, lanes.parameters[lane], lanes.start_of(lane), own, lanes.recorded_of(lane)
+        )
         beside = {name: values[:, lane] for name, values in batch.items()}
         for got in (one, (int(statuses[lane]), int(ends[lane]), beside)):
             if not _same(got, *pair):
@@ -184,17 +198,28 @@ def _lanes(functions: Mapping[str, Any], substeps: int) -> _Lanes:
         start = _near_sides(functions["switching"], parameters, start)
     allowed = np.full(lanes, np.inf)
     allowed[_BOUNDED] = np.max(np.abs(reference[:, _BOUNDED] - start[_BOUNDED])) * 0.9
-    continuous = functions["held_acceleration"].size1_in("held") > 1
+    continuous = is_continuous(functions)
     settings = LoopSettings(
         period=_STEP, resolution=0.0 if continuous else 1e-6, allowed=allowed, substeps=substeps
     )
     injected = 0.1 * sizes * rng.normal(size=reference.shape)
+    recorded = _recorded(recorded_values(functions), sizes, rng)
     begins = LoopStart(
         position=start,
         velocity=_moving(rng, sizes),
-        memory=_remembered(functions, rng, reference[0], start),
+        memory=_remembered(functions, rng, reference[0], start, recorded),
     )
-    return _Lanes(reference, noise, injected, begins, parameters, settings)
+    return _Lanes(reference, noise, injected, begins, parameters, settings, recorded)
+
+
+def _recorded(values: int, sizes: Array, rng: np.random.Generator) -> Array | None:
+    """Recorded signals by sample and lane, value and rate of each in turn; None for no signals."""
+    if not values:
+        return None
+    shape = (_LOOP_SAMPLES, values, len(sizes))
+    signals = sizes * rng.uniform(0.5, 1.5, shape)
+    signals[:, 1::2] *= rng.choice([-_RATE, _RATE], signals[:, 1::2].shape)
+    return signals
 
 
 def _moving(rng: np.random.Generator, sizes: Array) -> Array:
@@ -204,11 +229,16 @@ def _moving(rng: np.random.Generator, sizes: Array) -> Array:
 
 
 def _remembered(
-    functions: Mapping[str, Any], rng: np.random.Generator, reference: Array, start: Array
+    functions: Mapping[str, Any],
+    rng: np.random.Generator,
+    reference: Array,
+    start: Array,
+    recorded: Array | None,
 ) -> Array:
     """What the drive remembers of an axis at rest, in every other lane a tenth off."""
     begin = functions["control_start"]
-    at_rest = [begin(*each).full().ravel() for each in zip(reference, start, strict=True)]
+    signals = () if recorded is None else recorded[0, ::2]
+    at_rest = [begin(*each).full().ravel() for each in zip(reference, start, *signals, strict=True)]
     some = np.where(np.arange(len(start)) % 2, 0.1, 0.0)[:, None]
     memory = np.array(at_rest).reshape(len(start), -1)
     return np.asarray(memory * (1 + some * rng.choice([-1, 1], memory.shape)))
@@ -223,9 +253,11 @@ def _expected(
         inputs, own = lanes.one(lane)
         parameters = lanes.parameters[lane]
         off = parameters * (1 + _LITTLE * rng.choice([-1, 1], len(parameters)))
+        start, shaken = lanes.start_of(lane), lanes.start_of(lane, 1 + _LITTLE)
+        recorded = lanes.recorded_of(lane)
         yield (
-            VirtualLoop(functions, parameters, own).run(*inputs, lanes.start_of(lane)),
-            VirtualLoop(functions, off, own).run(*inputs, lanes.start_of(lane, 1 + _LITTLE)),
+            VirtualLoop(functions, parameters, own).run(*inputs, start, recorded),
+            VirtualLoop(functions, off, own).run(*inputs, shaken, recorded),
         )
 
 
@@ -246,8 +278,11 @@ def _is_slow(rates: Any, lanes: _Lanes, lane: int, result: _Result) -> bool:
     q, dq, force, direction = (
         signals[name][None, :until] for name in ("position", "velocity", "force", "direction")
     )
-    continuous = rates.size1_in("held") > 1
-    held = np.vstack([q, 0 * q, lanes.noise[:until, lane], 0 * q]) if continuous else force
+    recorded = lanes.recorded_of(lane)
+    lines = np.zeros((0, until)) if recorded is None else recorded[:until].T
+    continuous = rates.size1_in("held") > 1 + len(lines)
+    law = np.vstack([q, 0 * q, lanes.noise[:until, lane], 0 * q]) if continuous else force
+    held = np.vstack([law, lines])
     arguments = [q, dq, held, direction, lanes.parameters[lane][:, None]]
     stiffness, damping = (np.abs(change.full()) for change in rates.call(arguments))
     step = lanes.settings.period / lanes.settings.substeps

@@ -103,7 +103,7 @@ def print_c_loop(sizes: Mapping[str, int], *, continuous: bool) -> str:
     Parameters
     ----------
     sizes : mapping of str to int
-        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``.
+        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any.
     continuous : bool
         Whether the law is.
     """
@@ -111,8 +111,43 @@ def print_c_loop(sizes: Mapping[str, int], *, continuous: bool) -> str:
     if sizes["SIDES"]:
         values["RESOLVED"] = RESOLVED
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
+    lines += _start_of(sizes["SIGNALS"]) if "SIGNALS" in sizes else ""
     folder = resources.files(__package__) / "loop"
-    return "\n".join([lines, "".join((folder / part).read_text() for part in _LOOP)])
+    text = "".join((folder / part).read_text() for part in _LOOP)
+    return "\n".join([lines, text if "SIGNALS" in sizes else _without_signals(text)])
+
+
+def _start_of(signals: int) -> str:
+    """What the drive remembers, from the values among values and rates of recorded signals."""
+    values = ", ".join(f"recorded[{2 * i}]" for i in range(signals))
+    return (
+        "static inline void start_of(double reference, double measured, const double *recorded, "
+        f"double *memory)\n{{\n    control_start(reference, measured, {values}, memory);\n}}\n"
+    )
+
+
+def _without_signals(text: str) -> str:
+    """The time loop as it is for an axis that has no recorded signals."""
+    kept, depth, of_signals = [], 0, 0
+    skipped = False
+    for line in text.splitlines(keepends=True):
+        word = line.strip()
+        if word.startswith("#if"):
+            depth += 1
+            if word == "#if SIGNALS":
+                of_signals, skipped = depth, True
+                continue
+        elif depth == of_signals and word == "#else" and of_signals:
+            skipped = False
+            continue
+        elif word == "#endif":
+            depth -= 1
+            if depth + 1 == of_signals:
+                of_signals, skipped = 0, False
+                continue
+        if not skipped:
+            kept.append(line)
+    return "".join(kept)
 
 
 def _argument(port: Input) -> str:

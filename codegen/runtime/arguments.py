@@ -1,6 +1,6 @@
 """Arguments and results of functions that are evaluated at many samples at once."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,20 @@ from axisid.support.errors import UsageError
 from axisid.support.real_numbers import real_array
 
 #: Arguments that are vectors; every other one is a scalar.
-VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held", "sides"})
+VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held", "sides", "signals"})
+
+
+def recorded_values(functions: Mapping[str, Any]) -> int:
+    """How many numbers a sample has of recorded signals: of each its value and its rate."""
+    step = functions.get("closed_loop_step")
+    if step is None or "signals" not in step.name_in():
+        return 0
+    return int(step.size1_in("signals"))
+
+
+def is_continuous(functions: Mapping[str, Any]) -> bool:
+    """Whether a law is evaluated between samples, so that more than a force is held."""
+    return int(functions["held_acceleration"].size1_in("held")) > 1 + recorded_values(functions)
 
 
 def by_sample(values: Array, samples: int) -> Array:

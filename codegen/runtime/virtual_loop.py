@@ -48,18 +48,25 @@ class VirtualLoop:
 
     @np.errstate(all="ignore")  # what overflows ends as not finite
     def run(
-        self, reference: Array, noise: Array | None, injected: Array | None, start: LoopStart
+        self,
+        reference: Array,
+        noise: Array | None,
+        injected: Array | None,
+        start: LoopStart,
+        recorded: Array | None = None,
     ) -> tuple[int, int, dict[str, Array]]:
         """Run one simulation; as `NativeLibrary.simulate`."""
         samples, settings = len(reference), self._settings
         signals = {name: np.zeros(samples) for name in SIGNALS}
         noise = np.zeros(samples) if noise is None else noise
         injected = np.zeros(samples) if injected is None else injected
+        recorded = np.zeros((samples, 0)) if recorded is None else recorded
         q, dq, end = float(start.position), float(start.velocity), 0.0
         mode = self._plant.beyond(q, dq, Mode(0.0, (0.0,) * self._plant.sides), 0)
         state = start.memory
         if state is None:
-            state = self._law_start(reference[0], q + self._encoder(q, noise[0])).full().ravel()
+            measured = q + self._encoder(q, noise[0])
+            state = self._law_start(reference[0], measured, *recorded[0, ::2]).full().ravel()
         self._loop_step.arguments["state"][:] = state
         for k in range(samples):
             if not abs(q - reference[k]) <= settings.allowed:
@@ -71,7 +78,7 @@ class VirtualLoop:
             error = self._encoder(q, noise[k])
             try:
                 q, dq, mode, row = self._sample(
-                    q, dq, mode, (reference[k], rate, error, injected[k])
+                    q, dq, mode, (reference[k], rate, error, injected[k]), recorded[k]
                 )
             except _StoppedError as stop:
                 return stop.status, k, signals
@@ -90,21 +97,26 @@ class VirtualLoop:
         return float(np.floor((q + noise) / resolution + 0.5) * resolution - q)
 
     def _sample(
-        self, q: float, dq: float, mode: Mode, held: tuple[float, float, float, float]
+        self,
+        q: float,
+        dq: float,
+        mode: Mode,
+        held: tuple[float, float, float, float],
+        recorded: Array,
     ) -> tuple[float, float, Mode, tuple[float, float, float, float]]:
         """Motion and mode at the next sample; acceleration, force, control, direction now.
 
         `held` is the reference, its rate, the error of the measurement, and what is added to the
-        control.
+        control; `recorded` has value and rate of each signal.
         """
         mode = mode.directed(float(np.sign(dq)))
-        moved, (force, control) = self._law(q, dq, mode, held)
+        moved, (force, control) = self._law(q, dq, mode, held, recorded)
         plant, substeps = self._plant, self._settings.substeps
         direction = mode.direction
         bends = moved.first * direction < 0 < moved.last * direction
         if direction and moved.dq * direction >= 0 and not (bends or plant.sides or substeps > 1):
             return moved.q, moved.dq, mode, (moved.first, force, control, direction)
-        plant.held[:] = held if plant.continuous else force
+        plant.hold(held if plant.continuous else (force,), recorded)
         if not dq:
             mode = plant.chosen_at_rest(q, mode)
         ddq = 0.0 if mode.sticks else plant.accelerate(q, dq, mode)
@@ -116,10 +128,17 @@ class VirtualLoop:
         return q, dq, mode, row
 
     def _law(
-        self, q: float, dq: float, mode: Mode, held: tuple[float, float, float, float]
+        self,
+        q: float,
+        dq: float,
+        mode: Mode,
+        held: tuple[float, float, float, float],
+        recorded: Array,
     ) -> tuple[StepResult, tuple[float, float]]:
         """The law's next state; a step of the whole sample, and force and control."""
         step = self._loop_step
+        if len(recorded):
+            step.arguments["signals"][:] = recorded
         if mode.sides:
             step.arguments["sides"][:] = mode.sides
         out = step(
@@ -143,7 +162,7 @@ class VirtualLoop:
                 plant.pass_time(span)
                 left -= span
                 if left <= 0:
-                    return q, dq, plant.at_rest(q, mode) if plant.continuous else mode
+                    return q, dq, plant.at_rest(q, mode) if plant.drifts else mode
                 mode = plant.chosen_at_rest(q, mode)
                 event += 1
                 continue
@@ -300,7 +319,7 @@ class VirtualLoop:
     def _breakaway(self, q: float, mode: Mode, left: float) -> float:
         """Time at which a stuck axis leaves rest, at most `left`."""
         plant = self._plant
-        if not plant.continuous or plant.sticks_after(q, mode, left):
+        if not plant.drifts or plant.sticks_after(q, mode, left):
             return left
         low, high = 0.0, left
         for _ in range(_MOST_REFINEMENTS):

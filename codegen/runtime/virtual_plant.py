@@ -9,6 +9,8 @@ import numpy as np
 from axisid.codegen.lowering import STUCK
 from axisid.support.arrays import Array
 
+from .arguments import is_continuous, recorded_values
+
 
 @dataclass(frozen=True, slots=True)
 class Mode:
@@ -93,6 +95,8 @@ class VirtualPlant:
         What is held between samples.
     continuous : bool
         Whether that is a reference, which a continuous law follows.
+    recorded : int
+        Last of what is held: values and rates of recorded signals.
     sides : int
         How many there are.
     """
@@ -106,9 +110,21 @@ class VirtualPlant:
         for function in self._functions.values():
             function.arguments["parameters"][:] = parameters
         self.held = np.zeros(functions["held_acceleration"].size1_in("held"))
-        self.continuous = len(self.held) > 1
+        self.continuous = is_continuous(functions)
+        self.recorded = recorded_values(functions)
         switching = functions.get("switching")
         self.sides = 0 if switching is None else switching.size1_in("sides")
+
+    @property
+    def drifts(self) -> bool:
+        """Whether what is held changes between samples, so that an axis may leave rest there."""
+        return self.continuous or self.recorded > 0
+
+    def hold(self, first: tuple[float, ...], recorded: Array) -> None:
+        """Hold a force or what a continuous law follows, and recorded signals from there on."""
+        until = len(self.held) - self.recorded
+        self.held[:until] = first
+        self.held[until:] = recorded
 
     def move(self, q: float, dq: float, mode: Mode, span: float) -> StepResult:
         """Take one step in a mode."""
@@ -172,6 +188,9 @@ class VirtualPlant:
         """What is held, `span` seconds later."""
         if self.continuous:
             self.held[0] += self.held[1] * span
+        if self.recorded:
+            lines = self.held[-self.recorded :]
+            lines[::2] += lines[1::2] * span
 
     def sticks_after(self, q: float, mode: Mode, span: float) -> bool:
         """Whether an axis at rest sticks `span` seconds later."""

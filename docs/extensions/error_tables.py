@@ -43,12 +43,16 @@ class CodedError:
 def coded_errors() -> tuple[CodedError, ...]:
     """Every place where an error with a code of its own is made, and every class, by code."""
     trees = dict(_trees())
-    classes = _error_classes(list(trees.values()))
-    constants = _constants(list(trees.values()))
+    nodes = {
+        module: [node for node in ast.walk(tree) if isinstance(node, (ast.Call, ast.ClassDef))]
+        for module, tree in trees.items()
+    }
+    classes = _error_classes(node for of_one in nodes.values() for node in of_one)
+    constants = _constants(trees.values())
     found = [
         error
-        for module, tree in trees.items()
-        for node in ast.walk(tree)
+        for module, of_one in nodes.items()
+        for node in of_one
         for error in (*_made(node, module, constants), *_of_class(node, module, classes))
     ]
     return tuple(sorted(found, key=lambda error: (error.code, error.module)))
@@ -108,11 +112,10 @@ def _name(part: ast.expr) -> str:
     return text if re.fullmatch(r"[\w.]+", text) else "..."
 
 
-def _error_classes(trees: Iterable[ast.Module]) -> set[str]:
+def _error_classes(nodes: Iterable[ast.AST]) -> set[str]:
     kinds = [
         (node.name, {ast.unparse(base) for base in node.bases})
-        for tree in trees
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.ClassDef)
     ]
     found = {"AxisidError"}

@@ -117,13 +117,14 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | excitation | columns nearly repeat each other | another motion; the sentence says what it lacks |
 # | precision | a parameter's deviation exceeds 30 % of it, unless it is known to be small wherever the axis was | the sentence says why the record does not show it; `--leave-out` does without it |
 # | bounds | a value is outside its declared bounds | signs and units |
+# | coarse positions | without a reference, where the control does not answer to the steps of the logged position: they move a value by more than half a deviation; a note up to 1 % of the value | log the position as finely as the drive measures it, or record the reference |
 # | rests | more than 10 % of the samples of the fit are of an axis with friction at rest | leave the rests out |
 # | fixed values | what was fixed contradicts the record | the fixed value, or the model |
 # | delta method | the map from the direct model bends within the uncertainty | `--draws 10000` |
 # | simulation | the simulated loop leaves half of the force unexplained, or cannot be simulated with the estimate | law, signs, units; or the record is mostly noise |
 # | independent residuals | the residuals are autocorrelated, as those of filtered data are; a note with HAC deviations | believe the HAC deviations |
 # | runs of one sign | the residuals keep their sign for long; a note where they change it too often | something slow is missing, such as friction that depends on the position |
-# | residuals against the motion | something in the motion explains them | a missing term, a delay, or the filter at reversals |
+# | residuals against the motion | something in the motion explains them | a missing term, a delay, or the filter at reversals; a note where another check names it |
 # | normal residuals | heavy tails; a note with 100 rows or more, unless a few rows decide, of the noise, of all that is left, and away from reversals | outliers |
 # | filter bias | the prefilter alone moves a value by more than its deviation; a note below 1 % of the value, or where the loop that is simulated with the corrected values confirms the correction | leave out the reversals, or raise the cut-off; the values `without filter bias` are free of it |
 # | alignment | the force fits the motion best at another delay | `hold`, or the clock of the log |

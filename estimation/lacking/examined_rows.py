@@ -128,6 +128,7 @@ def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
         acceleration=np.concatenate([loop.acceleration for loop in loops]),
         force=np.concatenate([loop.force for loop in loops]),
         direction=np.concatenate([loop.direction for loop in loops]),
+        recorded=data.recorded,
     )
     net = _left_by(measured, preferred) - _left_by(clean, preferred)
     every = replace(clean, left=measured.left)

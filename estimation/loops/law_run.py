@@ -15,7 +15,8 @@ from .law_ticks import LawTicks
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
     """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
-    start = axis.functions["control_start"](ticks.reference[0], ticks.position[0])
+    first = (values[0] for values in (ticks.reference, ticks.position, *ticks.recorded))
+    start = axis.functions["control_start"](*first)
     return np.asarray(start.full().ravel())
 
 
@@ -31,7 +32,7 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     start : (m,) array
         What it remembered at the first evaluation.
     """
-    arguments = (*_signals(ticks), _states_along(axis, ticks, start))
+    arguments = (*ticks.signals, _states_along(axis, ticks, start))
     rows = by_sample(axis.functions["control_terms"].call(arguments)[0].full(), len(ticks))
     # What was computed before the first evaluation is taken for that of the first.
     return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
@@ -44,7 +45,7 @@ def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The same at each evaluation, (M,)."""
-    arguments = (*_signals(ticks), _states_along(axis, ticks, start))
+    arguments = (*ticks.signals, _states_along(axis, ticks, start))
     return np.asarray(axis.functions["control_law"].call(arguments)[0].full().ravel())
 
 
@@ -52,7 +53,7 @@ def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """How that control changes with what is remembered at the start, (N, m)."""
     law, size = axis.functions["control_law"], len(start)
     slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
-    by_state, onward = slopes.call([*_signals(ticks), _states_along(axis, ticks, start)])
+    by_state, onward = slopes.call([*ticks.signals, _states_along(axis, ticks, start)])
     # Side by side as matrices, one for each evaluation.
     rows = by_state.full().reshape(len(ticks), size)
     steps = onward.full().reshape(size, len(ticks), size)
@@ -63,16 +64,12 @@ def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     return np.asarray(rows[ticks.held])
 
 
-def _signals(ticks: LawTicks) -> list[Array]:
-    return [values[None, :] for values in (ticks.reference, ticks.position, ticks.velocity)]
-
-
 def _states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """What the drive remembers at each evaluation, (m, M)."""
     if not len(start):
         return np.zeros((0, len(ticks)))
     along = _run_along(axis, len(ticks))
-    return np.hstack([start[:, None], along(start, *_signals(ticks)).full()[:, :-1]])
+    return np.hstack([start[:, None], along(start, *ticks.signals).full()[:, :-1]])
 
 
 # A check runs one law along one record many times; to make such a function takes as long as a run.
@@ -80,4 +77,6 @@ def _states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 def _run_along(axis: GeneratedAxis, evaluations: int) -> Any:
     """What the drive remembers after each of so many evaluations, from what it did before."""
     # The state comes first in and first out, so that the function can be run along the samples.
-    return axis.functions["control_law"].slice("law", [3, 0, 1, 2], [1]).mapaccum(evaluations)
+    law = axis.functions["control_law"]
+    read = range(law.n_in() - 1)
+    return law.slice("law", [len(read), *read], [1]).mapaccum(evaluations)

@@ -8,7 +8,8 @@ from scipy.interpolate import CubicSpline
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.signals import Prefilter, SampledFilter
+from axisid.estimation.signals import Prefilter, SampledFilter, recorded_signals
+from axisid.estimation.simulation import at_law
 from axisid.estimation.thresholds.diagnostics import COMPARISON_CUTOFF
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
@@ -27,6 +28,8 @@ class LawTicks:
         At the evaluations.
     added : (M,) array
         What is added to the law's output.
+    recorded : tuple of (M,) array
+        The recorded signals that the axis declares, in its order.
     held : (N,) array of int
         The evaluation at or before each sample of the log.
     """
@@ -36,13 +39,31 @@ class LawTicks:
     velocity: Array
     added: Array
     held: NDArray[np.intp]
+    recorded: tuple[Array, ...] = ()
+
+    @property
+    def signals(self) -> list[Array]:
+        """What a law's function reads before its memory, (1, M) each."""
+        read = (self.reference, self.position, self.velocity, *self.recorded)
+        return [values[None, :] for values in read]
 
     @classmethod
-    def at_samples(cls, reference: Array, position: Array, velocity: Array) -> "LawTicks":
+    def at_samples(
+        cls,
+        reference: Array,
+        position: Array,
+        velocity: Array,
+        recorded: tuple[Array, ...] = (),
+    ) -> "LawTicks":
         """A law that is evaluated at the samples of a log, (N,) each, with nothing added to it."""
         held, nothing = np.arange(len(position)), np.zeros(len(position))
         return cls(
-            reference=reference, position=position, velocity=velocity, added=nothing, held=held
+            reference=reference,
+            position=position,
+            velocity=velocity,
+            added=nothing,
+            held=held,
+            recorded=recorded,
         )
 
     def __len__(self) -> int:
@@ -58,6 +79,7 @@ class LawTicks:
             velocity=self.velocity[:until],
             added=self.added[:until],
             held=held,
+            recorded=tuple(values[:until] for values in self.recorded),
         )
 
     def added_at_samples(self, delay: int) -> Array:
@@ -73,14 +95,22 @@ def law_ticks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Law
     velocity = _velocity(law, position, record.period)
     added = record.added_control
     added = np.zeros(len(position)) if added is None else added[rows]
+    signals = recorded_signals(axis, record.provenance.source, record.signals)
+    recorded = tuple(values[rows] for values in signals)
     clocks = two_clocks(axis, record, span)
     if clocks is None:
         held = np.arange(len(position))
     else:
         reference, added, held = clocks.reference(reference), clocks.held(added), clocks.elapsed[0]
         position, velocity = (between(values, clocks.times) for values in (position, velocity))
+        recorded = at_law(axis, recorded, clocks)
     return LawTicks(
-        reference=reference, position=position, velocity=velocity, added=added, held=held
+        reference=reference,
+        position=position,
+        velocity=velocity,
+        added=added,
+        held=held,
+        recorded=recorded,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record
+from axisid.estimation.signals import recorded_signals
 
 from .start_memory import first_memory
 from .start_position import placed
@@ -55,7 +56,10 @@ def _moved(
         return start
     at_rest = axis.functions["control_start"]
     reference, position = np.asarray(record.commanded)[row], start.position
-    change = at_rest(reference + away, position + away) - at_rest(reference, position)
+    signals = recorded_signals(axis, record.provenance.source, record.signals)
+    first = [values[row] for values in signals]
+    change = at_rest(reference + away, position + away, *first)
+    change -= at_rest(reference, position, *first)
     return replace(start, memory=start.memory + change.full().ravel())
 
 

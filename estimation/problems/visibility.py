@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.regression import Equations
-from axisid.estimation.signals import Signals
+from axisid.estimation.signals import Signals, of_signals
 from axisid.estimation.thresholds.estimates import (
     MAX_CANCELLED_FORCE,
     MAX_TIMES_DECLARED,
@@ -154,10 +154,13 @@ def natural_sizes(
     """What a parameter of each unit is in an axis of this force and motion, (p,).
 
     The force, the travel and the times that the motion gives, to the powers of the unit; infinite
-    where it has others (an ampere; a length on a rotary axis).
+    where it has others (an ampere; a length on a rotary axis), or stands beside a recorded signal.
     """
     named = axis.axis.parameters if parameters is None else parameters
-    return np.array([_natural(axis, p.unit, reach) for p in named])
+    sizes = np.array([_natural(axis, p.unit, reach) for p in named])
+    if axis.axis.signals and [p.name for p in named] == list(axis.names):
+        sizes[of_signals(axis)] = np.inf
+    return sizes
 
 
 def _unseen(axis: GeneratedAxis, reach: Reach, norms: Array, noise: float) -> dict[str, str]:
@@ -207,11 +210,11 @@ def _expected(parameter: Parameter, natural: float) -> str:
 
 
 def _natural(axis: GeneratedAxis, unit: str, reach: Reach) -> float:
-    mass, length, time, current = (float(e) for e in parse_unit(unit).exponents)
+    mass, length, time, current, warmth = map(float, parse_unit(unit).exponents)
     travel = reach.travel[1] - reach.travel[0]
     rotary = axis.axis.coordinate.unit == "rad"  # no unit itself: of its powers none can be seen
     lengths, times = length - (2 if rotary else 1) * mass, time + 2 * mass
-    if current or (rotary and lengths):
+    if current or warmth or (rotary and lengths):
         return np.inf
     with np.errstate(all="ignore"):
         speed, push = np.float64(reach.velocity), np.float64(reach.acceleration)

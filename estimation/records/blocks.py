@@ -278,7 +278,9 @@ class _BlockChecks:
 
     def _still(self) -> set[str]:
         """Roles that may be constant, as in a `Record`."""
-        return {"time", "injected"} | ({"reference"} if "injected" in self.reached else set())
+        signals = {s.name for s in self.axis.signals} if self.axis is not None else set()
+        still = {"time", "injected"} | signals
+        return still | ({"reference"} if "injected" in self.reached else set())
 
     def found(self, period: float | None) -> Extent:
         """The extent, once all blocks were taken."""

@@ -65,7 +65,8 @@ def read_record(
         its numbers mean if they are not SI: a unit (``"pos:mm"``) or a scaling
         (``"inc:counts*360deg/4096/50+0.2deg"``). A role that neither names is looked for under its
         own name (``time``, ``position``, ``reference``, ``control``, ``force``); a column that only
-        bears the name ``velocity`` or ``acceleration`` serves where there is no position.
+        bears the name ``velocity`` or ``acceleration`` serves where there is no position. The
+        signals that the axis declares are roles of their names.
     injected_at : str, optional
         What the test signal in the column ``injected`` was added to, ``"control"`` or
         ``"reference"``, over what the axis says.
@@ -161,12 +162,15 @@ def _record(
             splined=(*splined, "injected") if found.injected_at == "reference" else splined,
             between=repairs.between,
             edges=edges(windows),
+            held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
     jitter = jitter_notes(laid.time, laid.segments)
-    values: dict[str, Any] = {**laid.columns}
+    signals = {signal.name for signal in axis.signals} if axis is not None else set()
+    values: dict[str, Any] = {r: v for r, v in laid.columns.items() if r not in signals}
     return Record(
         time=laid.time,
         **values,
+        signals={name: v for name, v in laid.columns.items() if name in signals},
         injected_at=found.injected_at,
         sample_period=laid.period,
         segments=laid.segments,

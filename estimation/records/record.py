@@ -11,6 +11,7 @@ import numpy as np
 from axisid.estimation.records.times import open_end
 from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds.records import MIN_RECORD_SAMPLES
+from axisid.modeling.declaration import ROLES
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
 from axisid.support.errors import DataError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
@@ -65,6 +66,8 @@ class Record(Presentable, Exact):
         A test signal that was added in the loop, in the unit of what it was added to.
     injected_at : str or None
         What it was added to: ``control``, between the law and the drive's limit, or ``reference``.
+    signals : mapping of str to (N,) array
+        The recorded signals that an axis declares, by name.
     sample_period : float or None
         s. None takes the mean of the time column's steps. Given beside them, it confirms that the
         log is not sampled as a control law runs, which is then simulated at its own period.
@@ -96,6 +99,7 @@ class Record(Presentable, Exact):
     force: Array | None = None
     injected: Array | None = None
     injected_at: str | None = None
+    signals: Mapping[str, Array] = field(default_factory=dict)
     sample_period: float | None = None
     segments: tuple[tuple[int, int], ...] = ()
     masked: tuple[tuple[int, int], ...] = ()
@@ -115,8 +119,11 @@ class Record(Presentable, Exact):
         if self.time is None:
             raise DataError(f"{name}: there is no time; a record needs one.")
         self._check_position()
-        for role, values in self.channels().items():
+        self._check_signals()
+        for role, values in self._of_roles().items():
             object.__setattr__(self, role, checked_column(name, role, values))
+        columns = {each: checked_column(name, each, v) for each, v in self.signals.items()}
+        object.__setattr__(self, "signals", FrozenMapping(columns))
         if self.injected is None:
             object.__setattr__(self, "injected_at", None)
         else:
@@ -243,7 +250,7 @@ class Record(Presentable, Exact):
         UsageError
             A role cannot be moved, or the amount is no whole number of samples.
         """
-        wanted = checked_shifts(shifts)
+        wanted = checked_shifts(shifts)  # of roles, and of signals by name
         columns = {
             role: Samples(values=v, clock=self.time)
             for role, v in (*self.channels().items(), (_PLACE, np.arange(float(len(self)))))
@@ -263,12 +270,10 @@ class Record(Presentable, Exact):
             hidden |= found.pop(f"{role} {_PLACE}").values > 0
         lengths = [int(np.sum((kept >= a) & (kept < b))) for a, b in self.spans]
         joined = [0, *accumulate(lengths)]
-        moved: dict[str, Any] = {role: s.values for role, s in found.items()}
+        moved = {role: s.values for role, s in found.items()}
         moved.setdefault("position", _nothing())
-        return replace(
-            self,
-            time=self.time[kept],
-            **moved,
+        return self.with_channels(
+            {"time": self.time[kept], **moved},
             segments=tuple(pairwise(joined)) if self.segments else (),
             masked=runs(hidden),
             provenance=self._repaired(*said[: len(wanted)]),
@@ -276,15 +281,14 @@ class Record(Presentable, Exact):
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
         """These samples of it, as segments."""
-        cut: dict[str, Any] = {
+        cut = {
             role: np.concatenate([v[a:b] for a, b in pieces]) for role, v in self.channels().items()
         }
         cut.setdefault("position", _nothing())
         joined = [0, *accumulate(b - a for a, b in pieces)]
         taken = np.concatenate([np.arange(a, b) for a, b in pieces])
-        return replace(
-            self,
-            **cut,
+        return self.with_channels(
+            cut,
             segments=tuple(pairwise(joined)) if len(pieces) > 1 else (),
             masked=runs(covered(self.masked, len(self))[taken]),
             **changed,
@@ -309,7 +313,19 @@ class Record(Presentable, Exact):
         return len(self.time)
 
     def channels(self) -> dict[str, Array]:
-        """The columns there are, by role; a position that is integrated is none."""
+        """The columns there are, by role, and the recorded signals by name.
+
+        A position that is integrated is none.
+        """
+        return {**self._of_roles(), **self.signals}
+
+    def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
+        """The record with other columns, as `channels` gives them."""
+        roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
+        signals = {name: columns[name] for name in self.signals}
+        return replace(self, **roles, signals=signals, **changed)
+
+    def _of_roles(self) -> dict[str, Array]:
         columns = {
             "time": self.time,
             "position": None if self.integrated else self.position,
@@ -340,7 +356,20 @@ class Record(Presentable, Exact):
     def _varying(self) -> set[str]:
         """Roles that say nothing where they are constant; a test signal may move the axis alone."""
         still = {"injected"} if self.injected is None else {"injected", "reference"}
-        return {*self.channels()} - {"time", *still}
+        return {*self._of_roles()} - {"time", *still}
+
+    def _check_signals(self) -> None:
+        if not isinstance(self.signals, Mapping):
+            raise UsageError(
+                f"{self._name()}: the signals are {quoted(self.signals)}; give arrays by name, "
+                "such as {'pressure': values}.",
+                code="record-signals",
+            )
+        if taken := [name for name in self.signals if name in ROLES]:
+            raise UsageError(
+                f"{self._name()}: {taken[0]!r} is a column of its own, and no signal's name.",
+                code="record-signal-name",
+            )
 
     def _check_position(self) -> None:
         """Refuse a record that has neither position nor velocity; note one of velocity alone."""

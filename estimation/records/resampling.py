@@ -65,6 +65,7 @@ def resample(
     splined: Sequence[str] = _SPLINED,
     between: Mapping[str, Between] | None = None,
     edges: Sequence[float] | Array = (),
+    held: Sequence[str] = (),
 ) -> Laid:
     """Resample columns, each with its own clock.
 
@@ -88,6 +89,8 @@ def resample(
         What other roles are between theirs.
     edges : sequence of float
         Times between windows, s, where the log is cut anyway.
+    held : sequence of str
+        Signals that keep their value until their next sample.
 
     Raises
     ------
@@ -117,10 +120,7 @@ def resample(
     gaps = [(a[1], b[0]) for a, b in pairwise(covered) if not _between(edges, a[1], b[0])]
     if not split:
         _check_gaps(source, len(covered) - 1 - len(edges), gaps)
-    hows = {
-        role: (between or {}).get(role, "spline" if role in splined else "linear")
-        for role in samples
-    }
+    hows = {role: (between or {}).get(role, _way(role, splined, held)) for role in samples}
     columns = {
         role: np.concatenate(
             [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
@@ -258,6 +258,11 @@ def _onto(
     last = int(np.searchsorted(clock, piece[1], "left")) + 1
     time, values = clock[first:last], samples.values[first:last]
     return at_times(grid, time, values, how if len(time) >= _FEWEST else "linear")
+
+
+def _way(role: str, splined: Sequence[str], held: Sequence[str]) -> Between:
+    """How a column runs between its samples."""
+    return "spline" if role in splined else "held" if role in held else "linear"
 
 
 def _told(

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,25 +43,29 @@ class Shift:
 
 
 def checked_shifts(shifts: object) -> dict[str, Shift]:
-    """Shifts by role: samples, or a time with its unit as a text.
+    """Shifts by role or signal: samples, or a time with its unit as a text.
 
     Raises
     ------
     UsageError
-        A role does not exist or cannot be moved, or an amount is neither samples nor a time.
+        The time is to be moved, or an amount is neither samples nor a time.
     """
     if not isinstance(shifts, Mapping):
         raise UsageError(
             f"the shift is {quoted(shifts)}; give samples by role: {{'control': 1}}.", code="shifts"
         )
-    movable = [role for role in ROLES if role != "time"]
     for role in shifts:
-        if role not in movable:
-            raise UsageError(
-                f"{role!r} is no column that can be moved; those are {', '.join(movable)}.",
-                code="unmovable-column",
-            )
+        if role == "time" or not isinstance(role, str):
+            raise _unmovable(role)
     return {role: _shift(role, amount) for role, amount in shifts.items()}
+
+
+def _unmovable(role: object, columns: Iterable[str] = ()) -> UsageError:
+    movable = dict.fromkeys(role for role in (*ROLES, *columns) if role != "time")
+    return UsageError(
+        f"{role!r} is no column that can be moved; those are {', '.join(movable)}.",
+        code="unmovable-column",
+    )
 
 
 def _shift(role: str, amount: object) -> Shift:
@@ -102,9 +106,12 @@ def shifted(
     DataError
         There is no such column.
     UsageError
+        It is neither a role nor a signal.
         The amount is no whole number of samples, or more than there are.
     """
     for role in shifts:
+        if role not in columns and role not in ROLES:
+            raise _unmovable(role, (name for name in columns if name.isidentifier()))
         if role not in columns:
             raise DataError(
                 f"{source}: the {role} is to be shifted, and there is no such column; ",

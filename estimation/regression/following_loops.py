@@ -96,6 +96,7 @@ class FollowingLoops:
                 ),
                 injected=self.added[first:last],
                 position_noise=None if noise is None else noise[first:last],
+                signals=tuple(values[first:last] for values in self.data.recorded),
             )
             for first, last in record.spans
         )
@@ -123,7 +124,8 @@ def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
     velocity, averaged = data.motion[1], data.record.control is None
     pieces = []
     for a, b in data.record.spans:
-        ticks = LawTicks.at_samples(reference[a:b], position[a:b], velocity[a:b])
+        recorded = tuple(values[a:b] for values in data.recorded)
+        ticks = LawTicks.at_samples(reference[a:b], position[a:b], velocity[a:b], recorded)
         made = terms_along(data.axis, ticks, state_at_rest(data.axis, ticks)).sum(axis=1)
         pieces.append(about_samples(made, [0]) if averaged else made)
     return np.concatenate(pieces)

@@ -188,7 +188,7 @@ class InverseForm(Form):
         s = signals
         motion = (s.position, s.velocity, s.acceleration, s.direction)
         about = () if self.axis.is_linear else (self.start,)
-        row, intercept = self.axis.evaluate("idm_regressor", *motion, *about)
+        row, intercept = self.axis.evaluate("idm_regressor", *motion, *s.recorded, *about)
         return Equations(left=s.force, intercept=intercept[:, 0], regressor=row)
 
     def at(self, physical: Array) -> "InverseForm":
@@ -226,9 +226,8 @@ class DirectForm(Form):
     def equations(self, signals: Signals) -> Equations:
         """Acceleration by the direct regressor."""
         s = signals
-        row, intercept = self.axis.evaluate(
-            "ddm_regressor", s.position, s.velocity, s.force, s.direction
-        )
+        motion = (s.position, s.velocity, s.force, s.direction)
+        row, intercept = self.axis.evaluate("ddm_regressor", *motion, *s.recorded)
         return Equations(left=s.acceleration, intercept=intercept[:, 0], regressor=row)
 
     def physical(self, theta: Array) -> tuple[Array, Array]:

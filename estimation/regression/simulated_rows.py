@@ -7,7 +7,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import loop_starts, two_clocks
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
-from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.signals import FilteredRecord, recorded_signals
 from axisid.estimation.simulation import (
     Simulation,
     no_control_law,
@@ -86,6 +86,7 @@ def simulated_loops(
         The loop cannot be simulated with these parameters.
     """
     reference, added = loop_reference(axis, record), record.added_control
+    signals = recorded_signals(axis, record.provenance.source, record.signals)
     return tuple(
         simulate_estimate(
             axis,
@@ -96,6 +97,7 @@ def simulated_loops(
             injected=None if added is None else added[first:last],
             position_noise=np.full(last - first, away) if away else None,
             resolution=resolution,
+            signals=tuple(values[first:last] for values in signals),
             clocks=two_clocks(axis, record, (first, last)),
         )
         for (first, last), start in zip(record.spans, loop_starts(axis, record, away), strict=True)

@@ -16,6 +16,8 @@ from .neighbours import Neighbours as Neighbours
 from .position import check_without_position as check_without_position
 from .prefilter import Prefilter as Prefilter
 from .prefilter import matching_decimation as matching_decimation
+from .recorded import beside_motion as beside_motion
+from .recorded import recorded_signals as recorded_signals
 from .reversals import near_turns as near_turns
 from .reversals import rest_below as rest_below
 from .sampled_filter import SampledFilter as SampledFilter
@@ -29,3 +31,4 @@ from .signals import force_of as force_of
 from .signals import paired_with_force as paired_with_force
 from .without_turns import Information as Information
 from .without_turns import dependence as dependence
+from .without_turns import of_signals as of_signals

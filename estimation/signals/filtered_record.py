@@ -19,6 +19,7 @@ from .motion import resting
 from .neighbours import Neighbours
 from .position import check_position
 from .prefilter import Prefilter
+from .recorded import beside_motion, recorded_signals
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
 from .signals import Motion, Signals, force_of, paired_with_force
@@ -184,6 +185,11 @@ class FilteredRecord(Exact):
         return self.sampling.motion(record.position, record.velocity, record.acceleration)
 
     @cached_property
+    def recorded(self) -> tuple[Array, ...]:
+        """The signals that the axis declares, in its order, as they were recorded, (N,) each."""
+        return recorded_signals(self.axis, self.record.provenance.source, dict(self.record.signals))
+
+    @cached_property
     def force(self) -> Array:
         """Sample by sample, (N,): measured, or what the drive makes of the control."""
         record = self.record
@@ -193,6 +199,7 @@ class FilteredRecord(Exact):
             self.motion,
             force=record.force,
             control=self._control,
+            recorded=self.recorded,
         )
 
     @cached_property
@@ -215,7 +222,7 @@ class FilteredRecord(Exact):
         if self.axis.axis.drive.is_gain:
             return self.signals.force
         position, velocity, _ = self.motion
-        slope = self.axis.force_by_gain(control, position, velocity)
+        slope = self.axis.force_by_gain(control, position, velocity, self.recorded)
         return self._beside(slope).force
 
     @property
@@ -283,7 +290,8 @@ class FilteredRecord(Exact):
 
     def _beside(self, force: Array) -> Signals:
         starts = [start for start, _ in self.record.spans]
-        return paired_with_force(self.motion, force, starts, delay=self.hold_delay)
+        beside = beside_motion(self.axis, self.recorded, starts)
+        return paired_with_force(self.motion, force, starts, delay=self.hold_delay, recorded=beside)
 
 
 def check_filter(

@@ -19,7 +19,7 @@ class Signals(Exact):
     """Motion and force sample by sample, each (N,), SI.
 
     `direction` is the friction direction: the sign of the velocity, and between -1 and 1 for an
-    axis that sticks.
+    axis that sticks. `recorded` are the signals that the axis declares, in its order.
     """
 
     position: Array
@@ -27,15 +27,28 @@ class Signals(Exact):
     acceleration: Array
     force: Array
     direction: Array
+    recorded: tuple[Array, ...] = ()
 
 
-def drive_force(axis: GeneratedAxis, control: Array, position: Array, velocity: Array) -> Array:
-    """Force that the drive makes of a control, (N,), by the motion beside it."""
-    return axis.evaluate("drive_force", control, position, velocity)[0][:, 0]
+def drive_force(
+    axis: GeneratedAxis,
+    control: Array,
+    position: Array,
+    velocity: Array,
+    recorded: Sequence[Array] = (),
+) -> Array:
+    """Force that the drive makes of a control, (N,), by the motion and the signals beside it."""
+    return axis.evaluate("drive_force", control, position, velocity, *recorded)[0][:, 0]
 
 
 def force_of(
-    axis: GeneratedAxis, source: str, motion: Motion, *, force: Array | None, control: Array | None
+    axis: GeneratedAxis,
+    source: str,
+    motion: Motion,
+    *,
+    force: Array | None,
+    control: Array | None,
+    recorded: Sequence[Array] = (),
 ) -> Array:
     """The force column of a log if there is one, else what the drive makes of the control, (N,)."""
     if force is not None:
@@ -53,7 +66,7 @@ def force_of(
             code="no-force",
         )
     position, velocity, _ = motion
-    return drive_force(axis, control, position, velocity)
+    return drive_force(axis, control, position, velocity, recorded)
 
 
 def about_samples(held: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
@@ -68,7 +81,12 @@ def about_samples(held: Array, starts: Sequence[int], delay: float = 0.5) -> Arr
 
 
 def paired_with_force(
-    motion: Motion, force: Array, starts: Sequence[int], *, delay: float
+    motion: Motion,
+    force: Array,
+    starts: Sequence[int],
+    *,
+    delay: float,
+    recorded: tuple[Array, ...] = (),
 ) -> Signals:
     """A filtered motion beside the force as the hold pairs them; segments begin at `starts`."""
     q, velocity, acceleration = motion
@@ -80,4 +98,5 @@ def paired_with_force(
         acceleration=acceleration,
         force=force,
         direction=np.sign(velocity),
+        recorded=recorded,
     )

@@ -54,7 +54,7 @@ class Information:
         """
         motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
         about = () if self._axis.is_linear else (_about(self._axis),)
-        columns, _ = self._axis.evaluate("idm_regressor", *motion, *about)
+        columns, _ = self._axis.evaluate("idm_regressor", *motion, *signals.recorded, *about)
         moving = columns[kept & (np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest)]
         left = columns[kept & ~near]
         self._moving += moving.T @ moving
@@ -92,6 +92,17 @@ def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
     for place, name in enumerate(_SIGNALS):
         rows, _ = regressor.jac_sparsity(0, place).get_triplet()
         found[name] = np.isin(np.arange(len(axis.parameters)), rows)
+    return found
+
+
+def of_signals(axis: GeneratedAxis) -> NDArray[np.bool_]:
+    """Which columns of the inverse model, (p,), depend on a recorded signal."""
+    regressor = axis.functions["idm_regressor"]
+    columns = np.arange(len(axis.parameters))
+    found = np.zeros(len(columns), dtype=bool)
+    for place in range(len(axis.axis.signals)):
+        rows, _ = regressor.jac_sparsity(0, len(_SIGNALS) + place).get_triplet()
+        found |= np.isin(columns, rows)
     return found
 
 

@@ -10,6 +10,7 @@ from .closed_loop import Simulation as Simulation
 from .closed_loop import signals_before as signals_before
 from .closed_loop import simulate as simulate
 from .closed_loop import simulate_estimate as simulate_estimate
+from .recorded import at_law as at_law
 from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law
 from .twin import trajectory as trajectory

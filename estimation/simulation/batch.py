@@ -17,6 +17,7 @@ from axisid.support.real_numbers import is_whole, real_array
 from axisid.support.user_values import quoted
 
 from .loop_start import lane_starts
+from .recorded import checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
@@ -69,9 +70,10 @@ def simulate_batch(
     memory: ArrayLike | None = None,
     position_noise: ArrayLike | None = None,
     injected: ArrayLike | None = None,
+    signals: Mapping[str, ArrayLike] | None = None,
     resolution: float = 0.0,
     substeps: int | None = None,
-    signals: Sequence[str] = SIGNALS[:5],
+    wanted: Sequence[str] = SIGNALS[:5],
     threads: int | None = None,
 ) -> BatchSimulation:
     """Simulate many parameter sets, references or noises side by side.
@@ -95,10 +97,12 @@ def simulate_batch(
     position_noise : (N, B) array_like, optional
     injected : (N,) or (N, B) array_like, optional
         Added to the control; shared, or one column a lane.
+    signals : mapping of str to (N,) or (N, B) array_like, optional
+        The recorded signals that the axis declares, as in `simulate`; shared, or one column a lane.
     resolution, substeps
         As in `simulate`.
-    signals : sequence of str
-        What is wanted: each takes N x B floats. Names as in `Simulation`.
+    wanted : sequence of str
+        Signals of the simulation that are given back, each N x B floats. Names as in `Simulation`.
     threads : int, optional
         1 to 1024; as many as there are processors by default.
 
@@ -122,8 +126,11 @@ def simulate_batch(
     _check_lanes(theta, ref)
     noise = _lane_noise(position_noise, (len(ref), lanes))
     off = np.zeros(lanes) if noise is None else noise[0]
-    first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory)
-    wanted = _wanted(signals)
+    names = _wanted(wanted)
+    given_signals = checked_signals(axis, signals, len(ref), lanes)
+    recorded = lines(axis, given_signals, period)
+    at_first = first_values(recorded)
+    first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory, at_first)
     _check_threads(threads)
     looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
     away = np.abs(first.position - ref[0])
@@ -138,12 +145,14 @@ def simulate_batch(
         period=period,
         resolution=resolution,
         allowed=np.array([allowed_distance(*each) for each in zip(spans, away, strict=True)]),
-        wanted=list(dict.fromkeys([*wanted, *looked_at])),
+        wanted=list(dict.fromkeys([*names, *looked_at])),
         threads=threads,
+        signals=given_signals,
+        recorded=recorded,
     )
     out, failures = batch.run(substeps)
     return BatchSimulation(
-        signals=dict(zip(signals, (out[name] for name in wanted), strict=True)),
+        signals=dict(zip(wanted, (out[name] for name in names), strict=True)),
         failures=dict(sorted(failures.items())),
     )
 
@@ -198,7 +207,7 @@ def _wanted(signals: Sequence[str]) -> list[str]:
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
         raise UsageError(
-            f"the signals are {quoted(signals)}; give a list of names.", code="signals-type"
+            f"the wanted signals are {quoted(signals)}; give a list of names.", code="signals-type"
         )
     if unknown := set(signals) - set(names):
         raise UsageError(
@@ -230,6 +239,8 @@ class _Batch:
     allowed: Array
     wanted: Sequence[str]
     threads: int | None
+    signals: tuple[Array, ...]
+    recorded: Array | None
 
     def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
         """Simulate every lane; returns the signals, (N, B) each, and the failures."""
@@ -239,7 +250,11 @@ class _Batch:
         counts = np.full(lanes, substeps or 1)
         if substeps is None and sound.any():
             counts[sound] = substeps_at_start(
-                self.axis, self.parameters[sound], self.start.position[sound], self.period
+                self.axis,
+                self.parameters[sound],
+                self.start.position[sound],
+                self.period,
+                self._first(np.flatnonzero(sound)),
             )
         out: dict[str, Array] = {}
         stiff = sound & (counts > MOST_SUBSTEPS)
@@ -265,7 +280,8 @@ class _Batch:
 
     def _refused(self) -> dict[int, str]:
         """What to say of lanes that no simulation starts from."""
-        place, refused = (self.axis, self.parameters, self.start.position), {}
+        first = self._first(np.arange(len(self.parameters)))
+        place, refused = (self.axis, self.parameters, self.start.position, first), {}
         has_mass, held = has_inertia(*place), holds(*place)
         low, high = np.array([(p.lower, p.upper) for p in self.axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
@@ -273,7 +289,8 @@ class _Batch:
             theta = self.parameters[lane]
             refusal = bounds_refusal(self.axis, theta)
             if not has_mass[lane]:
-                refused[lane] = no_inertia(self.axis, theta, float(self.start.position[lane]))
+                at, own = float(self.start.position[lane]), self._first(np.array([lane]))
+                refused[lane] = no_inertia(self.axis, theta, at, own)
             elif refusal or not held[lane]:
                 refused[lane] = refusal or pushes(self.axis, theta)
         return refused
@@ -291,7 +308,13 @@ class _Batch:
         ended = np.isnan(position)
         until = int(ended.argmax()) if ended.any() else len(position)
         visited = {name: np.ascontiguousarray(out[name][:until, lane]) for name in VISITED}
-        return substeps_along(self.axis, self.parameters[lane], visited, self.period)
+        own = [v if v.ndim == 1 else v[:, lane] for v in self.signals]
+        return substeps_along(self.axis, self.parameters[lane], visited, self.period, own)
+
+    def _first(self, lanes: NDArray[np.intp]) -> Array:
+        """First values of the recorded signals of some lanes."""
+        first = first_values(self.recorded)
+        return first if first.ndim == 1 else first[:, lanes]
 
     def _nothing(self) -> dict[str, Array]:
         shape = (len(self.reference), len(self.parameters))
@@ -336,13 +359,14 @@ class _Batch:
             settings,
             self.wanted,
         )
+        recorded = self.recorded if every else _lines_of(self.recorded, chosen)
         library = self.axis.native.library()
         if library is None:
             self.axis.native.warn_once()
-            status, stopped, out = _virtual_batch(self.axis, *arguments)
+            status, stopped, out = _virtual_batch(self.axis, *arguments, recorded)
         else:
             count = _processors() if self.threads is None else int(self.threads)
-            status, stopped, out = library.simulate_batch(*arguments, count)
+            status, stopped, out = library.simulate_batch(*arguments, count, recorded)
         again = self._widened(status, chosen)
         for i in np.flatnonzero(status):
             lane, sample = int(chosen[i]), int(stopped[i])
@@ -369,6 +393,7 @@ class _Batch:
                 _of_lanes(self.noise, lanes),
                 _of_lanes(self.injected, lanes),
                 self.resolution,
+                self._first(lanes),
             )
             again[again] = wider > self.allowed[lanes]
             self.allowed[lanes] = np.maximum(self.allowed[lanes], wider)
@@ -378,6 +403,11 @@ class _Batch:
 def _of_lanes(values: Array | None, lanes: NDArray[np.intp]) -> Array | None:
     """A signal of some lanes; one that all share as it is."""
     return values if values is None or values.ndim == 1 else values[:, lanes]
+
+
+def _lines_of(recorded: Array | None, lanes: NDArray[np.intp] | int) -> Array | None:
+    """Recorded signals of some lanes, or of one; what all share as it is."""
+    return recorded if recorded is None or recorded.ndim == 2 else recorded[:, :, lanes]
 
 
 def _start_of(start: LoopStart, lanes: NDArray[np.intp] | int) -> LoopStart:
@@ -395,6 +425,7 @@ def _virtual_batch(
     start: LoopStart,
     settings: LoopSettings,
     wanted: Sequence[str],
+    recorded: Array | None,
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
     """Lane by lane in the virtual machine."""
     lanes = len(parameters)
@@ -409,6 +440,7 @@ def _virtual_batch(
             None if noise is None else noise[:, lane],
             injected if injected is None or injected.ndim == 1 else injected[:, lane],
             _start_of(start, lane),
+            _lines_of(recorded, lane),
         )
         for name in wanted:
             out[name][:, lane] = signals[name]

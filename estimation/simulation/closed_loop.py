@@ -7,6 +7,7 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 [Filippov1988]_. Native code runs where there is a compiler, the CasADi virtual machine elsewhere.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from axisid.support.errors import EstimationError, UsageError
 from axisid.support.real_numbers import real_array
 
 from .loop_start import single_start
+from .recorded import at_law, before, checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
@@ -62,6 +64,8 @@ class Simulation(Exact):
     held : array or None
         Force just before each sample, where the law runs at a clock of its own; None where it is
         that of the sample before.
+    recorded : tuple of array
+        The recorded signals that the axis declares, in its order.
     """
 
     time: Array
@@ -74,6 +78,7 @@ class Simulation(Exact):
     direction_before: Array
     measured_position: Array
     held: Array | None = None
+    recorded: tuple[Array, ...] = ()
 
     def as_measured(self, zero: float) -> "Simulation":
         """The same loop, whose positions are those that were measured, from another zero."""
@@ -94,6 +99,7 @@ class Simulation(Exact):
             acceleration=self.acceleration,
             force=self.force,
             direction=self.direction,
+            recorded=self.recorded,
         )
 
 
@@ -108,6 +114,7 @@ def simulate(
     memory: ArrayLike | None = None,
     position_noise: ArrayLike | None = None,
     injected: ArrayLike | None = None,
+    signals: Mapping[str, ArrayLike] | None = None,
     resolution: float = 0.0,
     substeps: int | None = None,
 ) -> Simulation:
@@ -137,6 +144,10 @@ def simulate(
         Test signal in the drive's unit, added to what the law gives before the drive's limit and
         the law's delay; held from a sample to the next. One that is added to the reference is
         added to `reference`.
+    signals : mapping of str to (N,) array_like, optional
+        The recorded signals that the axis declares, by name, SI, one value for each sample of the
+        reference. Between samples each is held or runs straight, as it is declared; the law and the
+        force of a sampled law read them at the samples.
     resolution : float
         Of the encoder, in the coordinate's unit; the law then measures whole counts. 0 for none.
     substeps : int, optional
@@ -158,16 +169,17 @@ def simulate(
         The inertia is not positive, friction drives the axis, or the loop diverges, chatters or is
         too fast to follow; the sample is named.
     """
-    axis = as_generated(axis)
+    axis, commanded = as_generated(axis), _vector(reference, "the reference")
     loop = _loop(
         axis,
         parameters,
-        reference,
+        commanded,
         period,
         position_noise,
         injected,
         resolution,
         substeps,
+        checked_signals(axis, signals, len(commanded)),
         start=start,
         start_velocity=start_velocity,
         memory=memory,
@@ -175,7 +187,8 @@ def simulate(
     if refusal := bounds_refusal(axis, loop.parameters):
         raise UsageError(refusal)
     check_period(axis, period)
-    if not holds(axis, loop.parameters[None, :], np.array([loop.start.position])).all():
+    first = first_values(loop.recorded)
+    if not holds(axis, loop.parameters[None, :], np.array([loop.start.position]), first).all():
         raise EstimationError(pushes(axis, loop.parameters))
     return loop.simulated(substeps)
 
@@ -191,15 +204,19 @@ def simulate_estimate(
     clocks: TwoClocks | None = None,
     position_noise: Array | None = None,
     resolution: float = 0.0,
+    signals: tuple[Array, ...] = (),
 ) -> Simulation:
     """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
 
-    The period is the record's, and with two clocks the law's is its own. Otherwise as `simulate`.
+    The period is the record's, and with two clocks the law's is its own; recorded signals come in
+    the axis's order. Otherwise as `simulate`.
     """
+    logged = signals
     if clocks is not None:
         reference, period = clocks.reference(reference), clocks.law_period
         injected = None if injected is None else clocks.held(injected)
         position_noise = None if position_noise is None else clocks.held(position_noise)
+        signals = at_law(axis, signals, clocks)
         moved = start.position + start.velocity * clocks.first
         start = replace(start, position=moved)
     loop = _loop(
@@ -211,11 +228,12 @@ def simulate_estimate(
         injected,
         resolution,
         None,
+        signals,
         start=start.position,
         start_velocity=start.velocity,
         memory=start.memory,
     )
-    return loop.simulated(None, clocks)
+    return replace(loop.simulated(None, clocks), recorded=logged)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,6 +248,8 @@ class _Loop:
     start: LoopStart
     period: float
     resolution: float
+    signals: tuple[Array, ...]
+    recorded: Array | None
 
     def simulated(self, substeps: int | None, clocks: TwoClocks | None = None) -> Simulation:
         """Run it, with as many steps as it needs unless they are given."""
@@ -249,6 +269,7 @@ class _Loop:
                 self.noise,
                 self.injected,
                 self.resolution,
+                first_values(self.recorded),
             )
             if wider > settings.allowed:
                 settings = replace(settings, allowed=float(wider))
@@ -262,17 +283,19 @@ class _Loop:
         if clocks is not None:
             period = clocks.log_period
             noise = None if noise is None else noise[clocks.elapsed[0]]
-            out = at_log_samples(self.axis, self.parameters, out, clocks)
+            out = at_log_samples(self.axis, self.parameters, out, clocks, self.recorded)
         return Simulation(
             time=period * np.arange(len(out["position"]), dtype=np.float64),
             direction_before=out.pop("before"),
             measured_position=_measured(out["position"], noise, self.resolution),
+            recorded=self.signals,
             **out,
         )
 
     def _steps_at_start(self) -> int:
         start = np.array([self.start.position])
-        (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period)
+        first = first_values(self.recorded)
+        (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period, first)
         if steps > MOST_SUBSTEPS and has_constant_substeps(self.axis):
             raise EstimationError(too_stiff(self.axis, self.parameters), code="too-stiff")
         return min(int(steps), MOST_SUBSTEPS)
@@ -286,7 +309,7 @@ class _Loop:
             if fixed or has_constant_substeps(self.axis):
                 break
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
-            needed = substeps_along(self.axis, self.parameters, visited, self.period)
+            needed = substeps_along(self.axis, self.parameters, visited, self.period, self.signals)
             if needed <= settings.substeps:
                 break
             if settings.substeps == MOST_SUBSTEPS:
@@ -302,9 +325,10 @@ class _Loop:
         if library is None:
             self.axis.native.warn_once()
             loop = VirtualLoop(self.axis.functions, self.parameters, settings)
-            return loop.run(self.reference, self.noise, self.injected, self.start)
-        inputs = (self.reference, self.noise, self.injected, self.parameters, self.start)
-        return library.simulate(*inputs, settings)
+            inputs = (self.reference, self.noise, self.injected, self.start)
+            return loop.run(*inputs, self.recorded)
+        beside = (self.parameters, self.start, settings, self.recorded)
+        return library.simulate(self.reference, self.noise, self.injected, *beside)
 
 
 def _loop(
@@ -316,6 +340,7 @@ def _loop(
     injected: ArrayLike | None,
     resolution: float,
     substeps: int | None,
+    signals: tuple[Array, ...],
     *,
     start: float | None,
     start_velocity: float,
@@ -327,9 +352,11 @@ def _loop(
     noise = checked_signal(position_noise, ref, "the noise")
     added = checked_signal(injected, ref, "the injected signal")
     off = 0.0 if noise is None else float(noise[0])
-    first = single_start(axis, theta, float(ref[0]), off, start, start_velocity, memory)
-    if not has_inertia(axis, theta[None, :], np.array([first.position])).all():
-        raise EstimationError(no_inertia(axis, theta, first.position), code="no-inertia")
+    recorded = lines(axis, signals, period)
+    at_first = first_values(recorded)
+    first = single_start(axis, theta, float(ref[0]), off, start, start_velocity, memory, at_first)
+    if not has_inertia(axis, theta[None, :], np.array([first.position]), at_first).all():
+        raise EstimationError(no_inertia(axis, theta, first.position, at_first), code="no-inertia")
     return _Loop(
         axis=axis,
         parameters=theta,
@@ -339,6 +366,8 @@ def _loop(
         start=first,
         period=period,
         resolution=resolution,
+        signals=signals,
+        recorded=recorded,
     )
 
 
@@ -354,12 +383,14 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
     held = simulation.held
     if held is None:
         held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
+    recorded = before(axis, simulation.recorded)
     (acceleration,) = axis.evaluate(
         "direct_dynamics",
         simulation.position,
         simulation.velocity,
         held,
         simulation.direction_before,
+        *recorded,
         parameters,
     )
     return Signals(
@@ -368,6 +399,7 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
         acceleration=acceleration[:, 0],
         force=held,
         direction=simulation.direction_before,
+        recorded=recorded,
     )
 
 

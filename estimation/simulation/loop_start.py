@@ -27,6 +27,7 @@ def single_start(
     start: float | None,
     velocity: float,
     memory: ArrayLike | None,
+    recorded: Array,
 ) -> LoopStart:
     """Check where one simulation is to start, and find what balances.
 
@@ -41,6 +42,8 @@ def single_start(
         Of the first measured position.
     start, velocity, memory
         As `simulate` takes them.
+    recorded : (s,) array
+        The first of the recorded signals.
     """
     for value, what in ((start, "start"), (velocity, "start velocity")):
         if not (value is None or (is_real(value) and math.isfinite(value))):
@@ -53,7 +56,7 @@ def single_start(
     remembered = _remembered(axis, memory, None)
     if remembered is None and _law(axis).balanced:
         remembered = balanced_memory(
-            axis, parameters, position, float(velocity), reference, position + error
+            axis, parameters, position, float(velocity), reference, position + error, *recorded
         )
     return LoopStart(position=position, velocity=float(velocity), memory=remembered)
 
@@ -66,8 +69,12 @@ def lane_starts(
     start: ArrayLike | None,
     velocity: ArrayLike | None,
     memory: ArrayLike | None,
+    recorded: Array,
 ) -> LoopStart:
-    """The same for the lanes of a batch: parameters (B, p), all others (B,), memory (B, m)."""
+    """The same for the lanes of a batch: parameters (B, p), all others (B,), memory (B, m).
+
+    Recorded signals are (s,) or (s, B).
+    """
     lanes = len(parameters)
     first = np.broadcast_to(reference, lanes)
     position = _by_lane(first if start is None else start, lanes, "start", "position")
@@ -75,7 +82,8 @@ def lane_starts(
     moving = _by_lane(still if velocity is None else velocity, lanes, "start velocity", "velocity")
     remembered = _remembered(axis, memory, lanes)
     if remembered is None and _law(axis).balanced:
-        each = zip(parameters, position, moving, first, position + error, strict=True)
+        signals = [np.broadcast_to(values, lanes) for values in recorded]
+        each = zip(parameters, position, moving, first, position + error, *signals, strict=True)
         remembered = np.array([balanced_memory(axis, *lane) for lane in each])
     return LoopStart(position=position, velocity=moving, memory=remembered)
 
@@ -120,18 +128,17 @@ def balanced_memory(
     velocity: float,
     reference: float,
     measured: float,
+    *recorded: float,
 ) -> Array:
     """What the drive remembers when its control holds an axis where it starts, (m,)."""
     force, control = axis.functions["inverse_dynamics"], axis.functions["drive_control"]
-    held = force(position, velocity, 0.0, np.sign(velocity), parameters)
-    state = axis.functions["control_start"](reference, measured).full().ravel()
-    wanted = float(control(held, position, velocity))
-    return balance(axis, state, (reference, measured, velocity), wanted)
+    held = force(position, velocity, 0.0, np.sign(velocity), *recorded, parameters)
+    state = axis.functions["control_start"](reference, measured, *recorded).full().ravel()
+    wanted = float(control(held, position, velocity, *recorded))
+    return balance(axis, state, (reference, measured, velocity, *recorded), wanted)
 
 
-def balance(
-    axis: GeneratedAxis, state: Array, signals: tuple[float, float, float], control: float
-) -> Array:
+def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float) -> Array:
     """Change the memories that start in balance, by the least, so that the law gives a control.
 
     Parameters
@@ -140,7 +147,7 @@ def balance(
     state : (m,) array
         What the drive remembers otherwise.
     signals : tuple of float
-        Reference, measured position and velocity.
+        Reference, measured position and velocity, and recorded signals.
     control : float
         In the drive's unit.
 

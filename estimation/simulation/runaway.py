@@ -6,12 +6,15 @@ load at the start, to which the loop gives way until its control holds it.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.thresholds.simulation import RUNAWAY_RATIO
 from axisid.support.arrays import Array
+
+Recorded = Sequence[Array] | Array
 
 _OFF = 1e-6  # of the reference from the position, for the loop's stiffness
 
@@ -36,6 +39,7 @@ def widened_distance(
     noise: Array | None,
     injected: Array | None,
     resolution: float,
+    recorded: Recorded = (),
 ) -> Array:
     """The same for what moves the axis but its reference, (B,): load, noise, counts, test signals.
 
@@ -48,33 +52,47 @@ def widened_distance(
     injected : (N,) or (N, B) array, optional
         Added to the control.
     resolution : float
+    recorded : (s,) or (s, B) array
+        The first of the recorded signals.
     """
     measured = resolution if noise is None else np.maximum(np.ptp(noise, axis=0), resolution)
-    pushed = 0.0 if injected is None else _pushed(axis, start, np.abs(injected).max(axis=0))
-    moved = np.maximum(_sag(axis, parameters, start) + pushed, measured)
+    added = None if injected is None else np.abs(injected).max(axis=0)
+    pushed = 0.0 if added is None else _pushed(axis, start, added, recorded)
+    moved = np.maximum(_sag(axis, parameters, start, recorded) + pushed, measured)
     return np.asarray(RUNAWAY_RATIO.value * moved)
 
 
-def _pushed(axis: GeneratedAxis, start: Array, added: Array) -> Array:
+def _pushed(axis: GeneratedAxis, start: Array, added: Array, recorded: Recorded) -> Array:
     """Way from its reference on which the control answers to so much that is added to it, (B,)."""
-    controls = np.array([_controls(axis, float(q)) for q in start]).T
+    controls = _by_lane(axis, start, recorded)
     with np.errstate(all="ignore"):
         way = np.where(added == 0, 0.0, added * _OFF / np.abs(controls[1] - controls[0]))
     return np.asarray(np.where(np.isfinite(way), way, np.inf))
 
 
-def _sag(axis: GeneratedAxis, parameters: Array, start: Array) -> Array:
+def _by_lane(axis: GeneratedAxis, start: Array, recorded: Recorded) -> Array:
+    """Controls at rest on the reference and a little behind it, (2, B)."""
+    signals = [np.broadcast_to(values, len(start)) for values in recorded]
+    lanes = zip(start, *signals, strict=True)
+    return np.array([_controls(axis, *map(float, each)) for each in lanes]).T
+
+
+def _sag(axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorded) -> Array:
     """Way on which the loop, at rest on its reference, gives way to the load there, (B,).
 
     Infinite where the control does not answer to the distance from the reference.
     """
-    controls = np.array([_controls(axis, float(q)) for q in start]).T
+    controls = _by_lane(axis, start, recorded)
     drive = axis.functions["drive_force"]
-    forces = drive.call([controls, np.vstack([start, start]), 0.0])[0].full()
+    signals = [np.broadcast_to(values, len(start)) for values in recorded]
+    twice = [np.vstack([values, values]) for values in (start, *signals)]
+    forces = drive.call([controls, twice[0], 0.0, *twice[1:]])[0].full()
     stiffness = np.abs(forces[1] - forces[0]) / _OFF
     dynamics = axis.functions["direct_dynamics"]
     loaded, free, pushed = (
-        dynamics.call([start[None, :], 0.0, tau, 0.0, parameters.T])[0].full()[0]
+        dynamics.call(
+            [start[None, :], 0.0, tau, 0.0, *(values[None, :] for values in signals), parameters.T]
+        )[0].full()[0]
         for tau in (forces[0][None, :], 0.0, 1.0)
     )
     with np.errstate(all="ignore"):
@@ -82,15 +100,15 @@ def _sag(axis: GeneratedAxis, parameters: Array, start: Array) -> Array:
     return np.where(np.isfinite(sag), sag, np.where(loaded == 0, 0.0, np.inf))
 
 
-def _controls(axis: GeneratedAxis, position: float) -> tuple[float, float]:
+def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:
     """Control of an axis at rest on its reference, and a little behind it, at its most."""
     law, begin = axis.functions["control_law"], axis.functions["control_start"]
-    memory = begin(position, position)
+    memory = begin(position, position, *recorded)
     answers = []
     for reference in (position, position + _OFF):
         state, controls = memory, []
         for _ in range(memory.numel() + 2):  # a delay answers late
-            control, state = law(reference, position, 0.0, state)
+            control, state = law(reference, position, 0.0, *recorded, state)
             controls.append(float(control))
         answers.append(controls)
     still, behind = (np.array(each) for each in answers)

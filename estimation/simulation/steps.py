@@ -16,6 +16,10 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
+from .recorded import standing_in
+
+Recorded = Sequence[Array] | Array | None
+
 _SLACK = 1e-6
 _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
 _ROUNDING = 1e-9
@@ -112,17 +116,24 @@ def pushes(axis: GeneratedAxis, parameters: Array) -> str:
     )
 
 
-def has_inertia(axis: GeneratedAxis, parameters: Array, position: Array) -> NDArray[np.bool_]:
-    """Which parameter sets, (B, p), have a positive and finite inertia at their positions, (B,)."""
-    push, rest = _from_rest(axis, parameters, position, ((1.0, 0.0), (0.0, 0.0)))
+def has_inertia(
+    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
+) -> NDArray[np.bool_]:
+    """Which parameter sets, (B, p), have a positive and finite inertia at their positions, (B,).
+
+    Recorded signals are (s,) or (s, B).
+    """
+    push, rest = _from_rest(axis, parameters, position, ((1.0, 0.0), (0.0, 0.0)), recorded)
     with np.errstate(invalid="ignore"):
         finite = np.isfinite(push - rest) & np.isfinite(parameters).all(axis=1)
         return np.asarray((push - rest > 0) & finite)
 
 
-def holds(axis: GeneratedAxis, parameters: Array, position: Array) -> NDArray[np.bool_]:
+def holds(
+    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
+) -> NDArray[np.bool_]:
     """Which parameter sets, (B, p), have no friction that drives the axis from rest there, (B,)."""
-    forward, backward = _from_rest(axis, parameters, position, ((0.0, 1.0), (0.0, -1.0)))
+    forward, backward = _from_rest(axis, parameters, position, ((0.0, 1.0), (0.0, -1.0)), recorded)
     with np.errstate(invalid="ignore"):
         rounding = _ROUNDING * (np.abs(forward) + np.abs(backward))
         return np.asarray(~(forward - backward > rounding))
@@ -133,21 +144,26 @@ def _from_rest(
     parameters: Array,
     position: Array,
     cases: Sequence[tuple[float, float]],
+    recorded: Recorded,
 ) -> list[Array]:
     """Accelerations at rest for pairs of force and friction direction, (B,) each."""
+    signals = standing_in(axis, recorded)
     if len(position) == 1:
         forces, directions = zip(*cases, strict=True)
-        arguments = (position[0], 0.0, forces, directions, parameters[0])
+        arguments = (position[0], 0.0, forces, directions, *signals, parameters[0])
         return list(axis.evaluate("direct_dynamics", *arguments)[0])
     forces, directions = np.repeat(np.array(cases).T, len(position), axis=1)
     lanes = [np.tile(position, len(cases)), np.zeros(len(forces)), forces, directions]
+    lanes += [np.tile(np.broadcast_to(s, len(position)), len(cases)) for s in signals]
     columns = [values[None, :] for values in lanes]
     dynamics = axis.functions["direct_dynamics"]
     accelerations = dynamics.call([*columns, np.tile(parameters.T, len(cases))])[0].full()
     return list(accelerations.reshape(len(cases), -1))
 
 
-def no_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> str:
+def no_inertia(
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded = None
+) -> str:
     """What to say of a parameter set that no motion starts with: it has no inertia, or no force."""
     endless = [
         f"{name} = {value}"
@@ -159,7 +175,7 @@ def no_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> str:
             f"axis {axis.axis.name!r} cannot be simulated with {', '.join(endless)}. Give finite "
             "parameters."
         )
-    if refusal := _no_force(axis, parameters, position):
+    if refusal := _no_force(axis, parameters, position, recorded):
         return refusal
     return (
         f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so it "
@@ -177,9 +193,10 @@ def has_constant_substeps(axis: GeneratedAxis) -> bool:
     return axis.uniform or axis.has_sides
 
 
-def _no_force(axis: GeneratedAxis, parameters: Array, position: float) -> str:
+def _no_force(axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded) -> str:
     """What to say of a force that is not finite at rest, or beyond any other; empty if it is."""
-    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position))
+    signals = [float(np.ravel(values)[0]) for values in standing_in(axis, recorded)]
+    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), signals)
     q = axis.axis.coordinate
     where = f"at rest at {q.name} = {position:g} {q.unit} with {axis.describe(parameters)}"
     endless = [term for term, force in forces if math.isnan(force)]
@@ -200,7 +217,7 @@ def _no_force(axis: GeneratedAxis, parameters: Array, position: float) -> str:
 
 
 def substeps_at_start(
-    axis: GeneratedAxis, parameters: Array, start: Array, period: float
+    axis: GeneratedAxis, parameters: Array, start: Array, period: float, recorded: Recorded = None
 ) -> NDArray[np.int64]:
     """Runge-Kutta steps in a sample that resolve each lane's rates where it starts, (B,).
 
@@ -212,12 +229,17 @@ def substeps_at_start(
         return np.ones(lanes, dtype=np.int64)
     q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
     shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
-    rates = _probed(axis, q, np.zeros(2 * lanes), s, shared, None).reshape(2, lanes)
+    signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
+    rates = _probed(axis, q, np.zeros(2 * lanes), s, shared, None, signals).reshape(2, lanes)
     return np.asarray(_steps(axis, rates, np.zeros((2, lanes)), period).max(axis=0))
 
 
 def substeps_along(
-    axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array], period: float
+    axis: GeneratedAxis,
+    parameters: Array,
+    visited: Mapping[str, Array],
+    period: float,
+    recorded: Sequence[Array] = (),
 ) -> int:
     """Steps in a sample that resolve the rates wherever a simulation went.
 
@@ -229,10 +251,13 @@ def substeps_along(
         Position, velocity, force and direction. Where the velocity changes its sign between two
         samples, the axis at rest is looked at too, in both directions.
     period : float
+    recorded : sequence of (N,) array
+        The recorded signals, of at least as many samples.
     """
     q, dq, force = visited["position"], visited["velocity"], visited["force"]
     if not len(q):
         return 1
+    signals = [values[: len(q)] for values in recorded]
     turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
     s = np.where(visited["direction"] < 0, -1.0, 1.0)
     rates = _probed(
@@ -242,34 +267,45 @@ def substeps_along(
         np.concatenate([s, np.full(len(turns), -1.0), np.ones(len(turns))]),
         parameters,
         np.concatenate([force, force[turns], force[turns]]),
+        [np.concatenate([v, v[turns], v[turns]]) for v in signals],
     )
-    waves = _wave_numbers(axis, q, parameters)
+    waves = _wave_numbers(axis, q, parameters, signals)
     passing = 0.0 if waves is None else np.max(waves * np.abs(dq))
     return int(_steps(axis, rates.max(keepdims=True), np.array([passing]), period)[0])
 
 
-def _wave_numbers(axis: GeneratedAxis, q: Array, parameters: Array) -> Array | None:
+def _wave_numbers(
+    axis: GeneratedAxis, q: Array, parameters: Array, signals: Sequence[Array]
+) -> Array | None:
     """Reciprocals of the way on which the acceleration may vary, if it is no polynomial there."""
     if "wave_number" not in axis.functions:
         return None
     if parameters.ndim == 1:
-        return axis.evaluate("wave_number", q, parameters)[0][:, 0]
-    return np.asarray(axis.functions["wave_number"].call([q[None, :], parameters.T])[0].full()[0])
+        return axis.evaluate("wave_number", q, *signals, parameters)[0][:, 0]
+    columns = [values[None, :] for values in (q, *signals)]
+    return np.asarray(axis.functions["wave_number"].call([*columns, parameters.T])[0].full()[0])
 
 
 def _probed(
-    axis: GeneratedAxis, q: Array, dq: Array, s: Array, parameters: Array, force: Array | None
+    axis: GeneratedAxis,
+    q: Array,
+    dq: Array,
+    s: Array,
+    parameters: Array,
+    force: Array | None,
+    signals: Sequence[Array],
 ) -> Array:
     """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
-    waves = _wave_numbers(axis, q, parameters)
+    waves = _wave_numbers(axis, q, parameters, signals)
     way = np.full(len(q), PROBE) if waves is None else PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
     speeds = np.concatenate([dq, dq + PROBE, dq])
     directions = np.tile(s, 3)
-    held = _held(axis, q)  # it stays while the position is probed
+    held = _held(axis, q, signals)  # it stays while the position is probed
     with np.errstate(all="ignore"):
         if force is not None and not _is_continuous(axis):
-            arguments = (positions, speeds, np.tile(force, 3), directions, parameters)
+            beside = (np.tile(values, 3) for values in signals)
+            arguments = (positions, speeds, np.tile(force, 3), directions, *beside, parameters)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0][:, 0]
         elif parameters.ndim == 1 and np.all(held == held[:, :1]):
             arguments = (positions, speeds, held[:, 0], directions, parameters)
@@ -285,9 +321,11 @@ def _probed(
     return np.where(np.isfinite(rates), rates, 0.0)
 
 
-def _held(axis: GeneratedAxis, position: Array) -> Array:
-    """No force, or the reference of a continuous law at the positions, (size, n)."""
+def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Array:
+    """No force, or the reference of a continuous law at the positions, and signals, (size, n)."""
     held = np.zeros((axis.functions["held_acceleration"].size1_in("held"), len(position)))
+    for i, values in enumerate(signals):
+        held[len(held) - 2 * len(signals) + 2 * i] = values
     if _is_continuous(axis):
         held[0] = position
     return held

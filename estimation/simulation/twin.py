@@ -1,6 +1,7 @@
 """The twin: a simulated record of an axis whose parameters are known."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,6 +59,7 @@ def twin_record(
     seed: int | None = None,
     injected: ArrayLike | None = None,
     injected_at: str | None = None,
+    signals: Mapping[str, ArrayLike] | None = None,
 ) -> Record:
     """Simulate the axis's own experiment with its true parameters.
 
@@ -76,6 +78,8 @@ def twin_record(
         A test signal, one value for each sample of the experiment.
     injected_at : str, optional
         What it is added to, ``"control"`` or ``"reference"``; what the axis says by default.
+    signals : mapping of str to (N,) array_like, optional
+        The recorded signals that the axis declares, likewise; those of the experiment by default.
 
     Raises
     ------
@@ -98,6 +102,15 @@ def twin_record(
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
     place = injected_at or declared.injected_at or None
     added = None if injected is None else checked_signal(injected, reference, "the injected signal")
+    of_time = generated.experiment_signals(law.period * np.arange(float(len(reference))))
+    recorded = {**of_time, **(signals or {})}
+    if untold := [s.name for s in declared.signals if s.name not in recorded]:
+        raise UsageError(
+            f"axis {declared.name!r} has the recorded signals {', '.join(untold)}, and nothing "
+            "says what they are in its twin; give a record, signals=..., or declare them in the "
+            "experiment.",
+            code="twin-signals",
+        )
     loop = simulate(
         generated,
         np.array(truth),
@@ -106,6 +119,7 @@ def twin_record(
         start=float(reference[0]),
         position_noise=noise,
         injected=added if place == "control" else None,
+        signals=recorded,
     )
     velocity, acceleration = _sensed(loop, chosen, velocity_noise, acceleration_noise, law)
     return Record(
@@ -117,6 +131,7 @@ def twin_record(
         control=loop.control,
         injected=added,
         injected_at=place,
+        signals=dict(zip((s.name for s in declared.signals), loop.recorded, strict=True)),
         sample_period=law.period,
         provenance=Provenance(
             source=f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "

@@ -58,7 +58,21 @@ class TwoClocks:
         """A reference of the log, (N,), where the law is evaluated, (M,)."""
         if self.between == "held":
             return self.held(values)
+        return self.linear(values)
+
+    def linear(self, values: Array) -> Array:
+        """What runs straight between the samples of the log, where the law is evaluated, (M,)."""
         return np.interp(self.times, np.arange(len(values)), values)
+
+    def mean_held(self, values: Array) -> Array:
+        """Mean until the next evaluation of what is held between samples of the log, (M,)."""
+        if self.law_period <= self.log_period:
+            return self.held(values)
+        until = np.concatenate([[0.0], np.cumsum(values)])
+        edges = np.append(self.times, self.times[-1] + self.law_period / self.log_period)
+        inside = np.clip(edges, 0, len(values))
+        spent, apart = np.diff(np.interp(inside, np.arange(len(until)), until)), np.diff(inside)
+        return np.where(apart > 0, spent / np.where(apart > 0, apart, 1.0), self.held(values))
 
     def held(self, values: Array) -> Array:
         """What is held from a sample of the log to the next, where the law is evaluated, (M,)."""
@@ -67,7 +81,11 @@ class TwoClocks:
 
 
 def at_log_samples(
-    axis: GeneratedAxis, parameters: Array, signals: dict[str, Array], clocks: TwoClocks
+    axis: GeneratedAxis,
+    parameters: Array,
+    signals: dict[str, Array],
+    clocks: TwoClocks,
+    recorded: Array | None = None,
 ) -> dict[str, Array]:
     """Signals of a simulation at the law's evaluations, (M,), at the samples of the log, (N,).
 
@@ -78,6 +96,8 @@ def at_log_samples(
     signals : dict of str to (M,) array
         By the names of `SIGNALS`.
     clocks : TwoClocks
+    recorded : (M, 2 s) array, optional
+        Value and rate of each recorded signal.
 
     Returns
     -------
@@ -94,11 +114,16 @@ def at_log_samples(
         return out
     begin, share = last[apart], since[apart] / clocks.law_period
     end = begin + 1
+    values = [] if recorded is None else list(recorded[begin, ::2].T)
+    rates = [] if recorded is None else list(recorded[begin, 1::2].T)
+    there = [v + clocks.law_period * rate for v, rate in zip(values, rates, strict=True)]
+    then = [v + since[apart] * rate for v, rate in zip(values, rates, strict=True)]
     (arriving,) = axis.evaluate(
         "direct_dynamics",
         *(signals[name][end] for name in ("position", "velocity")),
         force[begin],
         signals["before"][end],
+        *there,
         parameters,
     )
     moves = clocks.law_period
@@ -113,7 +138,7 @@ def at_log_samples(
     direction = np.where(dq == 0, signals["direction"][begin], np.sign(dq))
     out["direction"][apart] = out["before"][apart] = direction
     (acceleration,) = axis.evaluate(
-        "direct_dynamics", out["position"][apart], dq, force[begin], direction, parameters
+        "direct_dynamics", out["position"][apart], dq, force[begin], direction, *then, parameters
     )
     out["acceleration"][apart] = np.where(stays, 0.0, acceleration[:, 0])
     return out

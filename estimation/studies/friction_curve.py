@@ -90,15 +90,16 @@ def _still(signals: Signals) -> Signals:
         acceleration=signals.acceleration,
         force=signals.force,
         direction=none,
+        recorded=signals.recorded,
     )
 
 
 def _at(signals: Signals, velocity: Array, place: int | None = None) -> Signals:
     """Given velocities at one sample's place and acceleration, or at the middle of the motion."""
     many = np.ones_like(velocity)
-    position, acceleration = (
+    position, acceleration, *recorded = (
         float(np.median(values) if place is None else values[place])
-        for values in (signals.position, signals.acceleration)
+        for values in (signals.position, signals.acceleration, *signals.recorded)
     )
     return Signals(
         position=position * many,
@@ -106,6 +107,7 @@ def _at(signals: Signals, velocity: Array, place: int | None = None) -> Signals:
         acceleration=acceleration * many,
         force=many,
         direction=np.sign(velocity),
+        recorded=tuple(value * many for value in recorded),
     )
 
 

@@ -36,12 +36,14 @@ from axisid.estimation.signals import (
     Prefilter,
     SampledFilter,
     Signals,
+    beside_motion,
     check_filter,
     check_without_position,
     chosen_hold,
     force_of,
     near_turns,
     paired_with_force,
+    recorded_signals,
     rest_below,
 )
 from axisid.estimation.tables import Provenance
@@ -248,12 +250,13 @@ class _LogRows:
     def _pieces(self) -> Iterator[tuple[Mapping[str, Array], int, int, int]]:
         """Columns by role from `begin` on, whose samples from `start` to `stop` are due."""
         around = sum(self.margins) + self.turns + 2  # two more for the central differences
+        names = [signal.name for signal in self.axis.axis.signals]
         columns: dict[str, Array] = {}
         begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
         for block in self.blocks:
             columns = {
                 role: np.concatenate([columns.get(role, np.empty(0)), block[role]])
-                for role in ("position", "velocity", "acceleration", "force", "control")
+                for role in ("position", "velocity", "acceleration", "force", "control", *names)
                 if role in block
             }
             end = begin + len(next(iter(columns.values())))
@@ -274,9 +277,11 @@ class _LogRows:
         motion, smoothing = self.margins
         rows = f.rows_between(self.samples, start, stop)
         filtered = self._motion(columns)
-        recorded = {role: columns.get(role) for role in ("force", "control")}
-        force = force_of(self.axis, self.source, filtered, **recorded)
-        signals = paired_with_force(filtered, force, [0], delay=self.hold_delay)
+        driven = {role: columns.get(role) for role in ("force", "control")}
+        recorded = recorded_signals(self.axis, self.source, columns)
+        force = force_of(self.axis, self.source, filtered, **driven, recorded=recorded)
+        beside = beside_motion(self.axis, recorded, [0])
+        signals = paired_with_force(filtered, force, [0], delay=self.hold_delay, recorded=beside)
         equations = InverseForm(self.axis).equations(signals)
         # What the decimation filter sees begins and ends as it does in a whole record.
         low = max(start - smoothing, cut, begin + (motion + self.turns + 2 if begin else 0))

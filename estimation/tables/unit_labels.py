@@ -49,6 +49,8 @@ _FACTORS: Mapping[str, tuple[float, str]] = {
     **{s: (f, "m/s^2") for s, f in (("mm/s^2", 1e-3), ("cm/s^2", 1e-2), ("g", 9.80665))},
     **{s: (f * _DEGREE, "rad/s^2") for s, f in (("deg/s^2", 1.0), ("°/s^2", 1.0))},
     **{s: (f, "rad/s^2") for s, f in (("mrad/s^2", 1e-3), ("rev/s^2", _TURN))},
+    **{s: (f, "Pa") for s, f in (("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("MPa", 1e6))},
+    **{s: (f, "Pa") for s, f in (("mbar", 1e2), ("bar", 1e5), ("psi", 6894.757293))},
     "%": (1e-2, "1"),
 }
 

@@ -13,11 +13,15 @@ from axisid.modeling.quantities import (
     Coordinate,
     Formula,
     Parameter,
+    Signal,
+    SignalSymbol,
     check_distinct,
     check_name,
     check_size,
     declared_parameters,
+    declared_signals,
     number,
+    signals_in,
     with_numbers,
 )
 from axisid.support.errors import ModelError, UsageError
@@ -66,11 +70,13 @@ class Axis:
     control : ControlLaw or None
         The sampled law that closes the loop; instrumental variables need it.
     columns : mapping of str to str or Column
-        Columns of this axis's records by role (see `ROLES`): names, with a unit or a scaling where
-        they are not SI, as ``--columns`` takes them; they are kept as texts.
+        Columns of this axis's records by role (see `ROLES`) or signal: names, with a unit or a
+        scaling where they are not SI, as ``--columns`` takes them; they are kept as texts.
     injected_at : str
         What the test signal in the column ``injected`` is added to: ``control``, before the drive's
         limit, or ``reference``. Empty where there is none, or where each record says it.
+    signals : tuple of Signal
+        Recorded beside the motion; the force, the drive and the control law may have them.
     experiment : Experiment or None
         The motion of the axis's twin.
     title : str
@@ -91,6 +97,7 @@ class Axis:
     title: str = ""
     left_out: tuple[Parameter, ...] = ()
     injected_at: str = ""
+    signals: tuple[Signal, ...] = ()
 
     def __post_init__(self) -> None:
         check_name(self.name, "the axis")
@@ -103,6 +110,7 @@ class Axis:
             )
         object.__setattr__(self, "columns", FrozenMapping(column_texts(self.columns)))
         self._check_names()
+        self._check_signals()
         self._check_symbols()
         self._check_columns()
         self._check_truth()
@@ -120,9 +128,19 @@ class Axis:
         return str(view_of("axis_html", self))
 
     @property
+    def roles(self) -> tuple[str, ...]:
+        """What a column of its records can be."""
+        return (*ROLES, *(signal.name for signal in self.signals))
+
+    @property
+    def signal_symbols(self) -> tuple[sympy.Symbol, ...]:
+        """The signals as expressions have them."""
+        return tuple(signal.symbol for signal in self.signals)
+
+    @property
     def unchecked_terms(self) -> tuple[str, ...]:
         """Terms of the equation of motion whose unit a plain number in them leaves open."""
-        return checked_terms(self.force, self.coordinate, self.parameters)
+        return checked_terms(self.force, self.coordinate, self.parameters, self.signals)
 
     def _check_types(self) -> None:
         wanted: dict[str, type | UnionType] = {
@@ -144,6 +162,7 @@ class Axis:
                 )
         try:
             declared_parameters(self.parameters)
+            object.__setattr__(self, "signals", declared_signals(self.signals))
         except ModelError as error:
             raise ModelError(f"axis {self.name!r}: {error}") from error
 
@@ -153,6 +172,10 @@ class Axis:
         names += [(p.name, "parameter") for p in self.parameters]
         law = self.control.names if self.control else ()
         names += [(name, "the control law's symbol") for name in law]
+        if self.signals:
+            names += [(signal.name, "signal") for signal in self.signals]
+            names += [(signal.rate_name, "the rate of a signal") for signal in self.signals]
+            names += [("signals", "what the program calls the signals")]
         check_distinct(names)
         self._check_constants(dict(names))
 
@@ -195,6 +218,7 @@ class Axis:
         used = self.force.free_symbols | profile.free_symbols
         used -= self.force.atoms(ConstantSymbol) | profile.atoms(ConstantSymbol)
         allowed = declared | {q.symbol, q.velocity, q.acceleration}
+        allowed |= {signal.symbol for signal in self.signals}
         if unknown := sorted(map(str, used - allowed)):
             raise ModelError(
                 f"axis {self.name!r}: the equation of motion has the unknown symbols "
@@ -218,12 +242,64 @@ class Axis:
                 code="no-acceleration",
             )
 
+    def _check_signals(self) -> None:
+        """Refuse signals that are used and not declared, or named as another column is."""
+        for signal in self.signals:
+            if signal.name in ROLES:
+                raise ModelError(
+                    f"axis {self.name!r}: the signal {signal.name!r} is named as the column of the "
+                    f"{signal.name} is. Rename it.",
+                    code="signal-and-role",
+                )
+        declared = {signal.symbol for signal in self.signals}
+        for what, used in self._used_signals.items():
+            if unknown := sorted(map(str, used - declared)):
+                raise ModelError(
+                    f"axis {self.name!r}: {what} has the signals {', '.join(unknown)}, which the "
+                    "axis does not declare; list them, signals=(...).",
+                    code="signal-not-declared",
+                )
+
+    @property
+    def _used_signals(self) -> dict[str, frozenset[SignalSymbol]]:
+        """The signals by what has them."""
+        drive = self.drive
+        return {
+            "the equation of motion": signals_in(self.force),
+            "the drive": signals_in(drive.force, drive.inverse, drive.profile),
+            "the control law": frozenset() if self.control is None else self.control.signals,
+        }
+
+    @property
+    def sampled_signals(self) -> frozenset[str]:
+        """Names of the signals that the law or the drive reads, once a sample of a sampled law."""
+        used = self._used_signals
+        law_and_drive = used["the control law"] | signals_in(self.drive.force, self.drive.inverse)
+        return frozenset(map(str, law_and_drive))
+
+    def check_signals_used(self) -> None:
+        """Refuse a signal that stands nowhere.
+
+        Raises
+        ------
+        ModelError
+            There is one.
+        """
+        used = frozenset().union(*self._used_signals.values())
+        if unused := [signal.name for signal in self.signals if signal.symbol not in used]:
+            raise ModelError(
+                f"axis {self.name!r}: the signals {', '.join(unused)} are declared but appear "
+                "neither in the equation of motion nor in the drive or the control law. Use or "
+                "remove them.",
+                code="unused-signals",
+            )
+
     def _check_columns(self) -> None:
         for role, column in self.columns.items():
-            if role not in ROLES or not isinstance(column, str):
+            if role not in self.roles or not isinstance(column, str):
                 raise ModelError(
                     f"axis {self.name!r}: column {role!r}: {column!r}; the roles are "
-                    f"{', '.join(ROLES)}, each with the name of a column.",
+                    f"{', '.join(self.roles)}, each with the name of a column.",
                     code="column-roles",
                 )
         if self.injected_at not in ("", *INJECTION_POINTS):
@@ -244,11 +320,27 @@ class Axis:
                     f"{', '.join(names)}.",
                     code="truth-names",
                 )
+        signals = [signal.name for signal in self.signals]
+        for name in self.experiment.signals if self.experiment else ():
+            if name not in signals:
+                raise ModelError(
+                    f"axis {self.name!r}: the experiment has the signal {name!r}; the signals are "
+                    f"{', '.join(signals) or 'none'}.",
+                    code="experiment-signal-names",
+                )
 
     def _check_units(self) -> None:
         try:
-            checked_terms(self.force, self.coordinate, self.parameters)
-            check_profile(self.drive.profile, self.coordinate, self.parameters)
+            checked_terms(self.force, self.coordinate, self.parameters, self.signals)
+            symbols: list[Parameter | Signal] = [*self.parameters, *self.signals]
+            check_profile(self.drive.profile, self.coordinate, symbols)
+            check_profile(
+                self.drive.scaled_by,
+                self.coordinate,
+                self.signals,
+                "scaled_by",
+                "what the gain is times",
+            )
         except ModelError as error:
             raise ModelError(f"axis {self.name!r}: {error}", code="units-differ") from error
 

@@ -14,14 +14,17 @@ import sympy
 
 from axisid.modeling.quantities import (
     BALANCED,
+    BETWEEN,
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
     REFERENCE,
+    SignalSymbol,
     check_symbol,
     expression,
     number,
     several,
+    signals_in,
 )
 from axisid.support.errors import ModelError
 from axisid.support.frozen_mapping import FrozenMapping
@@ -29,8 +32,6 @@ from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
 _LONGEST_DELAY = 100
-#: How a reference may run between the samples of a log.
-BETWEEN = ("linear", "held")
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
 
 
@@ -79,7 +80,8 @@ class ControlLaw:
         Sampling period, s.
     output : sympy.Expr
         The control in the drive's unit, from `REFERENCE`, `MEASURED_POSITION`,
-        `MEASURED_VELOCITY`, `PERIOD`, the gains and the memory.
+        `MEASURED_VELOCITY`, `PERIOD`, the gains, the memory and recorded signals (`Signal`): a
+        feed-forward, a velocity that was commanded.
     gains : mapping of str to float
         Known constants by symbol name, SI.
     memory : tuple of Memory
@@ -120,6 +122,7 @@ class ControlLaw:
             check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
         self._check_timing()
         allowed = _INPUTS | {gain(name) for name in self.names}
+        allowed |= self.signals
         self._check(self.output, allowed, "output")
         for memory in self.memory:
             self._check(memory.following, allowed, f"memory {memory.name!r}")
@@ -136,6 +139,11 @@ class ControlLaw:
     def names(self) -> tuple[str, ...]:
         """Names of the gains, of the memory and of the delay line."""
         return (*self.gains, *(memory.name for memory in self.memory), *self.delay_line)
+
+    @property
+    def signals(self) -> frozenset[SignalSymbol]:
+        """The recorded signals that it reads."""
+        return signals_in(self.output, *(memory.following for memory in self.memory))
 
     @property
     def takes_velocity(self) -> bool:

@@ -14,6 +14,8 @@ from axisid.modeling.quantities import (
     number,
     parse_unit,
     rounded,
+    signals_in,
+    with_numbers,
     written,
 )
 from axisid.support.errors import ModelError
@@ -45,6 +47,9 @@ class Drive:
         motor whose force constant depends on the position. It divides the force balance, so that
         `tau`, and a force column of a record, are nominal; the inertia that `tau` sees then depends
         on the position, and there is no direct regressor.
+    scaled_by : expression
+        What the gain is times, a number of recorded signals and constants: ``supply / 24`` of an
+        amplifier without a supply of its own. A sampled law's force keeps that of its last sample.
 
     References
     ----------
@@ -56,6 +61,7 @@ class Drive:
     limit: float = math.inf
     relative_sd: float = 0.0
     profile: sympy.Expr = sympy.S.One
+    scaled_by: sympy.Expr = sympy.S.One
 
     def __post_init__(self) -> None:
         parse_unit(self.unit)
@@ -73,13 +79,21 @@ class Drive:
                 code="drive-deviation",
             )
         object.__setattr__(self, "profile", expression(self.profile, "the drive's profile"))
+        object.__setattr__(self, "scaled_by", expression(self.scaled_by, "the drive's scaled_by"))
+        if missing := signals_in(self.scaled_by) - signals_in(self.force):
+            raise ModelError(
+                f"the drive {type(self).__name__} has a force of its own, which scaled_by "
+                f"({self.scaled_by}) does not enter; write {', '.join(map(str, missing))} into its "
+                "force and inverse.",
+                code="drive-scaled",
+            )
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")
 
     @property
     def force(self) -> sympy.Expr:
         """Force by the control, `CONTROL`, and by the constants of the drive."""
-        return DRIVE_GAIN * CONTROL
+        return DRIVE_GAIN * CONTROL * with_numbers(self.scaled_by)
 
     @property
     def force_by_gain(self) -> sympy.Expr:
@@ -94,7 +108,7 @@ class Drive:
     @property
     def inverse(self) -> sympy.Expr:
         """Control by the force, `FORCE`, whatever the limit, and by the constants of the drive."""
-        return FORCE / DRIVE_GAIN
+        return FORCE / (DRIVE_GAIN * with_numbers(self.scaled_by))
 
     @property
     def constants(self) -> Mapping[sympy.Symbol, float]:

@@ -7,7 +7,7 @@ from fractions import Fraction
 import sympy
 
 from axisid.modeling.algebra import Expansion, NotRealError, Number, slope, vanishes
-from axisid.modeling.quantities import Coordinate, Parameter, with_numbers
+from axisid.modeling.quantities import Coordinate, Parameter, signals_in, with_numbers
 from axisid.support.errors import ModelError
 
 _PLACES = (0, 1, -1, 2, -3, 5)  # of the coordinate where an inertia is looked at
@@ -60,6 +60,13 @@ def check_kinetic(
         It depends on the acceleration, or otherwise on the velocity, or is negative.
     """
     q = coordinate
+    if recorded := signals_in(energy):
+        raise ModelError(
+            f"the kinetic energy {energy} has the signal {min(map(str, recorded))} in it, whose "
+            "rate of change would make a force too, and is not recorded. Declare the axis with "
+            "newton.",
+            code="signal-in-inertia",
+        )
     if q.acceleration in energy.free_symbols:
         raise ModelError(
             f"the kinetic energy {energy} depends on {q.acceleration}; it may depend on the "
@@ -90,6 +97,8 @@ def check_inertia(
     ModelError
         It is negative.
     """
+    if signals_in(inertia):
+        return  # whatever its signals are
     found = {p: p.nominal if p.known is None else p.known for p in parameters}
     inside = {p: value for p, value in found.items() if p.symbol in inertia.free_symbols}
     nominal = all(inside.values())

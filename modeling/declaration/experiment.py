@@ -7,8 +7,11 @@ does where the truth is known.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
-from axisid.modeling.quantities import number, several
+import sympy
+
+from axisid.modeling.quantities import TIME, ConstantSymbol, expression, number, several
 from axisid.support.errors import ModelError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_whole
@@ -102,12 +105,15 @@ class Experiment:
         coordinate's unit.
     seed : int
         Of the noise.
+    signals : mapping of str to expression
+        What the recorded signals of the axis are, SI, as numbers or by the time, `TIME`.
     """
 
     moves: tuple[Move, ...]
     truth: Mapping[str, float] = field(default_factory=dict)
     position_noise: float = 0.0
     seed: int = 1
+    signals: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not isinstance(self.truth, Mapping):
@@ -115,6 +121,14 @@ class Experiment:
                 f"the truth of an experiment is {quoted(self.truth)}; give numbers by parameter.",
                 code="truth-type",
             )
+        if not isinstance(self.signals, Mapping):
+            raise ModelError(
+                f"the signals of an experiment are {quoted(self.signals)}; give expressions of the "
+                "time, by name.",
+                code="experiment-signals",
+            )
+        of_time = {name: self._of_time(name, value) for name, value in self.signals.items()}
+        object.__setattr__(self, "signals", FrozenMapping(of_time))
         object.__setattr__(self, "moves", several(self.moves))
         object.__setattr__(self, "truth", FrozenMapping(self.truth))
         noise = number(self.position_noise, "the position noise")
@@ -134,3 +148,14 @@ class Experiment:
             raise ModelError(f"the seed is {quoted(self.seed)}; give a whole number, 0 or more.")
         if not noise >= 0:
             raise ModelError(f"the position noise is {self.position_noise!r}; give 0 or more.")
+
+    @staticmethod
+    def _of_time(name: str, value: Any) -> sympy.Expr:
+        found = expression(value, f"the signal {name!r} of an experiment")
+        others = found.free_symbols - found.atoms(ConstantSymbol) - {TIME}
+        if others:
+            raise ModelError(
+                f"the signal {name!r} of an experiment is {found}; it may use {TIME} and numbers.",
+                code="experiment-signal",
+            )
+        return found

@@ -54,7 +54,7 @@ def lagrange(
     generalised_force : expression
         Q, whatever else drives the axis, positive along the coordinate.
     **declaration
-        The other attributes of `Axis`: drive, control, columns, experiment, title.
+        The other attributes of `Axis`: drive, control, signals, columns, experiment, title.
 
     Raises
     ------
@@ -83,4 +83,6 @@ def lagrange(
         + slope(lost, q.velocity, "the dissipation function")
         - expression(generalised_force, "the generalised force")
     )
-    return Axis(name=name, coordinate=q, parameters=declared, force=force, **declaration)
+    axis = Axis(name=name, coordinate=q, parameters=declared, force=force, **declaration)
+    axis.check_signals_used()
+    return axis

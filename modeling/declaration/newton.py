@@ -44,7 +44,7 @@ def newton(
     resistance : iterable of expression
         Forces that oppose a positive motion; see `axisid.modeling.declaration.elements`.
     **declaration
-        The other attributes of `Axis`: drive, control, columns, experiment, title.
+        The other attributes of `Axis`: drive, control, signals, columns, experiment, title.
 
     Raises
     ------
@@ -69,10 +69,12 @@ def newton(
     except ModelError as error:
         raise ModelError(f"axis {name!r}: {error}", code="negative-inertia") from error
     opposing = [expression(term, "a resistance") for term in several(resistance)]
-    return Axis(
+    axis = Axis(
         name=name,
         coordinate=q,
         parameters=declared,
         force=mass * q.acceleration + sum(opposing, sympy.S.Zero),
         **declaration,
     )
+    axis.check_signals_used()
+    return axis

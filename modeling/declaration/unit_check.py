@@ -9,6 +9,7 @@ from axisid.modeling.quantities import (
     ConstantSymbol,
     Coordinate,
     Parameter,
+    Signal,
     Unit,
     UnitReader,
     UnitsError,
@@ -18,7 +19,10 @@ from axisid.support.errors import ModelError
 
 
 def checked_terms(
-    force: sympy.Expr, coordinate: Coordinate, parameters: Iterable[Parameter]
+    force: sympy.Expr,
+    coordinate: Coordinate,
+    parameters: Iterable[Parameter],
+    signals: Iterable[Signal] = (),
 ) -> tuple[str, ...]:
     """Check the unit of every term, and return the terms that could not be checked.
 
@@ -33,7 +37,7 @@ def checked_terms(
         A term has another unit than the drive's; the term and both units are named.
     """
     parameters = tuple(parameters)
-    units = unit_table(coordinate, parameters)
+    units = unit_table(coordinate, (*parameters, *signals))
     unknown = {p.symbol for p in parameters}
     unchecked = []
     for term in sympy.Add.make_args(force):
@@ -51,34 +55,41 @@ def checked_terms(
     return tuple(unchecked)
 
 
-def check_profile(profile: sympy.Expr, coordinate: Coordinate, units: Iterable[Parameter]) -> None:
-    """Refuse a force profile that is not a number.
+def check_profile(
+    profile: sympy.Expr,
+    coordinate: Coordinate,
+    symbols: Iterable[Parameter | Signal],
+    what: str = "profile",
+    of: str = "the force over its nominal value",
+) -> None:
+    """Refuse a force profile, or what the gain is scaled by, that is not a number.
 
     Raises
     ------
     ModelError
         It has a unit.
     """
-    reader = UnitReader(unit_table(coordinate, units), loose_numbers=True)
+    reader = UnitReader(unit_table(coordinate, symbols), loose_numbers=True)
     try:
         fits = reader.fits(profile, NUMBER)
     except UnitsError as error:
-        raise ModelError(f"the units in the drive's profile do not fit: {error}") from error
+        raise ModelError(f"the units in the drive's {what} do not fit: {error}") from error
     if not fits:
         raise ModelError(
-            f"the drive's profile {profile} is in {reader.unit(profile)}; give the force over its "
-            "nominal value, a number."
+            f"the drive's {what} {profile} is in {reader.unit(profile)}; give {of}, a number."
         )
 
 
-def unit_table(coordinate: Coordinate, parameters: Iterable[Parameter]) -> dict[sympy.Symbol, Unit]:
+def unit_table(
+    coordinate: Coordinate, others: Iterable[Parameter | Signal]
+) -> dict[sympy.Symbol, Unit]:
     """Units of all symbols of an equation of motion."""
     motion = (coordinate.symbol, coordinate.velocity, coordinate.acceleration)
     table = {
         symbol: parse_unit(coordinate.unit + over)
         for symbol, over in zip(motion, ("", "/s", "/s^2"), strict=True)
     }
-    return {**table, **{p.symbol: parse_unit(p.unit) for p in parameters}}
+    return {**table, **{each.symbol: parse_unit(each.unit) for each in others}}
 
 
 def _wrong(

@@ -195,6 +195,7 @@ def _taken(axis: Axis) -> set[str]:
     names = {str(s) for s in (q.symbol, q.velocity, q.acceleration)}
     names |= {p.name for p in axis.parameters}
     names |= set(axis.control.names if axis.control else ())
+    names |= {name for s in axis.signals for name in (s.name, s.rate_name, "signals")}
     return {name.lower() for name in names}
 
 

@@ -1,7 +1,8 @@
 """A friction ladder: one axis under friction laws of growing richness.
 
 What the axis declares as friction, forces of the velocity alone and a constant one, gives way to
-each rung's own terms; inertia, gravity, springs and whatever depends on the position stay.
+each rung's own terms; inertia, gravity, springs and whatever depends on the position or on a
+recorded signal stay.
 """
 
 import math
@@ -87,7 +88,7 @@ def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
     q = axis.coordinate
     slopes = {p.symbol: axis.force.diff(p.symbol) for p in axis.parameters}
     others = frozenset(slopes)
-    beyond: AbstractSet[sympy.Symbol] = {q.symbol, q.acceleration}
+    beyond: AbstractSet[sympy.Symbol] = {q.symbol, q.acceleration, *axis.signal_symbols}
     while beyond:
         slopes = {p: slope for p, slope in slopes.items() if without(slope, beyond) is not None}
         others, beyond = frozenset(slopes), others - frozenset(slopes)
@@ -208,6 +209,7 @@ def _taken(axis: Axis, kept: list[sympy.Expr]) -> set[str]:
     names |= {str(s) for s in (q.symbol, q.velocity, q.acceleration)}
     names |= {p.name for p in axis.parameters}
     names |= set(axis.control.names if axis.control else ())
+    names |= {name for s in axis.signals for name in (s.name, s.rate_name, "signals")}
     return {name.lower() for name in names}
 
 

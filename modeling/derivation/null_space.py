@@ -22,7 +22,7 @@ from axisid.modeling.algebra import (
     exact,
     kernel,
 )
-from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter
+from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter, signals_in
 
 from .base_terms import Exponents, Row, column_terms, reduced_rows
 from .inverse import Regressor
@@ -210,7 +210,11 @@ def _in_parameters(
 
 def _from_motions(columns: Sequence[sympy.Expr], coordinate: Coordinate) -> list[sympy.Expr]:
     """Weights of the combination that one motion less than there are columns does not show."""
-    motions = [_motion(coordinate, i) for i in range(len(columns) - 1)]
+    recorded = sorted(signals_in(*columns), key=str)
+    motions = [
+        {**_motion(coordinate, i), **{s: _recorded(i, j) for j, s in enumerate(recorded)}}
+        for i in range(len(columns) - 1)
+    ]
     rows = [[column.xreplace(motion) for column in columns] for motion in motions]
     square = sympy.Matrix([[0] * len(columns), *rows])
     return [square.cofactor(0, j) for j in range(len(columns))]
@@ -237,6 +241,11 @@ def _motion(coordinate: Coordinate, i: int) -> dict[sympy.Symbol, sympy.Expr]:
         coordinate.acceleration: sympy.Rational(2 * i + 1, i + 2),
         DIRECTION: ahead,
     }
+
+
+def _recorded(i: int, j: int) -> sympy.Rational:
+    """A recorded signal beside a motion, unlike the others."""
+    return sympy.Rational(3 * i + 2, i + j + 4)
 
 
 def _direction(weights: Direction) -> Direction:

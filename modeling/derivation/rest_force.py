@@ -11,7 +11,7 @@ from axisid.modeling.quantities import with_numbers
 
 
 def forces_at_rest(
-    axis: Axis, parameters: Sequence[float], position: float
+    axis: Axis, parameters: Sequence[float], position: float, recorded: Sequence[float] = ()
 ) -> tuple[tuple[str, float], ...]:
     """The terms of the equation of motion, each with its force at rest; NaN where it has none.
 
@@ -21,9 +21,12 @@ def forces_at_rest(
     parameters : sequence of float
         Length p, finite.
     position : float
+    recorded : sequence of float
+        The recorded signals, in the axis's order.
     """
     q = axis.coordinate
     point = dict(zip([p.symbol for p in axis.parameters], parameters, strict=True))
+    point |= dict(zip(axis.signal_symbols, recorded, strict=True))
     point |= {q.symbol: position, q.velocity: 0.0, q.acceleration: 0.0}
     return tuple(
         (str(term), _value(with_numbers(term), point)) for term in sympy.Add.make_args(axis.force)

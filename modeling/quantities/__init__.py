@@ -26,6 +26,11 @@ from .reading_order import Readable as Readable
 from .reading_order import readable as readable
 from .reading_order import written as written
 from .rounding import rounded as rounded
+from .signal import BETWEEN as BETWEEN
+from .signal import Signal as Signal
+from .signal import SignalSymbol as SignalSymbol
+from .signal import declared_signals as declared_signals
+from .signal import signals_in as signals_in
 from .size import MOST_NODES as MOST_NODES
 from .size import MOST_TERMS as MOST_TERMS
 from .size import check_size as check_size
@@ -38,6 +43,7 @@ from .symbols import MEASURED_POSITION as MEASURED_POSITION
 from .symbols import MEASURED_VELOCITY as MEASURED_VELOCITY
 from .symbols import PERIOD as PERIOD
 from .symbols import REFERENCE as REFERENCE
+from .symbols import TIME as TIME
 from .symbols import Coordinate as Coordinate
 from .symbols import Parameter as Parameter
 from .symbols import Symbolic as Symbolic

@@ -287,5 +287,9 @@ MEASURED_VELOCITY = sympy.Symbol("measured_velocity", real=True)
 BALANCED = sympy.Symbol("balanced", real=True)
 
 
+#: Time since the first sample, s.
+TIME = sympy.Symbol("time", real=True)
+
+
 #: Sampling period of the law, s.
 PERIOD = sympy.Symbol("period", positive=True)

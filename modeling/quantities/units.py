@@ -1,4 +1,4 @@
-"""Coherent SI units as exponents of metre, kilogram, second and ampere.
+"""Coherent SI units as exponents of metre, kilogram, second, ampere and kelvin.
 
 Inside the program every number is a plain SI float; a unit only labels it. The whitelist closes
 the traps of general unit parsers: `Nm` is a newton metre, and an angle is in radians, which SI
@@ -12,22 +12,26 @@ from fractions import Fraction
 from axisid.support.errors import ModelError
 from axisid.support.user_values import quoted
 
-_BASE = ("kg", "m", "s", "A")
-_Exponents = tuple[Fraction | int, Fraction | int, Fraction | int, Fraction | int]
+_BASE = ("kg", "m", "s", "A", "K")
+_Exponent = Fraction | int
+_Exponents = tuple[_Exponent, _Exponent, _Exponent, _Exponent, _Exponent]
 
 _SYMBOLS: dict[str, _Exponents] = {
-    "1": (0, 0, 0, 0),
-    "rad": (0, 0, 0, 0),
-    "kg": (1, 0, 0, 0),
-    "m": (0, 1, 0, 0),
-    "s": (0, 0, 1, 0),
-    "A": (0, 0, 0, 1),
-    "N": (1, 1, -2, 0),
-    "Nm": (1, 2, -2, 0),
-    "J": (1, 2, -2, 0),
-    "W": (1, 2, -3, 0),
-    "V": (1, 2, -3, -1),
+    "1": (0, 0, 0, 0, 0),
+    "rad": (0, 0, 0, 0, 0),
+    "kg": (1, 0, 0, 0, 0),
+    "m": (0, 1, 0, 0, 0),
+    "s": (0, 0, 1, 0, 0),
+    "A": (0, 0, 0, 1, 0),
+    "N": (1, 1, -2, 0, 0),
+    "Nm": (1, 2, -2, 0, 0),
+    "J": (1, 2, -2, 0, 0),
+    "W": (1, 2, -3, 0, 0),
+    "V": (1, 2, -3, -1, 0),
+    "K": (0, 0, 0, 0, 1),
+    "Pa": (1, -1, -2, 0, 0),
 }
+_NONE: _Exponents = (0, 0, 0, 0, 0)
 _LONGEST = 60
 _TOKEN = re.compile(r"\s*(\*\*|[*/^()·]|-?\d+|[A-Za-z]+)")
 
@@ -41,7 +45,7 @@ class Unit:
     text : str
         As the user wrote it, or canonical for a derived unit: ``N/(m/s)``, ``1/kg``.
     exponents : tuple of int or Fraction
-        Of kilogram, metre, second, ampere.
+        Of kilogram, metre, second, ampere, kelvin.
     """
 
     text: str
@@ -57,7 +61,7 @@ class Unit:
         return _canonical(_combine(self.exponents, other.exponents, -1))
 
     def __pow__(self, power: Fraction | int) -> "Unit":
-        return self if power == 1 else _canonical(_combine((0, 0, 0, 0), self.exponents, power))
+        return self if power == 1 else _canonical(_combine(_NONE, self.exponents, power))
 
     def same_dimension(self, other: "Unit") -> bool:
         """Whether both measure the same kind of quantity."""
@@ -130,12 +134,12 @@ def _factor(tokens: list[str], text: str) -> tuple[_Exponents, list[str]]:
                 power, tokens = Fraction(int(above), int(below)), rest
             case _:
                 raise _malformed(text, tokens[0])
-    return _combine((0, 0, 0, 0), base, power), tokens
+    return _combine(_NONE, base, power), tokens
 
 
 def _combine(left: _Exponents, right: _Exponents, power: Fraction | int) -> _Exponents:
-    a, b, c, d = (x + power * y for x, y in zip(left, right, strict=True))
-    return (a, b, c, d)
+    a, b, c, d, e = (x + power * y for x, y in zip(left, right, strict=True))
+    return (a, b, c, d, e)
 
 
 def _canonical(exponents: _Exponents) -> Unit:

@@ -3,58 +3,59 @@
 Expressions are text, read by `read_expression`. All mistakes of a file are told at once.
 """
 
-import inspect
 import math
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import sympy
 
 from axisid.modeling.declaration import (
-    LAWS,
     ROLES,
     Axis,
     Column,
-    ControlLaw,
     Drive,
     Experiment,
-    Memory,
     Move,
     back_and_forth,
-    gain,
     lagrange,
     newton,
 )
 from axisid.modeling.quantities import (
-    BALANCED,
-    MEASURED_POSITION,
-    MEASURED_VELOCITY,
-    PERIOD,
-    REFERENCE,
+    TIME,
     Constant,
     Coordinate,
     G,
     Parameter,
-    check_name,
+    Signal,
+    SignalSymbol,
     check_symbol,
     parse_unit,
+    several,
+    signals_in,
 )
 from axisid.support.errors import DeclarationError, ModelError
 
 from .element_calls import ElementCalls
-from .mistakes import nearest
-from .toml_table import Symbols, Table
+from .toml_control import read_control
+from .toml_table import Symbols, Table, checked_name
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
-_INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
 _COLUMN = ("name", "unit", "scale", "offset", "gear", "resolution")
-_PARTS = ("coordinate", "parameters", "constants", "drive", "control", "columns", "experiment")
-_BETWEEN = "reference_between"
+_PARTS = (
+    "coordinate",
+    "parameters",
+    "constants",
+    "signals",
+    "drive",
+    "control",
+    "columns",
+    "experiment",
+)
+_DRIVEN_BY = ("profile", "scaled_by")
 _FORCE = "generalised_force"
 _ENERGIES = ("kinetic", "potential", "dissipation", _FORCE)
 
@@ -124,48 +125,52 @@ def _text(file: Path) -> str:
 
 def _axis(root: Table) -> Axis | None:
     """The axis, or None and mistakes; each part is read whatever is wrong with the others."""
-    root.only("name", "title", *_PARTS[:3], "newton", "lagrange", *_PARTS[3:])
+    root.only("name", "title", *_PARTS[:4], "newton", "lagrange", *_PARTS[4:])
     root.needs("name", "coordinate", "parameters", "drive")
-    name = _name(root, "name", root.values.get("name", "axis"), "the axis")
+    name = checked_name(root, "name", root.values.get("name", "axis"), "the axis")
     coordinate, moving = _coordinate(root)
     parameters, unknown = _parameters(root)
-    constants = _constants(root, list(unknown), list(moving))
+    signals, recorded = _signals(root)
+    others = {**dict.fromkeys(unknown, "parameter"), **dict.fromkeys(recorded, "signal")}
+    constants = _constants(root, others, list(moving))
     fields = {
         "name": name or "axis",
         "title": root.text("title"),
         "coordinate": coordinate,
         "parameters": parameters,
+        "signals": signals,
     }
     elements = ElementCalls(coordinate or _stand_in(moving))
-    symbols = {**constants, **unknown, **moving} if moving else None
+    symbols = {**constants, **unknown, **recorded, **moving} if moving else None
     dynamics = _dynamics(root, symbols, elements)
+    drive = _drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     parts = {
-        "drive": _drive(root, {**constants, **moving}) or Drive(gain=1.0),
-        "control": _control(root),
-        "columns": _columns(root),
+        "drive": drive,
+        "control": read_control(root, recorded),
+        "columns": _columns(root, list(recorded)),
         "injected_at": _injected_at(root),
-        "experiment": _experiment(root, list(unknown)),
+        "experiment": _experiment(root, list(unknown), list(recorded)),
     }
-    if coordinate is None or parameters is None or dynamics is None:
+    if coordinate is None or parameters is None or signals is None or dynamics is None:
         return None
     declare, energies = dynamics
     axis = root.attempt("", lambda: declare(**fields, **energies, **parts))
     if axis is None and parts["control"] is not None:
         # A name that the control law shares hides what is wrong with the equation of motion.
         mistake = root.mistakes.pop()
-        root.attempt("", lambda: declare(**fields, **energies, drive=parts["drive"]))
+        alone = {**fields, "signals": _standing_in(signals, energies, drive)}
+        root.attempt("", lambda: declare(**alone, **energies, drive=drive))
         root.mistakes += [mistake] if mistake not in root.mistakes else []
     return axis
 
 
-def _name(
-    table: Table, key: str, name: Any, what: str, check: Callable[[Any, str], None] = check_name
-) -> str | None:
-    def checked() -> str:
-        check(name, what)
-        return str(name)
-
-    return table.attempt(key, checked)
+def _standing_in(
+    signals: tuple[Signal, ...], energies: Mapping[str, Any], drive: Drive
+) -> tuple[Signal, ...]:
+    """The signals without those that the control law alone may have."""
+    values = [value for entry in energies.values() for value in several(entry)]
+    used = signals_in(*values, drive.force, drive.profile)
+    return tuple(signal for signal in signals if signal.symbol in used)
 
 
 def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
@@ -176,7 +181,7 @@ def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
     table.only("name", "unit")
     table.needs("name")
     name = table.values.get("name", "x")
-    checked = _name(table, "name", name, "the coordinate", check_symbol)
+    checked = checked_name(table, "name", name, "the coordinate", check_symbol)
     fields = {key: value for key, value in table.values.items() if key in ("name", "unit")}
     coordinate = table.made(Coordinate, fields, {"name": checked or "x"}, apart=("unit",))
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,30}", name, re.ASCII):
@@ -202,7 +207,7 @@ def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
 
 
 def _parameter(root: Table, name: str) -> Parameter | None:
-    checked = _name(root, name, name, "a parameter", check_symbol)
+    checked = checked_name(root, name, name, "a parameter", check_symbol)
     table = root.table(name)
     table.only("unit", "nominal", "lower", "upper", "description", "known", "known_sd")
     table.needs("unit")
@@ -218,15 +223,36 @@ def _parameter(root: Table, name: str) -> Parameter | None:
     return parameter if checked else None
 
 
-def _constants(root: Table, parameters: list[str], motion: list[str]) -> Symbols:
+def _signals(root: Table) -> tuple[tuple[Signal, ...] | None, Symbols]:
+    """The recorded signals in the order of the file, and the symbols even of wrong ones."""
+    table = root.table("signals")
+    made = [_signal(table, name) for name in table.values]
+    symbols: Symbols = {name: SignalSymbol(name) for name in table.values}
+    good = tuple(signal for signal in made if signal is not None)
+    return (good if len(good) == len(made) and table.fine else None), symbols
+
+
+def _signal(root: Table, name: str) -> Signal | None:
+    checked = checked_name(root, name, name, "a signal", check_symbol)
+    table = root.table(name)
+    table.only("unit", "between", "description")
+    table.needs("unit")
+    fields: dict[str, Any] = {"description": table.text("description")}
+    fields |= {key: table.values[key] for key in ("unit", "between") if key in table.values}
+    neutral = {"name": checked or "s", "unit": "1"}
+    signal = table.made(Signal, fields, neutral, apart=("unit", "between"))
+    return signal if checked else None
+
+
+def _constants(root: Table, declared: Mapping[str, str], motion: list[str]) -> Symbols:
     """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
     table = root.table("constants")
     built_in = (G, Constant(math.pi, "1", "pi"))
     symbols = {constant.name: constant.symbol for constant in built_in}
     for name in table.values:
-        checked = _name(table, name, name, "a constant")
-        if name in parameters:
-            table.say(name, "it is a parameter too; give one of them another name.")
+        checked = checked_name(table, name, name, "a constant")
+        if name in declared:
+            table.say(name, f"it is a {declared[name]} too; give one of them another name.")
         if name in motion:
             table.say(name, "it is a symbol of the motion too; give one of them another name.")
         if name == "pi":
@@ -280,78 +306,11 @@ def _drive(root: Table, symbols: Symbols) -> Drive | None:
     if "drive" not in root.values:
         return None
     table, keys = root.table("drive"), ("gain", "unit", "limit", "relative_sd")
-    table.only(*keys, "profile")
+    table.only(*keys, *_DRIVEN_BY)
     table.needs("gain")
     fields = {key: value for key, value in table.values.items() if key in keys}
-    if "profile" in table.values:
-        fields["profile"] = table.expression("profile", symbols)
+    fields |= {key: table.expression(key, symbols) for key in _DRIVEN_BY if key in table.values}
     return table.made(Drive, fields, {"gain": 1.0}, apart=keys)
-
-
-def _control(root: Table) -> ControlLaw | None:
-    if "control" not in root.values:
-        return None
-    table = root.table("control")
-    if "law" in table.values:
-        return _shipped_law(table)
-    table.only("name", "period", "output", "gains", "memory", "delay", "continuous", _BETWEEN)
-    table.needs("name", "period", "output")
-    gains, memory = table.table("gains"), table.table("memory")
-    names = [*gains.values, *memory.values]
-    for name in names:
-        _name(gains if name in gains.values else memory, name, name, "it")
-    symbols = _INPUTS | {name: gain(name) for name in names}
-    fields = {
-        "name": table.text("name"),
-        "period": table.values.get("period", 1.0),
-        "output": table.expression("output", symbols),
-        "gains": {name: gains.number(name) for name in gains.values},
-        "memory": [_memory(memory.table(name), name, symbols) for name in memory.values],
-        "delay": table.whole("delay", 0),
-        "continuous": table.switch("continuous", default=False),
-        _BETWEEN: table.text(_BETWEEN),
-    }
-    neutral = {"name": "law", "period": 1.0, "output": sympy.S.Zero}
-    return table.made(ControlLaw, fields, neutral, apart=("period", "delay", _BETWEEN))
-
-
-def _shipped_law(table: Table) -> ControlLaw | None:
-    """A law of the library by its name, with the arguments of its function."""
-    name = table.values["law"]
-    if not isinstance(name, str) or name not in LAWS:
-        like = nearest(name, LAWS) if isinstance(name, str) else ""
-        table.say(
-            "law",
-            f"there is no law {name!r}; there are {', '.join(LAWS)}, or leave out the law and "
-            f"write its output.{like}",
-        )
-        return None
-    arguments = inspect.signature(LAWS[name]).parameters
-    table.only("law", *arguments, _BETWEEN)
-    table.needs(*(key for key, value in arguments.items() if value.default is value.empty))
-    fields: dict[str, Any] = {
-        key: table.switch(key, default=False)
-        if isinstance(arguments[key].default, bool)
-        else table.number(key)
-        for key in table.values
-        if key in arguments
-    }
-    neutral = {key: 1.0 for key, value in arguments.items() if value.default is value.empty}
-    law = table.made(LAWS[name], fields, neutral, apart=("period",))
-    if law is None:
-        return None
-    return table.attempt(_BETWEEN, lambda: replace(law, reference_between=table.text(_BETWEEN)))
-
-
-def _memory(table: Table, name: str, symbols: Symbols) -> Memory:
-    table.only("following", "start")
-    table.needs("following", "start")
-    at_rest = {str(symbol): symbol for symbol in (MEASURED_POSITION, REFERENCE, BALANCED)}
-    return Memory(
-        name,
-        following=table.expression("following", symbols),
-        start=table.expression("start", at_rest),
-    )
 
 
 def _injected_at(root: Table) -> str:
@@ -359,10 +318,10 @@ def _injected_at(root: Table) -> str:
     return table.text("injected_at") if "injected_at" in table.values else ""
 
 
-def _columns(root: Table) -> dict[str, str]:
-    table = root.table("columns")
-    table.only(*ROLES, "injected_at")
-    found = {role: _column(table, role) for role in ROLES if role in table.values}
+def _columns(root: Table, signals: list[str]) -> dict[str, str]:
+    table, roles = root.table("columns"), dict.fromkeys((*ROLES, *signals))
+    table.only(*roles, "injected_at")
+    found = {role: _column(table, role) for role in roles if role in table.values}
     return {role: text for role, text in found.items() if text}
 
 
@@ -378,11 +337,13 @@ def _column(table: Table, role: str) -> str:
     return "" if made is None else str(made)
 
 
-def _experiment(root: Table, names: list[str]) -> Experiment | None:
+def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experiment | None:
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
-    table.only("moves", "back_and_forth", "truth", "position_noise", "seed")
+    table.only("moves", "back_and_forth", "truth", "position_noise", "seed", "signals")
+    signals = table.table("signals")
+    signals.only(*recorded)
     truth = table.table("truth")
     truth.only(*names)
     fields: dict[str, Any] = {
@@ -390,6 +351,11 @@ def _experiment(root: Table, names: list[str]) -> Experiment | None:
         "truth": {name: truth.number(name) for name in truth.values if name in names},
         "position_noise": table.number("position_noise"),
         "seed": table.whole("seed", 1),
+        "signals": {
+            name: signals.expression(name, {str(TIME): TIME})
+            for name in signals.values
+            if name in recorded
+        },
     }
     neutral = {"moves": (Move(1.0, 1.0, 1.0),)}
     return table.made(Experiment, fields, neutral, apart=("position_noise", "seed"))

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import sympy
 
-from axisid.modeling.quantities import expression, number
+from axisid.modeling.quantities import check_name, expression, number
 from axisid.support.errors import ModelError
 
 from .dynamics import DYNAMICS
@@ -199,3 +199,15 @@ class Table:
                 alone = {**neutral, key: fields[key]}
                 self.attempt(key, lambda alone=alone: make(**alone))  # type: ignore[misc]
         return self.attempt("", lambda: make(**{**neutral, **fields})) if self.fine else None
+
+
+def checked_name(
+    table: Table, key: str, name: Any, what: str, check: Callable[[Any, str], None] = check_name
+) -> str | None:
+    """The name if it may be used; else None and a mistake."""
+
+    def checked() -> str:
+        check(name, what)
+        return str(name)
+
+    return table.attempt(key, checked)

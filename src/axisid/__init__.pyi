@@ -29,6 +29,7 @@ from .modeling.derivation import friction_ladder as friction_ladder
 from .modeling.quantities import Constant as Constant
 from .modeling.quantities import Coordinate as Coordinate
 from .modeling.quantities import Parameter as Parameter
+from .modeling.quantities import Signal as Signal
 from .modeling.text import load_axis as load_axis
 from .presentation.saved import SavedEstimate as SavedEstimate
 from .presentation.saved import SavedIdentification as SavedIdentification

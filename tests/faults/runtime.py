@@ -205,7 +205,11 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
         _one(parameters=np.ma.masked_array([1.0, 1.0, 1.0], mask=[0, 1, 0])),
         "the parameters: 1 of the values are masked",
     ),
-    ("signals that are no names", _many(signals=None), "the signals are None; give a list"),
+    (
+        "wanted signals that are no names",
+        _many(wanted=None),
+        "the wanted signals are None; give a list",
+    ),
     (
         "masked samples of a function",
         lambda: _axis().evaluate("idm_regressor", _MASKED, 0, 0, 0),

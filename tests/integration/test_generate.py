@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -115,8 +116,6 @@ def test_check_tells_stale_missing_and_orphan_files_and_the_command(run: Run, fo
 
 
 def test_changed_axis_makes_the_code_stale(folder: Path) -> None:
-    from dataclasses import replace
-
     from axisid.elements import Drive
 
     changed = replace(load_axis("emps"), drive=Drive(gain=35.2))
@@ -222,3 +221,22 @@ def test_a_folder_without_the_library_asks_which_axes_are_meant(run: Run, tmp_pa
     assert code == 2
     assert "nothing of the library is generated in" in err
     assert "axisid generate --check my_axis.toml" in err
+
+
+def test_a_difference_shows_its_first_lines_and_counts_the_others(folder: Path) -> None:
+    files = expected_files([load_axis("emps")])
+    path = next(path for path in files if path.name == "native.c")
+    (folder / path).write_text("rubbish\n" * 300)
+    (finding,) = check_files(folder, files, orphans=False)
+    lines = finding.diff.splitlines()
+    assert len(lines) < 15
+    assert "rubbish" in finding.diff
+    assert re.search(r"and \d{3,} more lines differ", lines[-1])
+
+
+def test_code_of_an_axis_of_ones_own_names_no_axis_of_the_library() -> None:
+    own = replace(load_axis("emps"), name="my_stage")
+    for path, text in expected_files([own]).items():
+        if path.suffix in (".py", ".c"):
+            assert "axisid generate my_stage" not in text
+            assert "the file that declares the axis my_stage" in text

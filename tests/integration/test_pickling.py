@@ -26,6 +26,7 @@ from axisid import (
     ModelError,
     Prefilter,
     Record,
+    Signal,
     UsageError,
     build,
     compare,
@@ -109,6 +110,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "generated axis": axis,
         "coordinate": declared.coordinate,
         "column": Column("inc", resolution=4096, gear=50),
+        "signal": Signal("pressure", "Pa", "held"),
         "parameter": declared.parameters[0],
         "constant": Constant(2.0, "kg", "plate"),
         "law": declared.control,
@@ -149,8 +151,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 KINDS = (
-    "axis,model,generated axis,coordinate,column,parameter,constant,law,drive,experiment,record,"
-    "masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
+    "axis,model,generated axis,coordinate,column,signal,parameter,constant,law,drive,experiment,"
+    "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
     "comparison,simulation,batch,law check,streamed estimate,log blocks,feed-forward,"

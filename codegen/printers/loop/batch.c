@@ -3,6 +3,9 @@ struct block {
     double q[LANES], dq[LANES], memory[AT_LEAST_1_MEMORY][LANES], parameters[PARAMETERS][LANES];
     double reference[LANES], rate[LANES], error[LANES], added[LANES];
     double direction[LANES], end[LANES];
+#if SIGNALS
+    double recorded[2 * SIGNALS][LANES];
+#endif
 #if SIDES
     double sides[SIDES][LANES];
 #endif
@@ -32,6 +35,14 @@ static inline void keep_sides(struct block *b, int l, const struct mode *mode)
 #endif
 }
 
+#if SIGNALS
+static inline void recorded_of(const struct block *b, int l, double *now)
+{
+    for (int j = 0; j < 2 * SIGNALS; ++j)
+        now[j] = b->recorded[j][l];
+}
+
+#endif
 /* The common case for all lanes at once; `slow` says which lanes it does not serve. */
 static void step_block(struct block *b, double step, ptrdiff_t substeps)
 {
@@ -45,8 +56,15 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
             p[j] = b->parameters[j][l];
         for (int j = 0; j < MEMORY; ++j)
             memory[j] = b->memory[j][l];
+#if SIGNALS
+        double now[2 * SIGNALS];
+        recorded_of(b, l, now);
+        closed_loop_step(b->q[l], b->dq[l], memory, r, rate, error, added, now, IN(&mode), p, step,
+                         &moved.q, &moved.dq, next, &moved.first, &tau, &u, &moved.last);
+#else
         closed_loop_step(b->q[l], b->dq[l], memory, r, rate, error, added, IN(&mode), p, step,
                          &moved.q, &moved.dq, next, &moved.first, &tau, &u, &moved.last);
+#endif
         b->q1[l] = moved.q;
         b->dq1[l] = moved.dq;
         b->ddq[l] = moved.first;
@@ -56,7 +74,12 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
         for (int j = 0; j < MEMORY; ++j)
             b->next[j][l] = next[j];
         const double away = fabs(b->q[l] - r) <= b->allowed[l] ? 0.0 : 1.0;
+#if SIGNALS
+        double held[HELD];
+        hold(held, CONTINUOUS ? r : tau, rate, error, added, now);
+#else
         const double held[4] = {CONTINUOUS ? r : tau, rate, error, added};
+#endif
         b->slow[l] = events(b->q[l], b->dq[l], &moved, held, &mode, p, step) + away;
     }
     if (substeps > 1)
@@ -65,8 +88,17 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
     for (ptrdiff_t i = 1; i < substeps; ++i)
         for (int l = 0; l < LANES; ++l) {
             double p[PARAMETERS];
+#if SIGNALS
+            double now[2 * SIGNALS], held[HELD];
+            recorded_of(b, l, now);
+            for (int j = 0; j < 2 * SIGNALS; j += 2)
+                now[j] += now[j + 1] * step * (double)(i - 1);
+            hold(held, CONTINUOUS ? b->now[l] : b->tau[l], b->rate[l], b->error[l], b->added[l],
+                 now);
+#else
             double held[4] = {CONTINUOUS ? b->now[l] : b->tau[l], b->rate[l], b->error[l],
                               b->added[l]};
+#endif
             const struct mode mode = mode_of(b, l, b->direction[l]);
             pass(held, step);
             b->now[l] = held[0];
@@ -90,8 +122,15 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     for (int j = 0; j < MEMORY; ++j)
         lane.memory[j] = b->memory[j][l];
     lane.mode = mode_of(b, l, 0.0);
+#if SIGNALS
+    double now[2 * SIGNALS];
+    recorded_of(b, l, now);
+    const int status = sample_with_events(&lane, b->reference[l], b->rate[l], b->error[l], now,
+                                          b->added[l], p, period, substeps);
+#else
     const int status = sample_with_events(&lane, b->reference[l], b->rate[l], b->error[l],
                                           b->added[l], p, period, substeps);
+#endif
     b->q1[l] = lane.q;
     b->dq1[l] = lane.dq;
     b->direction[l] = lane.direction;
@@ -131,6 +170,10 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                            ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                            ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *injected,
                            ptrdiff_t injected_time, ptrdiff_t injected_lane,
+#if SIGNALS
+                           const double *recorded, ptrdiff_t recorded_each,
+                           ptrdiff_t recorded_time, ptrdiff_t recorded_lane,
+#endif
                            const double *parameters, const double *start,
                            const double *start_velocity, const double *remembered,
                            const double *allowed, double period, double resolution,
@@ -147,9 +190,18 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
         b.q[l] = start[from];
         b.dq[l] = start_velocity[from];
         b.allowed[l] = allowed[from];
+#if SIGNALS
+        double now[2 * SIGNALS];
+        for (int j = 0; j < 2 * SIGNALS; ++j)
+            now[j] = recorded[j * recorded_each + from * recorded_lane];
+#endif
         first_memory(reference[from * reference_lane],
                      b.q[l] + encoder(b.q[l], noise ? noise[from * noise_lane] : 0.0, resolution),
+#if SIGNALS
+                     remembered ? remembered + from * MEMORY : NULL, now, memory);
+#else
                      remembered ? remembered + from * MEMORY : NULL, memory);
+#endif
         for (int j = 0; j < MEMORY; ++j)
             b.memory[j][l] = memory[j];
         first_sides(&b, l);
@@ -174,6 +226,11 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                     b.q[l], noise ? noise[k * noise_time + from * noise_lane] : 0.0, resolution);
             if (injected)
                 b.added[l] = injected[k * injected_time + from * injected_lane];
+#if SIGNALS
+            for (int j = 0; j < 2 * SIGNALS; ++j)
+                b.recorded[j][l] =
+                    recorded[j * recorded_each + k * recorded_time + from * recorded_lane];
+#endif
         }
         step_block(&b, period / (double)substeps, substeps);
         put_block(out.before, at, k ? b.end : b.direction, count);
@@ -216,7 +273,13 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
 void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                     ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                     ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *injected,
+#if SIGNALS
+                    ptrdiff_t injected_time, ptrdiff_t injected_lane, const double *recorded,
+                    ptrdiff_t recorded_each, ptrdiff_t recorded_time, ptrdiff_t recorded_lane,
+                    const double *parameters,
+#else
                     ptrdiff_t injected_time, ptrdiff_t injected_lane, const double *parameters,
+#endif
                     const double *start, const double *start_velocity, const double *remembered,
                     const double *allowed, double period, double resolution, ptrdiff_t substeps,
                     double *position, double *velocity, double *acceleration, double *force,
@@ -234,7 +297,12 @@ void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                        reference_time, reference_lane, noise ? noise + first * noise_lane : NULL,
                        noise_time, noise_lane,
                        injected ? injected + first * injected_lane : NULL, injected_time,
+#if SIGNALS
+                       injected_lane, recorded + first * recorded_lane, recorded_each,
+                       recorded_time, recorded_lane, parameters + first * PARAMETERS, start + first,
+#else
                        injected_lane, parameters + first * PARAMETERS, start + first,
+#endif
                        start_velocity + first,
                        remembered ? remembered + first * MEMORY : NULL, allowed + first, period,
                        resolution, substeps, out, status + first, stopped + first, stop);

@@ -7,12 +7,35 @@ static void pass(double *held, double span)
     (void)held;
     (void)span;
 #endif
+#if SIGNALS
+    for (int i = HELD - 2 * SIGNALS; i < HELD; i += 2)
+        held[i] += held[i + 1] * span;
+#endif
 }
 
 /* Time at which a stuck axis leaves rest, at most `left`. */
 static double breakaway(double q, const double *held, const struct mode *mode, const double *p,
                         double left)
 {
+#if SIGNALS
+    double low = 0.0, high = left, later[HELD];
+    for (int i = 0; i < HELD; ++i)
+        later[i] = held[i];
+    pass(later, left);
+    if (fabs(at_rest(q, later, mode, p)) < 1.0)
+        return left;
+    for (int n = 0; n < MOST_REFINEMENTS; ++n) {
+        const double middle = 0.5 * (low + high);
+        for (int i = 0; i < HELD; ++i)
+            later[i] = held[i];
+        pass(later, middle);
+        if (fabs(at_rest(q, later, mode, p)) < 1.0)
+            low = middle;
+        else
+            high = middle;
+    }
+    return high;
+#else
 #if CONTINUOUS
     double low = 0.0, high = left;
     double later[HELD] = {held[0] + held[1] * left, held[1], held[2], held[3]};
@@ -30,6 +53,7 @@ static double breakaway(double q, const double *held, const struct mode *mode, c
 #else
     (void)q, (void)held, (void)mode, (void)p;
     return left;
+#endif
 #endif
 }
 
@@ -209,8 +233,12 @@ static int advance(double *q, double *dq, struct mode *mode, double *held, const
             pass(held, span);
             left -= span;
             if (left <= 0.0) {
+#if SIGNALS
+                mode->direction = at_rest(*q, held, mode, p);
+#else
 #if CONTINUOUS
                 mode->direction = at_rest(*q, held, mode, p);
+#endif
 #endif
                 return DONE;
             }

@@ -1,3 +1,22 @@
+#if SIGNALS
+/* What is held from a sample on: the force, or what a continuous law follows, and of each recorded
+   signal its value and how it changes until the next sample. */
+static inline void hold(double *held, double first, double rate, double error, double added,
+                        const double *recorded)
+{
+    held[0] = first;
+#if CONTINUOUS
+    held[1] = rate;
+    held[2] = error;
+    held[3] = added;
+#else
+    (void)rate, (void)error, (void)added;
+#endif
+    for (int i = 0; i < 2 * SIGNALS; ++i)
+        held[HELD - 2 * SIGNALS + i] = recorded[i];
+}
+
+#endif
 /* One lane through one sample. */
 struct lane {
     double q, dq;     /* at the sample, then at the next */
@@ -14,15 +33,29 @@ static double encoder(double q, double noise, double resolution)
 
 /* A sample that starts at rest, changes its mode or is taken in several steps. */
 static int sample_with_events(struct lane *lane, double reference, double rate, double error,
+#if SIGNALS
+                              const double *recorded,
+#endif
                               double added, const double *p, double period, ptrdiff_t substeps)
 {
+#if SIGNALS
+    double memory[AT_LEAST_1_MEMORY], ignored[3], held[HELD];
+#else
     double memory[AT_LEAST_1_MEMORY], ignored[3], held[4] = {0.0, rate, error, added};
+#endif
     struct mode *mode = &lane->mode;
     mode->direction = sign(lane->dq);
+#if SIGNALS
+    closed_loop_step(lane->q, lane->dq, lane->memory, reference, rate, error, added, recorded,
+                     IN(mode), p, period, ignored, ignored + 1, memory, &lane->acceleration,
+                     &lane->force, &lane->control, ignored + 2);
+    hold(held, CONTINUOUS ? reference : lane->force, rate, error, added, recorded);
+#else
     closed_loop_step(lane->q, lane->dq, lane->memory, reference, rate, error, added, IN(mode), p,
                      period, ignored, ignored + 1, memory, &lane->acceleration, &lane->force,
                      &lane->control, ignored + 2);
     held[0] = CONTINUOUS ? reference : lane->force;
+#endif
     if (lane->dq == 0.0)
         choose_at_rest(lane->q, held, mode, p);
     held_acceleration(lane->q, lane->dq, held, IN(mode), p, &lane->acceleration, &lane->force);
@@ -52,7 +85,13 @@ APART static struct moved later_substeps(struct moved end, const double *later, 
                                          const double *p, double step, ptrdiff_t substeps,
                                          double *changes)
 {
+#if SIGNALS
+    double held[HELD];
+    for (int i = 0; i < HELD; ++i)
+        held[i] = later[i];
+#else
     double held[4] = {later[0], later[1], later[2], later[3]};
+#endif
     for (ptrdiff_t i = 1; i < substeps; ++i) {
         const double q = end.q, dq = end.dq;
         pass(held, step);
@@ -76,13 +115,20 @@ static void put(double *values, ptrdiff_t at, double value)
 
 /* What the drive remembers at the first sample: what is given, or that of an axis at rest. */
 static inline void first_memory(double reference, double measured, const double *given,
+#if SIGNALS
+                                const double *recorded,
+#endif
                                 double *memory)
 {
     if (given)
         for (int i = 0; i < MEMORY; ++i)
             memory[i] = given[i];
     else
+#if SIGNALS
+        start_of(reference, measured, recorded, memory);
+#else
         control_start(reference, measured, memory);
+#endif
 }
 
 /* One simulation. Returns a status; `stopped` is the sample it speaks of. Noise is in the measured
@@ -90,6 +136,9 @@ static inline void first_memory(double reference, double measured, const double 
    remembers at the first sample; null for that of an axis at rest. It ends, with nothing to show,
    once `stop` is set: its caller was interrupted. */
 int simulate(ptrdiff_t samples, const double *reference, const double *noise, const double *injected,
+#if SIGNALS
+             const double *recorded,
+#endif
              const double *parameters, double period, double start, double start_velocity,
              const double *remembered, double resolution, double allowed, ptrdiff_t substeps,
              double *position, double *velocity, double *acceleration, double *force,
@@ -104,7 +153,11 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         p[j] = parameters[j];
     double q = start, dq = start_velocity, memory[AT_LEAST_1_MEMORY] = {0.0}, end = 0.0;
     first_memory(reference[0], start + encoder(start, noise ? noise[0] : 0.0, resolution),
+#if SIGNALS
+                 remembered, recorded, memory);
+#else
                  remembered, memory);
+#endif
 #if SIDES
     choose_sides(q, dq, &mode, p, 0);
 #endif
@@ -123,10 +176,19 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         put(velocity, k, dq);
         put(before, k, end);
         mode.direction = sign(dq);
+#if SIGNALS
+        const double *const now = recorded + 2 * SIGNALS * k;
+        double held[HELD];
+        closed_loop_step(q, dq, memory, r, rate, error, added, now, IN(&mode), p, step, &q1, &dq1,
+                         next, &ddq, &tau, &u, &last);
+        hold(held, CONTINUOUS ? r : tau, rate, error, added, now);
+        const struct moved moved = {q1, dq1, ddq, last};
+#else
         closed_loop_step(q, dq, memory, r, rate, error, added, IN(&mode), p, step, &q1, &dq1, next,
                          &ddq, &tau, &u, &last);
         const struct moved moved = {q1, dq1, ddq, last};
         const double held[4] = {CONTINUOUS ? r : tau, rate, error, added};
+#endif
         double changes = events(q, dq, &moved, held, &mode, p, step);
         end = mode.direction;
         if (changes == 0.0 && substeps > 1) {
@@ -144,7 +206,12 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
             for (int i = 0; i < MEMORY; ++i)
                 lane.memory[i] = memory[i];
             const int status =
+#if SIGNALS
+                sample_with_events(&lane, r, rate, error, now, added, parameters, period,
+                                   substeps);
+#else
                 sample_with_events(&lane, r, rate, error, added, parameters, period, substeps);
+#endif
             if (status != DONE)
                 return status;
             q1 = lane.q;

@@ -238,7 +238,7 @@ def _repair(
         if law_error_percent(axis, law, record.shifted(control=-shift), settle) < good:
             return None
         return _moved_column(axis, law, record, settle, good)
-    for said, changed in _changed_columns(record):
+    for said, changed in _changed_columns(record, law):
         if law_error_percent(axis, law, changed, settle) < good:
             return Note(f"it is with {said}")
     if moved := _moved_column(axis, law, record, settle, good):
@@ -265,7 +265,7 @@ def _moved_column(
     offs = {
         (role, samples): law_error_percent(axis, law, record.shifted(**{role: samples}), settle)
         for samples in (1, -1, 2, -2)
-        for role in ("reference", "position")
+        for role in ("reference", "position", *_signals_of(law))
     }
     role, samples = min(offs, key=lambda moved: offs[moved])
     if offs[role, samples] >= good:
@@ -278,7 +278,7 @@ def _moved_column(
     )
 
 
-def _changed_columns(record: Record) -> Iterator[tuple[str, Record]]:
+def _changed_columns(record: Record, law: ControlLaw) -> Iterator[tuple[str, Record]]:
     """The record as it would be without a common mistake in its columns, and which."""
     reference, position = record.reference, record.position
     assert reference is not None  # noqa: S101  # there is none to check without it
@@ -293,8 +293,17 @@ def _changed_columns(record: Record) -> Iterator[tuple[str, Record]]:
         for scale, what in _COLUMN_FAULTS.items():
             changed = replace(record, **{role: scale * values})  # type: ignore[arg-type]
             yield f"the {role} times {scale:g}: check {what}", changed
+    for name in _signals_of(law):
+        for scale, what in _COLUMN_FAULTS.items():
+            signals = {**record.signals, name: scale * record.signals[name]}
+            yield f"the {name} times {scale:g}: check {what}", replace(record, signals=signals)
     swapped = replace(record, position=reference, reference=position)
     yield "position and reference exchanged: check which column is which", swapped
+
+
+def _signals_of(law: ControlLaw) -> tuple[str, ...]:
+    """Names of the recorded signals that a law reads."""
+    return tuple(sorted(map(str, law.signals)))
 
 
 def _factors(

@@ -10,7 +10,13 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, factor, least_squares
-from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter, drive_force
+from axisid.estimation.signals import (
+    Neighbours,
+    Prefilter,
+    SampledFilter,
+    drive_force,
+    recorded_signals,
+)
 from axisid.estimation.thresholds.diagnostics import (
     COMPARISON_CUTOFF,
     MAX_FORCE_CUTOFF,
@@ -173,7 +179,8 @@ def _factor_by_gain(axis: GeneratedAxis, record: Record) -> float:
     if axis.axis.drive.is_gain:
         return 1.0
     control, velocity = np.asarray(record.control), np.gradient(record.position, record.period)
-    motion = record.position, velocity
+    recorded = recorded_signals(axis, record.provenance.source, record.signals)
+    motion = record.position, velocity, recorded
     used = _unmasked(record)
     commanded = drive_force(axis, control, *motion)[used]
     slope = axis.force_by_gain(control, *motion)[used]
@@ -187,7 +194,8 @@ def _compared(axis: GeneratedAxis, record: Record) -> _ForceComparison:
     """
     force, control = np.asarray(record.force), np.asarray(record.control)
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
-    commanded = drive_force(axis, control, record.position, velocity)
+    recorded = recorded_signals(axis, record.provenance.source, record.signals)
+    commanded = drive_force(axis, control, record.position, velocity, recorded)
     cutoff = min(COMPARISON_CUTOFF.value / record.period, MAX_FORCE_CUTOFF.value)
     settle = round(1 / (cutoff * record.period))
     used = minimum_filter1d(_unmasked(record), 2 * settle + 1, mode="constant", cval=0)

@@ -267,7 +267,8 @@ def _whose(preferred: Estimate, force: float, law: LawCheck | Missing) -> str:
 
 def _is_made_of(axis: GeneratedAxis, control: float, force: float) -> bool:
     """Whether a constant force is about what the drive makes of a constant control."""
-    made = drive_force(axis, np.array([control]), np.zeros(1), np.zeros(1))[0]
+    recorded = [np.ones(1) for _ in axis.axis.signals]
+    made = drive_force(axis, np.array([control]), np.zeros(1), np.zeros(1), recorded)[0]
     return bool(abs(made - force) < SAME_CONSTANT.value * abs(force))
 
 

@@ -1,6 +1,6 @@
 """Which column of a table is which role, in SI: names from the user, the axis, or the role."""
 
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
@@ -25,7 +25,8 @@ class RoleColumns:
 
     Of the columns that only the axis declares, the time may be missing where the period is given or
     the file has clocks of its own, the reference, a test signal, velocity and acceleration always,
-    the position where there is a velocity, and the control where there is a force.
+    the position where there is a velocity, and the control where there is a force. The signals that
+    the axis declares may not.
     """
 
     def __init__(
@@ -163,13 +164,14 @@ def _choose(
     table: Table, axis: Axis | None, requested: dict[str, str], *, has_period: bool
 ) -> tuple[dict[str, tuple[str, str, bool]], tuple[str, ...]]:
     """Column, unit if one is given, and whether the user named it, by role; and what is missing."""
-    _check_requested(requested)
+    roles = ROLES if axis is None else axis.roles
+    _check_requested(requested, roles)
     declared = dict(axis.columns) if axis is not None else {}
     asked = {*requested, *declared}
     chosen: dict[str, tuple[str, str, bool]] = {}
     missing: dict[str, str] = {}
     unfit: dict[str, str] = {}
-    for role in ROLES:
+    for role in roles:
         wanted = requested.get(role) or declared.get(role) or role
         name, unit = table.find(wanted), ""
         if name is None and ":" in wanted:
@@ -180,7 +182,7 @@ def _choose(
             chosen[role] = (name, unit.strip(), role in requested)
         elif (holds := table.holds(wanted)) and (role in asked or role not in _ON_REQUEST):
             unfit[role] = f"the column {wanted!r} for the {role} holds {holds}"
-        elif role in asked or role == "position":
+        elif role in asked or role == "position" or role not in ROLES:
             missing[role] = wanted
     if unfit:
         raise DataError(
@@ -205,12 +207,12 @@ def _unasked(chosen: dict[str, tuple[str, str, bool]], asked: Container[str]) ->
     ]
 
 
-def _check_requested(requested: Mapping[str, object]) -> None:
+def _check_requested(requested: Mapping[str, object], roles: Sequence[str]) -> None:
     """Refuse roles that there are not, and columns that are no text."""
     for role, column in requested.items():
-        if role not in ROLES:
+        if role not in roles:
             raise UsageError(
-                f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.",
+                f"{role!r} is no role of a column; the roles are {', '.join(roles)}.",
                 code="unknown-role",
             )
         if not isinstance(column, str):

@@ -1,4 +1,4 @@
-"""Units of the roles: what each may be in, and its values in SI."""
+"""Units of the roles and signals: what each may be in, and its values in SI."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ import numpy as np
 
 from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, is_unit, label_unit
 from axisid.estimation.thresholds.records import MIN_COUNTS
-from axisid.modeling.declaration import Axis
+from axisid.modeling.declaration import ROLES, Axis
 from axisid.modeling.quantities import Unit, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -33,6 +33,8 @@ def expected_units(role: str, axis: Axis | None, injected_at: str | None = None)
     role = injected_at or "control" if role == "injected" else role
     if role == "time":
         return ("s",)
+    if axis is not None and role not in ROLES:
+        return tuple(signal.unit for signal in axis.signals if signal.name == role)
     if axis is None:
         return _UNITS.get(role, ("m", "rad"))
     q = axis.coordinate

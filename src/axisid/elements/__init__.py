@@ -24,4 +24,5 @@ from axisid.modeling.declaration import stribeck as stribeck
 from axisid.modeling.declaration import viscous as viscous
 from axisid.modeling.quantities import CONTROL as CONTROL
 from axisid.modeling.quantities import FORCE as FORCE
+from axisid.modeling.quantities import TIME as TIME
 from axisid.modeling.quantities import G as G

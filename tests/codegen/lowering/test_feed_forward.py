@@ -16,6 +16,7 @@ from axisid import (
     Axis,
     Coordinate,
     Parameter,
+    Signal,
     build,
     derive,
     load_axis,
@@ -35,6 +36,7 @@ from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import FORCE
 from tests.axes import bodies
 from tests.axes.drives import braked, varying
+from tests.axes.recorded import fed_law, recorded_axis
 from tests.axes.simulated import AXES
 from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
 from tests.codegen.structured_text import StructuredText, StructuredTextError
@@ -163,6 +165,33 @@ def test_force_and_control_are_those_of_the_virtual_machine(
         legal = ("odd_feedforward", "odd_control") if name == "awkward" else names
         functions = in_st(print_st(export), *legal)
     check(axis, functions, values, dead_zone)
+
+
+@pytest.mark.parametrize("language", ["c", "python", "st"])
+def test_recorded_signals_that_are_needed_are_arguments(language: str, tmp_path: Path) -> None:
+    """The pressure in the force, the supply in the drive; not the feed of the law alone."""
+    axis = recorded_axis("pressure")
+    supply, feed = Signal("supply", "V"), Signal("feed", "V", "held")
+    law = replace(fed_law())
+    axis = replace(
+        axis,
+        signals=(*axis.signals, feed, supply),
+        control=law,
+        drive=replace(axis.drive, scaled_by=supply / 24),
+    )
+    values = np.array([90.0, 200.0, 20.0, -600.0, 1e-3])
+    export = exported(axis, values)
+    assert list(export.motion) == ["q", "dq", "ddq", "pressure", "supply"]
+    read = {
+        "c": lambda: in_c(print_c99(export), tmp_path, *export.functions, arguments=5),
+        "python": lambda: in_python(print_python(export), *export.functions),
+        "st": lambda: in_st(print_st(export), *export.functions),
+    }[language]
+    force, control = read().values()
+    wanted = 90.0 * 2.0 + 200.0 * 0.3 + 20.0 - 600.0 + 1e-3 * 6.1e5
+    assert force(0.1, 0.3, 2.0, 6.1e5, 23.0) == pytest.approx(wanted, rel=1e-13)
+    made = wanted / (35.0 * 23.0 / 24)
+    assert control(0.1, 0.3, 2.0, 6.1e5, 23.0) == pytest.approx(made, rel=1e-13)
 
 
 def test_a_dead_zone_in_c(tmp_path: Path) -> None:

@@ -67,7 +67,10 @@ def test_exports_are_written_anew(run: Run, here: Path, target: str) -> None:
     assert is_earlier(here / "exported", "export")
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize(
+    "form",
+    [pytest.param(form, marks=() if form == "png" else pytest.mark.slow) for form in FORMATS],
+)
 def test_figures_are_written_anew(run: Run, here: Path, form: str) -> None:
     command = ("identify", "emps2015", *QUICK, "--figures", "figures", "--figure-format", form)
     done(run, *command)

@@ -94,7 +94,7 @@ def test_units_follow_the_arithmetic(estimate: Estimate, function: str, unit: st
         ("M if M else Fv", "text-not-allowed", ""),
         ("sqrt(M, Fv)", "text-argument-count", ""),
         ("True*M", "text-not-allowed", ""),
-        ("1j*M", "text-not-allowed", ""),
+        ("1j*M", "text-number-runs-on", ""),
         ("M +", "text-ends-early", ""),
         ("", "text-empty", ""),
         ("9**9**9", "text-number-too-large", ""),

@@ -180,7 +180,7 @@ def test_batch_and_virtual_machine_take_the_same_events(kind: str) -> None:
     drawn = [(random_stops if kind == "stops" else random_jumps)(rng) for _ in range(36)]
     theta = np.array([each for each, _ in drawn])
     reference = np.column_stack([each for _, each in drawn])
-    batch = simulate_batch(axis(kind), theta, reference, PERIOD, signals=FIELDS)
+    batch = simulate_batch(axis(kind), theta, reference, PERIOD, wanted=FIELDS)
     for lane in range(36):
         given = (theta[lane], np.ascontiguousarray(reference[:, lane]), PERIOD)
         if lane in batch.failures:

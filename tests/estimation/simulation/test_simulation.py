@@ -304,7 +304,7 @@ def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Genera
         start=start,
         position_noise=noise,
         injected=1e3 * noise,
-        signals=(*FIELDS, "direction_before"),
+        wanted=(*FIELDS, "direction_before"),
         threads=threads,
     )
     assert not batch.failures
@@ -493,11 +493,11 @@ def test_bad_arguments_are_explained(arguments: dict[str, Any], code: str, says:
         ({"reference": np.zeros((5, 3))}, "batch-shapes", r"\(5, 3\)"),
         ({"position_noise": np.zeros((5, 3))}, "batch-noise", ""),
         ({"injected": np.zeros(4)}, "batch-injected", ""),
-        ({"signals": ("speed",)}, "unknown-signal", "speed"),
+        ({"wanted": ("speed",)}, "unknown-signal", "speed"),
         ({"start": [0.0]}, "batch-start", ""),
         ({"parameters": np.ones((0, 4))}, "no-lane", ""),
-        ({"signals": "position"}, "signals-type", ""),
-        ({"signals": ("before",)}, "unknown-signal", "direction_before"),
+        ({"wanted": "position"}, "signals-type", ""),
+        ({"wanted": ("before",)}, "unknown-signal", "direction_before"),
     ],
 )
 def test_bad_batches_are_explained(change: dict[str, Any], code: str, says: str) -> None:

@@ -75,7 +75,7 @@ def test_lane_takes_the_steps_it_takes_alone_whatever_the_other_references() -> 
     axis = stiff(lambda x: x.velocity * sympy.Abs(x.velocity), 400.0)
     references = np.column_stack([0.1 * SINE, SINE, STEP, REST, 5 * STEP])
     theta = np.tile(axis.nominal, (5, 1)) * np.array([1.0, 1.1, 0.9, 1.0, 1.3])[:, None]
-    batch = simulate_batch(axis, theta, references, PERIOD, signals=["position", "control"])
+    batch = simulate_batch(axis, theta, references, PERIOD, wanted=["position", "control"])
     assert set(batch.signals) == {"position", "control"}
     for lane in range(5):
         alone = simulate(axis, theta[lane], np.ascontiguousarray(references[:, lane]), PERIOD)

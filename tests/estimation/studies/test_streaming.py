@@ -57,7 +57,7 @@ def check_same(
     assert streamed.condition_number == pytest.approx(whole.condition_number, rel=1e-8)
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(
     rows=st.sampled_from([37, 700, 2048, 7801, 10_000]),
     cutoff=st.sampled_from([25.0, 60.0, 200.0]),

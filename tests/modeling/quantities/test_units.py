@@ -1,4 +1,4 @@
-"""Units are exponents of kg, m, s, A; the whitelist has no traps."""
+"""Units are exponents of kg, m, s, A, K; the whitelist has no traps."""
 
 from fractions import Fraction
 
@@ -14,20 +14,22 @@ from tests.refusals import refuses
 @pytest.mark.parametrize(
     ("text", "exponents"),
     [
-        ("kg", (1, 0, 0, 0)),
-        ("N/(m/s)", (1, 0, -1, 0)),
-        ("N m", (1, 2, -2, 0)),
-        ("Nm", (1, 2, -2, 0)),
-        ("N*m/rad", (1, 2, -2, 0)),
-        ("m/s^2", (0, 1, -2, 0)),
-        ("m/s**2", (0, 1, -2, 0)),
-        ("V/(m/s)", (1, 1, -2, -1)),
-        ("1/s", (0, 0, -1, 0)),
-        ("s^-1", (0, 0, -1, 0)),
-        ("N/m/s", (1, 0, -3, 0)),
-        ("J", (1, 2, -2, 0)),
-        ("m^(1/2)", (0, Fraction(1, 2), 0, 0)),
-        ("N/(m/s)^(3/2)", (1, Fraction(-1, 2), Fraction(-1, 2), 0)),
+        ("kg", (1, 0, 0, 0, 0)),
+        ("N/(m/s)", (1, 0, -1, 0, 0)),
+        ("N m", (1, 2, -2, 0, 0)),
+        ("Nm", (1, 2, -2, 0, 0)),
+        ("N*m/rad", (1, 2, -2, 0, 0)),
+        ("m/s^2", (0, 1, -2, 0, 0)),
+        ("m/s**2", (0, 1, -2, 0, 0)),
+        ("V/(m/s)", (1, 1, -2, -1, 0)),
+        ("Pa", (1, -1, -2, 0, 0)),
+        ("N/K", (1, 1, -2, 0, -1)),
+        ("1/s", (0, 0, -1, 0, 0)),
+        ("s^-1", (0, 0, -1, 0, 0)),
+        ("N/m/s", (1, 0, -3, 0, 0)),
+        ("J", (1, 2, -2, 0, 0)),
+        ("m^(1/2)", (0, Fraction(1, 2), 0, 0, 0)),
+        ("N/(m/s)^(3/2)", (1, Fraction(-1, 2), Fraction(-1, 2), 0, 0)),
     ],
 )
 def test_units_are_read(text: str, exponents: tuple[int, ...]) -> None:

@@ -104,8 +104,9 @@ _OPTIONS = (
         "--columns",
         metavar="ROLE=NAME[:UNIT],...",
         help="Columns by name or number (#3); roles: time, position, velocity and acceleration "
-        "(measured), reference, control, force, injected (a test signal); units such as mm, deg, "
-        "rpm, ms, mA, or a scaling: position=inc:counts*360deg/4096/50+0.2deg.",
+        "(measured), reference, control, force, injected (a test signal), signals that AXIS "
+        "declares; units such as mm, deg, rpm, ms, mA, or a scaling: "
+        "position=inc:counts*360deg/4096/50+0.2deg.",
     ),
     click.option(
         "--injected-at",

@@ -13,6 +13,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.regression import DrawSummary
 from axisid.estimation.signals import Prefilter, Sampling
 from axisid.estimation.tables import Provenance, Repair
+from axisid.modeling.quantities import Signal
 from axisid.presentation.schema import (
     Matrix,
     WrittenDirectValue,
@@ -25,6 +26,7 @@ from axisid.presentation.schema import (
     WrittenRecord,
     WrittenRepair,
     WrittenRequest,
+    WrittenSignal,
     WrittenValue,
     plain,
 )
@@ -54,6 +56,7 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
         axis=result.axis.axis.name,
         signature=result.axis.signature,
         left_out=left_out(result.axis),
+        signals=tuple(map(_signal, result.axis.axis.signals)) or UNSET,
         record=record_document(result.record),
         prefilter=prefilter_document(result.data.sampling),
         requested=None if result.requested is None else request_document(result.requested),
@@ -74,6 +77,10 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
             [prefilter_document(data.sampling) for data in result.problem.data],
         ),
     )
+
+
+def _signal(signal: Signal) -> WrittenSignal:
+    return WrittenSignal(name=signal.name, unit=signal.unit, between=cast(Any, signal.between))
 
 
 def record_dict(record: Record) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from .latex import aligned_latex, escaped_latex
 
 FORMATS = ("text", "latex", "markdown")
 
+_WAYS = {"linear": "straight", "held": "held"}
 _MARKDOWN = str.maketrans({c: f"\\{c}" for c in "\\`*_{}[]<>#|$"})
 
 
@@ -65,6 +66,7 @@ def _equation(model: AxisModel) -> list[Section]:
             f"{q.acceleration}; {FORCE} is the drive's force on the load side",
         ),
         Section(title="Parameters", lines=tuple(_parameters(declared))),
+        *_signals(declared),
     ]
 
 
@@ -88,6 +90,19 @@ def _parameters(axis: Axis) -> Iterable[str]:
         facts += [] if p.known is None else [f"known to be {known_text(p)}"]
         facts += [p.description] if p.description else []
         yield f"{p.name:<{names}}  {f'[{p.unit}]':<{units}}  {', '.join(facts)}"
+
+
+def _signals(axis: Axis) -> list[Section]:
+    if not axis.signals:
+        return []
+    names = max(len(s.name) for s in axis.signals)
+    units = max(len(s.unit) for s in axis.signals) + 2
+    lines = (
+        f"{s.name:<{names}}  {f'[{s.unit}]':<{units}}  {_WAYS[s.between]} between samples"
+        + (f", {s.description}" if s.description else "")
+        for s in axis.signals
+    )
+    return [Section(title="Recorded signals", lines=tuple(lines))]
 
 
 def _around(axis: Axis) -> list[Section]:
@@ -126,12 +141,14 @@ def _experiment(axis: Axis, experiment: Experiment) -> Section:
     seconds = sum(move.duration for move in experiment.moves)
     truth = [f"{p.name} = {experiment.truth.get(p.name, p.nominal):g}" for p in axis.parameters]
     noise = f"{experiment.position_noise:g} {axis.coordinate.unit}"
+    signals = tuple(Formula(name=name, value=x) for name, x in experiment.signals.items())
     return Section(
         title="Experiment of the twin",
         lines=(
             f"{len(experiment.moves)} moves in {seconds:.4g} s; position noise {noise}, seed "
             f"{experiment.seed}",
             f"truth {', '.join(truth)}",
+            *signals,
         ),
     )
 

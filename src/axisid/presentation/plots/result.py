@@ -148,6 +148,14 @@ def record_plot(result: Identification) -> Plot:
         for name, unit, values, tone in columns
         if values is not None
     ]
+    panels += [
+        Panel(
+            label=labelled(signal.name, signal.unit),
+            series=(line("", *drawn(signal.name, record.signals[signal.name]), "violet"),),
+        )
+        for signal in result.axis.axis.signals
+        if signal.name in record.signals
+    ]
     plot = Plot(
         name="record",
         title="The record",

@@ -65,11 +65,6 @@ class SavedEstimate(Presentable):
         return self.document.method
 
     @property
-    def by_output_error(self) -> bool:
-        """Whether the regressor was the simulated loop's; see `Estimate.by_output_error`."""
-        return is_output_error(self.method)
-
-    @property
     def chosen(self) -> str:
         """Of `covariances`, what intervals, draws, curvatures and tests are of."""
         return self.document.chosen_covariance
@@ -112,6 +107,11 @@ class SavedEstimate(Presentable):
         if self.ddm_quantities:
             return SavedForm(quantities=self.ddm_quantities, left="acceleration")
         return SavedForm(quantities=self.quantities, left="force")
+
+    @property
+    def by_output_error(self) -> bool:
+        """Whether the simulated loop's columns were regressed, not the measured motion's."""
+        return is_output_error(self.method)
 
     @property
     def physical(self) -> Array:

@@ -9,7 +9,7 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.signals import Neighbours
 from axisid.modeling.declaration import Drive
-from axisid.modeling.quantities import Parameter
+from axisid.modeling.quantities import Parameter, Signal
 from axisid.presentation.blocks import Document
 from axisid.presentation.plots import (
     Plot,
@@ -123,8 +123,9 @@ def _axis(saved: SavedIdentification) -> _Like:
         )
         own = tuple(Parameter(name, unit) for name, unit in units.items() if name not in combined)
         declared = cast(Any, _Like(left_out=left_out, parameters=own, title=""))
+    signals = tuple(Signal(s.name, s.unit, s.between) for s in saved.document.signals or ())
     return _Like(
-        axis=_Like(name=saved.name, title=declared.title, drive=drive),
+        axis=_Like(name=saved.name, title=declared.title, drive=drive, signals=signals),
         declared=declared,
         base=_Like(combined=tuple(combined.values())),
         parameters=first.quantities,

@@ -20,7 +20,7 @@ from .diagnosis import (
     WrittenNoiseBias,
 )
 from .estimate import WrittenEstimate
-from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
+from .record import WrittenPrefilter, WrittenRecord, WrittenRequest, WrittenSignal
 from .values import WrittenKnown
 
 
@@ -127,6 +127,10 @@ class WrittenIdentification(
     left_out: Annotated[
         Mapping[str, float] | UnsetType,
         about("What stands for the parameters that were left out, SI, by name."),
+    ] = UNSET
+    signals: Annotated[
+        tuple[WrittenSignal, ...] | UnsetType,
+        about("Recorded signals that the axis declares, if there are any."),
     ] = UNSET
     record: WrittenRecord
     prefilter: WrittenPrefilter

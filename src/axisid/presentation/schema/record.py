@@ -77,7 +77,8 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
         str,
         about(
             "Of the samples: of time, position, velocity, acceleration, reference, control, force "
-            "and test signal, as far as there are, the role, then the values as 64-bit floats."
+            "and test signal, as far as there are, the role, and of recorded signals the name, "
+            "then the values as 64-bit floats."
         ),
     ]
     injected_at: Annotated[
@@ -92,6 +93,14 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
         tuple[tuple[float, float], ...] | UnsetType,
         about("First and last time of each part of the log that was taken, s; not of a whole one."),
     ] = UNSET
+
+
+class WrittenSignal(JsonObject, frozen=True, kw_only=True):
+    """A recorded signal that the axis declares."""
+
+    name: str
+    unit: str
+    between: Annotated[Literal["linear", "held"], about("How it runs between samples.")]
 
 
 class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):

@@ -42,6 +42,7 @@ from .record import (
     several_facts,
     several_notes,
     several_rows_text,
+    signals_text,
 )
 
 #: What a table with room tells of a value.
@@ -62,7 +63,8 @@ def identification_document(
     """
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
     of_forms = ([e for e in estimates if e.is_direct == direct] for direct in (False, True))
-    made = f"{_rows_text(result)} Generated code {result.axis.signature[:12]}."
+    recorded = signals_text(result.axis.axis)
+    made = f"{_rows_text(result)}{recorded} Generated code {result.axis.signature[:12]}."
     missing = {**result.skipped, **result.failed}
     notes = [
         *_notes(estimates),

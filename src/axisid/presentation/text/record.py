@@ -8,7 +8,7 @@ import numpy as np
 from axisid.estimation.identification import Identification, OfRecord, RecordInfo
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
-from axisid.modeling.declaration import Drive
+from axisid.modeling.declaration import Axis, Drive
 from axisid.presentation.blocks import Document, Heading, Table, text_columns
 from axisid.support.remedy import Note, Wording, as_arguments
 
@@ -56,6 +56,16 @@ def filter_text(sampling: Sampling, drive: Drive, *, measured: bool, motion: Seq
         f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
         f"forward and backward. Force: {force}, hold {f.hold}."
     )
+
+
+def signals_text(axis: Axis) -> str:
+    """How recorded signals stand in the rows, in a sentence; empty for none."""
+    if not axis.signals:
+        return ""
+    listed = ", ".join(f"{s.name} in {s.unit}" for s in axis.signals)
+    held = [s.name for s in axis.signals if s.is_held]
+    mean = f"; {', '.join(held)} by the mean of what is held before and after" if held else ""
+    return f" Recorded signals as they were recorded: {listed}{mean}."
 
 
 def _measured_text(motion: Sequence[str]) -> str:

@@ -118,7 +118,7 @@ def test_of_a_right_log_nothing_is_said(delay: int) -> None:
 
 
 @pytest.mark.parametrize("role", ["reference", "position"])
-@pytest.mark.parametrize("samples", [1, -1, 2])
+@pytest.mark.parametrize("samples", [1, -1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_reference_or_position_at_another_time_is_named(role: str, samples: int) -> None:
     axis = build(load_axis("rotary_table"))
     record = twin_record(axis, seed=2)

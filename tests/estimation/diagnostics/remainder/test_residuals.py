@@ -54,7 +54,9 @@ def estimate(residuals: np.ndarray, **more: Any) -> Estimate:
     rows = 10 * np.arange(len(residuals))
     return cast(
         Estimate,
-        SimpleNamespace(residuals=residuals, form=form, rows=rows, **{**settled, **more}),
+        SimpleNamespace(
+            residuals=residuals, form=form, rows=rows, by_output_error=False, **{**settled, **more}
+        ),
     )
 
 

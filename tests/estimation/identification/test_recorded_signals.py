@@ -1,0 +1,164 @@
+"""Axes with recorded signals are identified: in the force, the drive and the law."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Identification,
+    Prefilter,
+    Record,
+    build,
+    identify,
+    simulate,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation import identify_stream
+from axisid.estimation.simulation import trajectory
+from axisid.support.errors import DataError
+from axisid.support.missing import Missing
+from tests.axes.recorded import MOVES, PERIOD_S, TRUTH, recorded_axis, recorded_values
+
+KINDS = [("pressure", "linear"), ("pressure", "held"), ("supply", "linear"), ("feed", "held")]
+
+
+def twin(axis: GeneratedAxis, kind: str, seed: int) -> Record:
+    return twin_record(axis, signals=recorded_values(kind, seed), seed=seed)
+
+
+def inside(result: Identification, counted: Counter[str]) -> None:
+    """Count by method and parameter how often an interval holds the truth."""
+    for method, estimate in result.estimates.items():
+        for name, value in estimate.parameters.items():
+            low, high = value.interval
+            counted[f"{method} {name}"] += bool(low <= TRUTH[name] <= high)
+
+
+@pytest.mark.parametrize(("kind", "between"), KINDS)
+def test_every_method_finds_the_parameters_and_nothing_speaks_against_them(
+    kind: str, between: str
+) -> None:
+    axis = build(recorded_axis(kind, between))
+    result = identify(axis, twin(axis, kind, 1))
+    assert set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
+    for estimate in result.estimates.values():
+        for name, value in estimate.parameters.items():
+            centre = sum(value.interval) / 2
+            assert centre == pytest.approx(TRUTH[name], abs=3 * value.sd)
+    assert [c.name for c in result.verdict if c.status == "fail"] == []
+    assert not isinstance(result.diagnosis.law, Missing)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "between"), KINDS)
+def test_intervals_of_thirty_twins_hold_the_truth(kind: str, between: str) -> None:
+    """95 % intervals: 25 of 30 or fewer come by chance in 0.3 %; no check fails."""
+    axis, counted = build(recorded_axis(kind, between)), Counter[str]()
+    failed = Counter[str]()
+    for seed in range(30):
+        result = identify(axis, twin(axis, kind, 100 + seed))
+        inside(result, counted)
+        failed.update(c.name for c in result.verdict if c.status == "fail")
+    own = {key: count for key, count in counted.items() if "iv" in key or "ddm" in key}
+    assert min(own.values()) >= 25
+    assert not failed
+
+
+def test_without_the_signal_the_verdict_says_what_is_missing() -> None:
+    axis = build(recorded_axis("pressure"))
+    record = twin(axis, "pressure", 3)
+    plain = replace(
+        axis.declared,
+        name="plain",
+        signals=(),
+        parameters=tuple(p for p in axis.declared.parameters if p.name != "A"),
+        force=axis.declared.force.subs("pressure", 0).xreplace(
+            {s.symbol: 0 for s in axis.declared.signals}
+        ),
+        experiment=None,
+    )
+    result = identify(plain, replace(record, signals={}))
+    assert [c.name for c in result.verdict if c.status == "fail"]
+
+
+def test_a_feed_forward_of_the_wrong_sign_is_named() -> None:
+    axis = build(recorded_axis("feed"))
+    record = twin(axis, "feed", 2)
+    result = identify(axis, replace(record, signals={"feed": -record.signals["feed"]}))
+    (check,) = [c for c in result.verdict if c.name == "control law"]
+    assert check.status == "fail"
+    assert "feed times -1" in f"{check.meaning}{check.remedy}"
+
+
+@pytest.mark.parametrize("every", [4, 5])
+def test_a_loop_at_a_clock_of_its_own_reads_the_signals_between_samples(every: int) -> None:
+    """A loop at several times the log's rate, its pressure straight between the log's samples."""
+    fast = PERIOD_S / every
+    declared = recorded_axis("pressure")
+    assert declared.control is not None
+    law = replace(declared.control, period=fast, reference_between="linear")
+    axis = build(replace(declared, control=law))
+    log = trajectory(MOVES, PERIOD_S)
+    ticks, samples = np.arange(every * (len(log) - 1) + 1) / every, np.arange(len(log))
+    (pressure,) = recorded_values("pressure", 5).values()
+    loop = simulate(
+        axis,
+        [TRUTH[name] for name in axis.names],
+        np.interp(ticks, samples, log),
+        fast,
+        signals={"pressure": np.interp(ticks, samples, pressure)},
+    )
+    record = Record(
+        time=PERIOD_S * samples,
+        position=loop.position[::every],
+        reference=log,
+        control=loop.control[::every],
+        signals={"pressure": pressure},
+        sample_period=PERIOD_S,
+    )
+    estimate = identify(axis, record, methods=["idm-iv"]).estimates["idm-iv"]
+    for name, value in estimate.parameters.items():
+        assert sum(value.interval) / 2 == pytest.approx(TRUTH[name], rel=5e-3)
+    assert estimate.simulation_error_percent is not None
+
+
+def test_a_pause_a_second_record_and_a_log_in_blocks_take_signals_along() -> None:
+    axis = build(recorded_axis("pressure"))
+    one, two = twin(axis, "pressure", 1), twin(axis, "pressure", 2)
+    cut = one.windowed((0.3, 3.0), (3.5, 7.5))
+    for result in (identify(axis, cut), identify(axis, [one, two])):
+        area = result.estimates["idm-iv"].parameters["A"]
+        assert sum(area.interval) / 2 == pytest.approx(TRUTH["A"], abs=3 * area.sd)
+    blocks = [
+        {name: values[a : a + 1000] for name, values in one.channels().items()}
+        for a in range(0, len(one), 1000)
+    ]
+    stream = identify_stream(axis, blocks, Prefilter())
+    whole = identify(axis, one, Prefilter(), methods=["idm-ls"]).estimates["idm-ls"]
+    streamed = [value.value for value in stream.parameters.values()]
+    assert streamed == pytest.approx(whole.theta, rel=1e-6)
+    with pytest.raises(DataError, match="pressure"):
+        identify_stream(axis, [{k: v for k, v in b.items() if k != "pressure"} for b in blocks])
+
+
+def test_a_record_without_a_reference_follows_its_position_under_the_signal() -> None:
+    axis = build(recorded_axis("pressure"))
+    record = replace(twin(axis, "pressure", 4), reference=None)
+    result = identify(axis, record)
+    area = result.estimates["idm-ls"].parameters["A"]
+    assert sum(area.interval) / 2 == pytest.approx(TRUTH["A"], abs=3 * area.sd)
+
+
+def test_estimates_are_held_against_another_record_with_its_own_signal() -> None:
+    axis = build(recorded_axis("pressure"))
+    result = identify(axis, twin(axis, "pressure", 1), methods=["idm-iv"])
+    held = validate(result, twin(axis, "pressure", 2))
+    (method,) = held.methods
+    assert method.simulation_error_percent is not None
+    assert method.simulation_error_percent < 1.0
+    with pytest.raises(DataError, match="pressure"):
+        validate(result, replace(twin(axis, "pressure", 2), signals={}))

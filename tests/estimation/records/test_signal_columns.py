@@ -1,0 +1,178 @@
+"""Columns of recorded signals: by name, number and unit; with gaps, windows, shifts and clocks."""
+
+import json
+import pickle
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import Record, build, read_record, twin_record
+from axisid.estimation import Repairs
+from axisid.estimation.records import LogBlocks
+from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.support.arrays import Array
+from tests.axes.recorded import recorded_axis, recorded_values
+from tests.refusals import refuses
+
+AXIS = recorded_axis("pressure")
+T = 1e-3
+TIME = T * np.arange(2000)
+PRESSURE = 6e5 + 1e5 * np.sin(7 * TIME)
+
+
+def columns(**changed: Any) -> dict[str, Array]:
+    given = {
+        "time": TIME,
+        "position": 0.1 * np.sin(3 * TIME),
+        "reference": 0.1 * np.sin(3 * TIME + 0.01),
+        "control": np.cos(5 * TIME),
+        "pressure": PRESSURE,
+    }
+    return {name: v for name, v in {**given, **changed}.items() if v is not None}
+
+
+def written(folder: Path, log: Mapping[str, Array]) -> Path:
+    file = folder / "log.csv"
+    rows = np.column_stack(list(log.values()))
+    lines = [",".join(log), *(",".join(map(repr, row)) for row in rows.tolist())]
+    file.write_text("\n".join(lines))
+    return file
+
+
+@pytest.mark.parametrize("named", ["p:bar", "#5:bar", "p:mbar*1000"])
+def test_a_signal_is_found_by_name_number_and_unit(named: str, tmp_path: Path) -> None:
+    log = columns(pressure=None, p=PRESSURE / 1e5)
+    record = read_record(written(tmp_path, log), AXIS, columns={"pressure": named})
+    assert record.signals["pressure"] == pytest.approx(PRESSURE, rel=1e-12)
+    assert record.provenance.columns["pressure"] == "p"
+
+
+def test_a_header_with_a_unit_says_what_it_is(tmp_path: Path) -> None:
+    log = columns(pressure=None, **{"pressure [kPa]": PRESSURE / 1e3})
+    record = read_record(written(tmp_path, log), AXIS)
+    assert record.signals["pressure"] == pytest.approx(PRESSURE, rel=1e-12)
+    assert any("kPa" in note for note in record.provenance.assumed)
+
+
+def test_a_signal_that_is_missing_is_refused_with_its_name() -> None:
+    with refuses("no-column", "no column 'pressure' for the pressure; found time, position"):
+        read_record(columns(pressure=None), AXIS)
+    with refuses("other-unit", "measured in Pa"):
+        read_record(columns(), AXIS, columns={"pressure": "pressure:mm"})
+    with refuses("unknown-role", "injected, pressure"):
+        read_record(columns(), AXIS, columns={"flow": "pressure"})
+    with refuses("column-twice"):
+        read_record(columns(), AXIS, columns={"pressure": "control"})
+
+
+def test_a_record_without_the_signal_is_refused_where_it_is_needed() -> None:
+    record = Record(**columns(pressure=None))
+    with refuses("no-signal", "pressure"):
+        FilteredRecord.bind(build(AXIS), record, Prefilter())
+
+
+def test_a_signal_may_be_constant_and_is_finite() -> None:
+    still = columns(pressure=np.full(2000, 6e5))
+    assert np.ptp(read_record(still, AXIS).signals["pressure"]) == 0
+    with refuses("value-not-finite", "the pressure is nan in data row 8"):
+        Record(
+            **columns(pressure=None),
+            signals={"pressure": np.where(np.arange(2000) == 7, np.nan, 1.0)},
+        )
+    with refuses("record-signal-name"):
+        Record(**columns(pressure=None), signals={"force": TIME})
+    with refuses("record-signals"):
+        Record(**columns(pressure=None), signals=TIME)
+    with refuses("record-lengths"):
+        Record(**columns(pressure=None), signals={"pressure": TIME[1:]})
+
+
+def test_windows_gaps_and_masks_take_the_signal_along() -> None:
+    record = read_record(columns(), AXIS, windows=[(0.2, 0.7), (1.0, 1.5)])
+    assert record.signals["pressure"] == pytest.approx(6e5 + 1e5 * np.sin(7 * record.time))
+    assert record.around["pressure"].values == pytest.approx(PRESSURE)
+    kept = np.r_[0:700, 900:2000]
+    cut = {name: values[kept] for name, values in columns().items()}
+    split = read_record(cut, AXIS, repairs=Repairs(gaps="split"))
+    assert split.segments == ((0, 700), (700, 1800))
+    assert split.signals["pressure"] == pytest.approx(6e5 + 1e5 * np.sin(7 * split.time))
+    assert split.longest().signals["pressure"] == pytest.approx(PRESSURE[900:])
+    again = split.windowed((0.1, 0.5))
+    assert again.signals["pressure"] == pytest.approx(6e5 + 1e5 * np.sin(7 * again.time))
+
+
+def test_a_signal_is_shifted_by_its_name() -> None:
+    early = columns(pressure=np.append(PRESSURE[2:], [6e5, 6e5]))
+    record = read_record(early, AXIS, repairs=Repairs(shift={"pressure": 2}))
+    assert record.signals["pressure"] == pytest.approx(6e5 + 1e5 * np.sin(7 * record.time))
+    moved = read_record(early, AXIS).shifted(pressure="2ms")
+    assert np.array_equal(moved.signals["pressure"], record.signals["pressure"])
+    with refuses("unmovable-column", "pressure"):
+        read_record(early, AXIS, repairs=Repairs(shift={"flow": 2}))
+
+
+@pytest.mark.parametrize("between", ["linear", "held"])
+def test_a_signal_of_its_own_clock_is_resampled_as_it_runs(between: str) -> None:
+    """Every tenth sample alone is logged; between them it is straight, or held."""
+    log = {
+        "t": TIME,
+        "position": columns()["position"],
+        "control": columns()["control"],
+        "pressure": np.where(np.arange(2000) % 10 == 0, PRESSURE, np.nan),
+    }
+    axis = recorded_axis("pressure", between)
+    record = read_record(log, axis, columns={"time": "t"}, repairs=Repairs(resample="auto"))
+    seldom, rows = PRESSURE[::10], np.arange(len(record)) / 10
+    expected = np.interp(rows, np.arange(200), seldom)
+    if between == "held":
+        expected = seldom[rows.astype(int)]
+    assert record.signals["pressure"] == pytest.approx(expected, rel=1e-12)
+    assert f"pressure {'held' if between == 'held' else 'by straight lines'}" in "".join(
+        repair.text for repair in record.provenance.repairs
+    )
+
+
+def test_long_tables_have_signals_too(tmp_path: Path) -> None:
+    file = tmp_path / "long.csv"
+    lines = ["time,name,value"]
+    names = {name: values for name, values in columns().items() if name != "time"}
+    lines += [
+        f"{t!r},{name},{float(values[k])!r}"
+        for k, t in enumerate(TIME.tolist())
+        for name, values in names.items()
+    ]
+    file.write_text("\n".join(lines))
+    record = read_record(file, AXIS)
+    assert record.signals["pressure"] == pytest.approx(PRESSURE)
+
+
+def test_a_log_in_blocks_brings_its_signals(tmp_path: Path) -> None:
+    blocks = LogBlocks(file=written(tmp_path, columns()), axis=AXIS, rows=300)
+    found = np.concatenate([block["pressure"] for block in blocks])
+    assert np.array_equal(found, PRESSURE)
+
+
+def test_a_json_log_has_signals(tmp_path: Path) -> None:
+    file = tmp_path / "log.json"
+    file.write_text(json.dumps({name: v.tolist() for name, v in columns().items()}))
+    assert np.array_equal(read_record(file, AXIS).signals["pressure"], PRESSURE)
+
+
+def test_a_record_with_signals_is_compared_pickled_and_hashed() -> None:
+    record = read_record(columns(), AXIS)
+    same = pickle.loads(pickle.dumps(record))  # noqa: S301
+    assert same == record
+    assert not same.signals["pressure"].flags.writeable
+    other = read_record(columns(pressure=PRESSURE + 1), AXIS)
+    assert other != record
+    assert other.digest != record.digest
+    assert "pressure" in repr(record)
+
+
+def test_a_twin_has_the_signal_that_it_was_given() -> None:
+    axis = build(AXIS)
+    values = recorded_values("pressure")
+    assert np.array_equal(twin_record(axis, signals=values).signals["pressure"], values["pressure"])

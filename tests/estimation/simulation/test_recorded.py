@@ -1,0 +1,258 @@
+"""Recorded signals in a simulated loop: held or straight between samples, events where they are."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+from scipy.integrate import solve_ivp
+
+from axisid import Coordinate, Parameter, Signal, build, newton, simulate
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.control import MEASURED_POSITION, MEASURED_VELOCITY, REFERENCE, ControlLaw, gain
+from axisid.elements import TIME, Drive
+from axisid.estimation.simulation import Simulation, simulate_batch, trajectory, twin_record
+from axisid.support.arrays import Array
+from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values
+from tests.refusals import refuses
+
+KINDS = [("pressure", "linear"), ("pressure", "held"), ("supply", "linear"), ("feed", "held")]
+FIELDS = ("position", "velocity", "acceleration", "force", "control", "direction")
+T = 1e-3
+
+
+def free_axis(between: str, *, native: bool = True) -> GeneratedAxis:
+    """A mass with dry friction that nothing but a signal pushes: M ddq + Fc sign(dq) = A p."""
+    q, p = Coordinate("q"), Signal("p", "N", between)
+    mass, friction = Parameter("M", "kg", nominal=1.0), Parameter("Fc", "N", nominal=1.0)
+    area = Parameter("A", "1", nominal=1.0)
+    nothing = ControlLaw(name="nothing", period=T, output=gain("k") * REFERENCE, gains={"k": 0.0})
+    axis = newton(
+        f"free_{between}",
+        coordinate=q,
+        parameters=(mass, friction, area),
+        signals=(p,),
+        inertia=mass,
+        resistance=(friction * sympy.sign(q.velocity), -area * p),
+        drive=Drive(gain=1.0),
+        control=nothing,
+    )
+    return build(axis, native=native)
+
+
+def pushed(between: str, push: Array, velocity: float = 0.0, *, native: bool = True) -> Simulation:
+    axis = free_axis(between, native=native)
+    still = np.zeros(len(push))
+    return simulate(axis, [2.0, 3.0, 1.0], still, T, signals={"p": push}, start_velocity=velocity)
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_a_stuck_axis_leaves_rest_within_a_sample_when_a_straight_signal_overcomes_friction(
+    native: bool,
+) -> None:
+    time = T * np.arange(400)
+    rate, mass, friction = 20.0, 2.0, 3.0
+    leaves = friction / rate + 0.3 * T  # between two samples
+    push = rate * (time - 0.3 * T)
+    loop = pushed("linear", push, native=native)
+    beyond = np.maximum(time - leaves, 0.0)
+    assert loop.position == pytest.approx(rate * beyond**3 / (6 * mass), abs=1e-13)
+    assert loop.velocity == pytest.approx(rate * beyond**2 / (2 * mass), abs=1e-12)
+    stuck = time < leaves
+    assert loop.direction[stuck] == pytest.approx(push[stuck] / friction, abs=1e-12)
+    assert loop.direction_before[stuck][1:] == pytest.approx(push[stuck][1:] / friction, abs=1e-12)
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_a_held_signal_jumps_at_its_sample_and_the_motion_with_it(native: bool) -> None:
+    time, jump = T * np.arange(300), 100
+    push = np.where(np.arange(300) < jump, 2.9, 5.0)
+    loop = pushed("held", push, native=native)
+    moving = np.maximum(time - jump * T, 0.0)
+    assert loop.position == pytest.approx((5.0 - 3.0) / 2.0 * moving**2 / 2, abs=1e-13)
+    assert loop.acceleration[jump - 1] == 0.0
+    assert loop.acceleration[jump] == pytest.approx(1.0, abs=1e-12)
+    assert loop.direction_before[jump] == pytest.approx(2.9 / 3.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_a_reversal_after_a_jump_is_located_within_its_sample(native: bool) -> None:
+    """M = 2, Fc = 3: pushed back with 9, it slows at 6 m/s^2 and comes back at 3 m/s^2."""
+    time = T * np.arange(200)
+    push, jump, speed = np.where(np.arange(200) < 50, 3.0, -9.0), 50, 0.1234
+    loop = pushed("held", push, speed, native=native)  # it coasts: the push is the friction
+    since = np.maximum(time - jump * T, 0.0)
+    stops = speed / 6.0
+    away = speed * np.minimum(since, stops) - 3.0 * np.minimum(since, stops) ** 2
+    back = -1.5 * np.maximum(since - stops, 0.0) ** 2
+    assert loop.position == pytest.approx(
+        speed * jump * T * (time >= jump * T) + speed * time * (time < jump * T) + away + back,
+        abs=1e-12,
+    )
+    assert (stops / T) % 1 > 0.1  # within a sample
+
+
+@pytest.mark.parametrize("between", ["linear", "held"])
+def test_a_loop_is_that_of_another_integrator(between: str) -> None:
+    """Each sample by `solve_ivp`, the law between them, the signal as it is declared."""
+    axis = build(recorded_axis("pressure", between))
+    reference = 0.2 * T * np.arange(300)  # it never turns: one friction direction
+    push = recorded_values("pressure")["pressure"][:300]
+    theta = np.array([TRUTH[name] for name in axis.names])
+    loop = simulate(axis, theta, reference, T, signals={"pressure": push}, start_velocity=0.2)
+    law = recorded_axis("pressure").control
+    assert law is not None
+    kp, kv = law.gains["kp"], law.gains["kv"]
+    state, last, found = np.array([reference[0], 0.2]), reference[0], []
+    for k, wanted in enumerate(reference):
+        found.append(state)
+        force = 35.0 * kv * (kp * (wanted - state[0]) - (state[0] - last) / T)
+        last = state[0]
+        following = push[k] if between == "held" or k + 1 == len(push) else push[k + 1]
+
+        def slopes(
+            t: float, x: Array, force: float = force, k: int = k, following: float = following
+        ) -> list[float]:
+            pressure = push[k] + (following - push[k]) * t / T
+            load = TRUTH["off"] + TRUTH["A"] * pressure
+            friction = TRUTH["Fv"] * x[1] + TRUTH["Fc"] * np.sign(x[1])
+            return [x[1], (force - friction - load) / TRUTH["M"]]
+
+        state = solve_ivp(slopes, (0, T), state, rtol=1e-11, atol=1e-14).y[:, -1]
+    positions, velocities = np.array(found).T
+    assert velocities.min() > 0.01
+    assert loop.position == pytest.approx(positions, abs=1e-11)
+    assert loop.velocity == pytest.approx(velocities, abs=1e-9)
+
+
+def test_a_continuous_law_reads_its_signal_between_samples() -> None:
+    q, wanted = Coordinate("q"), Signal("wanted", "m/s")
+    mass, drag = Parameter("M", "kg", nominal=1.0), Parameter("Fv", "N/(m/s)", nominal=1.0)
+    law = ControlLaw(
+        name="speed",
+        period=T,
+        gains={"kv": 40.0, "kp": 5.0},
+        output=gain("kp") * (REFERENCE - MEASURED_POSITION)
+        + gain("kv") * (wanted - MEASURED_VELOCITY),
+        continuous=True,
+    )
+    axis = build(
+        newton(
+            "follower",
+            coordinate=q,
+            parameters=(mass, drag),
+            signals=(wanted,),
+            inertia=mass,
+            resistance=(drag * q.velocity,),
+            drive=Drive(gain=2.0),
+            control=law,
+        )
+    )
+    time = 0.01 * np.arange(100)
+    speed, still = np.sin(3 * time), np.zeros(100)
+    virtual = build(axis.declared, native=False)
+    loops = [
+        simulate(each, [1.5, 4.0], still, 0.01, signals={"wanted": speed})
+        for each in (axis, virtual)
+    ]
+
+    def slopes(t: float, x: Array) -> list[float]:
+        control = -5.0 * x[0] + 40.0 * (np.interp(t, time, speed) - x[1])
+        return [x[1], (2.0 * control - 4.0 * x[1]) / 1.5]
+
+    expected = solve_ivp(
+        slopes, (0, time[-1]), [0.0, 0.0], t_eval=time, rtol=1e-10, atol=1e-13, max_step=0.005
+    )
+    for loop in loops:
+        assert loop.position == pytest.approx(expected.y[0], abs=2e-8)
+
+
+@pytest.mark.parametrize(("kind", "between"), KINDS)
+def test_native_loops_batches_and_the_virtual_machine_agree(kind: str, between: str) -> None:
+    axis = build(recorded_axis(kind, between))
+    reference = trajectory(MOVES, T)[:1500]
+    (values,) = recorded_values(kind).values()
+    signals = {kind: values[:1500]}
+    theta = np.array([TRUTH[name] for name in axis.names])
+    one = simulate(axis, theta, reference, T, signals=signals)
+    virtual = simulate(build(axis.declared, native=False), theta, reference, T, signals=signals)
+    scales = np.linspace(1.0, 1.2, 35)
+    lanes = {kind: signals[kind][:, None] * scales}
+    batch = simulate_batch(
+        axis, np.tile(theta, (35, 1)), reference, T, signals=lanes, wanted=FIELDS
+    )
+    shared = simulate_batch(
+        axis, np.tile(theta, (35, 1)), reference, T, signals=signals, wanted=FIELDS
+    )
+    other = simulate(axis, theta, reference, T, signals={kind: lanes[kind][:, 33]})
+    for name in FIELDS:
+        size = np.abs(getattr(one, name)).max()
+        assert getattr(virtual, name) == pytest.approx(getattr(one, name), abs=1e-9 * size)
+        assert np.array_equal(shared[name][:, 34], getattr(one, name))
+        assert batch[name][:, 33] == pytest.approx(getattr(other, name), abs=1e-9 * size)
+
+
+@pytest.mark.parametrize(("kind", "between"), KINDS)
+def test_rows_of_a_loop_satisfy_the_model(kind: str, between: str) -> None:
+    axis = build(recorded_axis(kind, between))
+    record = twin_record(axis, signals=recorded_values(kind), position_noise=0.0)
+    theta = np.array([TRUTH[name] for name in axis.names])
+    loop = simulate(axis, theta, record.reference, T, signals=dict(record.signals))
+    motion = (loop.position, loop.velocity, loop.acceleration, loop.direction)
+    row, known = axis.evaluate("idm_regressor", *motion, *loop.recorded)
+    assert row @ theta + known[:, 0] == pytest.approx(loop.force, abs=1e-9)
+    made = axis.evaluate("drive_force", loop.control, *motion[:2], *loop.recorded)[0][:, 0]
+    assert made == pytest.approx(loop.force, abs=1e-10)
+
+
+def test_steps_in_a_sample_are_as_many_as_the_stiffest_signal_asks_for() -> None:
+    """A spring whose stiffness is recorded: 4 000 N/m in one half, 4e7 N/m in the other."""
+    q, stiffness = Coordinate("q"), Signal("stiffness", "N/m", "held")
+    mass = Parameter("M", "kg", nominal=1.0)
+    law = ControlLaw(name="none", period=T, gains={"k": 0.0}, output=gain("k") * REFERENCE)
+    axis = build(
+        newton(
+            "sprung",
+            coordinate=q,
+            parameters=(mass,),
+            signals=(stiffness,),
+            inertia=mass,
+            resistance=(stiffness * q,),
+            drive=Drive(gain=1.0),
+            control=law,
+        )
+    )
+    values = np.where(np.arange(200) < 100, 4e3, 4e6)
+    loop = simulate(axis, [1.0], np.zeros(200), T, signals={"stiffness": values}, start=1e-3)
+    energy = loop.velocity**2 / 2 + values * loop.position**2 / 2
+    assert np.ptp(energy[:100]) < 1e-6 * energy[0]
+    assert np.ptp(energy[100:]) < 1e-4 * energy[100]
+
+
+def test_a_twin_takes_its_signals_from_the_experiment() -> None:
+    axis = recorded_axis("pressure")
+    assert axis.experiment is not None
+    experiment = replace(axis.experiment, signals={"pressure": 6e5 + 1e5 * sympy.sin(8 * TIME)})
+    record = twin_record(replace(axis, experiment=experiment))
+    expected = 6e5 + 1e5 * np.sin(8 * record.time)
+    assert record.signals["pressure"] == pytest.approx(expected, rel=1e-14)
+
+
+def test_signals_that_do_not_fit_the_axis_are_refused() -> None:
+    axis = build(recorded_axis("pressure"))
+    reference = trajectory(MOVES, T)[:50]
+    theta = [TRUTH[name] for name in axis.names]
+    with refuses("recorded-missing", "pressure is not given"):
+        simulate(axis, theta, reference, T)
+    with refuses("recorded-unknown", "temperature"):
+        simulate(
+            axis, theta, reference, T, signals={"pressure": reference, "temperature": reference}
+        )
+    with refuses("recorded-length", "(49,)"):
+        simulate(axis, theta, reference, T, signals={"pressure": reference[1:]})
+    with refuses("recorded-length", "all finite"):
+        simulate(axis, theta, reference, T, signals={"pressure": np.full(50, np.nan)})
+    with refuses("recorded-type", "wanted"):
+        simulate_batch(axis, [theta], reference, T, signals=["position"])  # type: ignore[arg-type]
+    with refuses("twin-signals", "pressure"):
+        twin_record(axis)

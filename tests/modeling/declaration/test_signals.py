@@ -1,0 +1,266 @@
+"""Recorded signals in a declaration: units, names, and what is derived of them."""
+
+import copy
+import pickle
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy
+
+from axisid import (
+    Axis,
+    Coordinate,
+    Parameter,
+    Signal,
+    derive,
+    friction_ladder,
+    lagrange,
+    leave_out,
+    load_axis,
+    newton,
+)
+from axisid.control import REFERENCE, ControlLaw, Memory
+from axisid.elements import CONTROL, DRIVE_GAIN, TIME, Drive
+from axisid.modeling.quantities import signals_in
+from tests.axes.recorded import recorded_axis
+from tests.refusals import refuses
+
+q = Coordinate("q")
+M, A, B = Parameter("M", "kg", nominal=2.0), Parameter("A", "m^2"), Parameter("B", "m^2")
+OFF, OFF2, K = Parameter("off", "N"), Parameter("off2", "N"), Parameter("k", "N s/(m K)")
+pressure, temperature = Signal("pressure", "Pa"), Signal("temperature", "K")
+
+
+def axis(*resistance: Any, parameters: tuple[Parameter, ...] = (M, A), **parts: Any) -> Axis:
+    given = {"signals": (pressure,), "drive": Drive(gain=1.0), "inertia": M, **parts}
+    terms = resistance or (A * pressure,)
+    return newton("x", coordinate=q, parameters=parameters, resistance=terms, **given)
+
+
+def test_a_signal_is_a_column_of_its_own_and_no_constant() -> None:
+    """Sums of parameters before one signal are one; those of a signal and of 1 stay apart."""
+    found = derive(
+        axis(
+            *(A * pressure, B * pressure, OFF, OFF2, K * temperature * q.velocity),
+            parameters=(M, A, B, OFF, OFF2, K),
+            signals=(pressure, temperature),
+        )
+    )
+    assert [str(value) for value in found.base.expressions] == ["M", "A + B", "off + off2", "k"]
+    p, warm = pressure.symbol, temperature.symbol
+    assert found.idm.columns == (q.acceleration, p, 1, warm * q.velocity)
+
+
+def test_the_direct_regressor_has_the_signal_too() -> None:
+    found = derive(axis(A * pressure, OFF, parameters=(M, A, OFF)))
+    assert not isinstance(found.ddm, str)
+    assert found.ddm.regressor.columns == (sympy.Symbol("tau", real=True), -pressure.symbol, -1)  # type: ignore[union-attr]
+
+
+def test_a_recorded_inertia_leaves_no_direct_regressor() -> None:
+    load = Signal("load", "kg")
+    found = derive(axis(A * pressure, inertia=M + load, signals=(pressure, load)))
+    assert "depends on load" in str(found.ddm)
+    assert found.idm.columns == (q.acceleration, pressure.symbol)
+
+
+def test_a_nonlinear_parameter_beside_a_signal_keeps_its_direction() -> None:
+    """What no motion shows is said without the signal in it."""
+    scale = Parameter("scale", "1", nominal=2.0)
+    bend = A * sympy.exp(scale.symbol) * pressure
+    found = derive(axis(bend, parameters=(M, A, scale)))
+    (lost,) = found.unidentifiable
+    assert not any(signals_in(sympy.sympify(w)) for w in lost.values())
+
+
+def test_a_ladder_keeps_the_terms_of_signals() -> None:
+    for rung in friction_ladder(recorded_axis("pressure")).values():
+        assert "A" in [p.name for p in rung.parameters]
+
+
+def test_a_signal_that_is_no_longer_used_after_leaving_out_stays_declared() -> None:
+    left = leave_out(recorded_axis("pressure"), "A")
+    assert [s.name for s in left.signals] == ["pressure"]
+    assert not signals_in(left.force)
+
+
+@pytest.mark.parametrize("kind", ["pressure", "supply", "feed"])
+def test_an_axis_with_signals_is_copied_and_pickled(kind: str) -> None:
+    declared = recorded_axis(kind)
+    assert pickle.loads(pickle.dumps(declared)) == declared  # noqa: S301
+    assert copy.deepcopy(declared) == declared
+    assert declared != recorded_axis(kind, "held") or kind == "feed"
+
+
+@pytest.mark.parametrize(
+    ("parts", "code", "said"),
+    [
+        ({"signals": ()}, "signal-not-declared", "has the signals pressure"),
+        ({"signals": (pressure, temperature)}, "unused-signals", "the signals temperature"),
+        ({"signals": ("pressure",)}, "model", "'pressure'; give Signal objects"),
+        ({"signals": (pressure, pressure)}, "names-differ-by-case", "pressure"),
+        ({"signals": (Signal("pressure", "N"),)}, "units-differ", "A in m\\^2, pressure in N"),
+        ({"drive": Drive(gain=1.0, scaled_by=pressure)}, "units-differ", "scaled_by pressure"),
+        ({"columns": {"pressur": "p"}}, "column-roles", "injected, pressure"),
+        ({"experiment": {"flow": 1.0}}, "experiment-signal-names", "'flow'; the signals are press"),
+        ({"experiment": {"pressure": q.symbol}}, "experiment-signal", "may use time"),
+        ({"experiment": 3.0}, "experiment-signals", "the signals of an experiment are 3.0"),
+    ],
+)
+def test_what_is_wrong_with_signals_is_refused(parts: dict[str, Any], code: str, said: str) -> None:
+    with refuses(code, said):
+        moves = recorded_axis("pressure").experiment
+        assert moves is not None
+        if "experiment" in parts:
+            parts = {"experiment": replace(moves, truth={}, signals=parts["experiment"])}
+        axis(**parts)
+
+
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [
+        ("position", "signal-and-role"),
+        ("M", "names-differ-by-case"),
+        ("dq", "names-differ-by-case"),
+        ("signals", "names-differ-by-case"),
+        ("tau", "keyword-name"),
+        ("pi", "name-of-function"),
+        ("1p", "bad-name"),
+    ],
+)
+def test_a_name_that_is_taken_is_refused(name: str, code: str) -> None:
+    with refuses(code):
+        signal = Signal(name, "Pa")
+        axis(A * signal, signals=(signal,))
+
+
+def test_the_rate_of_a_signal_has_a_name_too() -> None:
+    rate = Parameter("pressure_rate", "m^2")
+    with refuses("names-differ-by-case", "pressure_rate"):
+        axis(rate * pressure, parameters=(M, rate))
+
+
+def test_between_is_held_or_linear() -> None:
+    with refuses("signal-between", "'cubic'; give linear or held"):
+        Signal("pressure", "Pa", "cubic")
+
+
+def test_a_law_may_read_a_signal_and_the_axis_declares_it() -> None:
+    feed = Signal("feed", "V")
+    law = ControlLaw(name="feed", period=1e-3, output=REFERENCE + feed)
+    assert law.signals == {feed.symbol}
+    with refuses("signal-not-declared", "the control law has the signals feed"):
+        axis(control=law)
+    assert axis(control=law, signals=(pressure, feed)).control is law
+    late = Memory("late", following=feed.symbol, start=sympy.S.Zero)
+    kept = ControlLaw(name="kept", period=1e-3, output=late.symbol, memory=(late,))
+    assert kept.signals == {feed.symbol}
+
+
+def test_kinetic_energy_has_no_signal() -> None:
+    load = Signal("load", "kg")
+    with refuses("energy-depends", "declare the axis with newton|Declare the axis with newton"):
+        lagrange(
+            "x",
+            coordinate=q,
+            parameters=(M,),
+            signals=(load,),
+            kinetic=(M + load) * q.velocity**2 / 2,
+            drive=Drive(gain=1.0),
+        )
+
+
+def test_a_potential_may_have_a_signal() -> None:
+    found = lagrange(
+        "x",
+        coordinate=q,
+        parameters=(M, A),
+        signals=(pressure,),
+        kinetic=M * q.velocity**2 / 2,
+        potential=A * pressure * q,
+        drive=Drive(gain=1.0),
+    )
+    assert found.force == M * q.acceleration + A * pressure
+
+
+def test_a_drive_of_its_own_writes_the_signal_into_its_force() -> None:
+    class Squared(Drive):
+        @property
+        def force(self) -> sympy.Expr:
+            return DRIVE_GAIN * CONTROL**3
+
+    with refuses("drive-scaled", "write supply into its"):
+        Squared(gain=1.0, scaled_by=Signal("supply", "V") / 24)
+
+
+TOML = """
+name = "x"
+[coordinate]
+name = "q"
+[parameters]
+M = { unit = "kg", nominal = 2.0 }
+A = { unit = "m^2" }
+[signals]
+pressure = { unit = "Pa", description = "of the counter-balance" }
+supply = { unit = "V", between = "held" }
+feed = { unit = "V", between = "held" }
+[newton]
+inertia = "M"
+resistance = ["A*pressure"]
+[drive]
+gain = 35.0
+scaled_by = "supply/24"
+[control]
+name = "feed"
+period = 1e-3
+output = "reference - measured_position + feed"
+[columns]
+pressure = "p:bar"
+[experiment]
+moves = [{ distance = 0.1, speed = 0.2, acceleration = 4.0 }]
+signals = { pressure = "6e5 + 1e5*sin(8*time)", supply = 24, feed = "time" }
+"""
+
+
+def test_toml_declares_signals_as_python_does(tmp_path: Path) -> None:
+    file = tmp_path / "x.toml"
+    file.write_text(TOML)
+    read = load_axis(file)
+    supply, feed = Signal("supply", "V", "held"), Signal("feed", "V", "held")
+    described = Signal("pressure", "Pa", description="of the counter-balance")
+    assert read.signals == (described, supply, feed)
+    assert read.drive.scaled_by == supply / 24
+    assert read.control is not None
+    assert read.control.signals == {feed.symbol}
+    assert read.columns == {"pressure": "p:bar"}
+    assert read.experiment is not None
+    wave = 6e5 + 1e5 * sympy.sin(8 * TIME)
+    assert sympy.nsimplify(read.experiment.signals["pressure"] - wave) == 0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right", "said"),
+    [
+        ('"A*pressure"', '"A*presure"', "newton.resistance\\[1\\]: column 3: there is no name"),
+        ('unit = "Pa"', 'unit = "Paa"', "signals.pressure.unit: the unit 'Paa' cannot be read"),
+        ('between = "held" }\nfeed', 'between = "hold" }\nfeed', "signals.supply.between: "),
+        ('between = "held" }\nfeed', 'betwen = "held" }\nfeed', "signals.supply.betwen"),
+        ('unit = "m^2"', 'unit = "m"', "the term pressure\\*A is in kg/s"),
+        ('pressure = "p:bar"', 'presure = "p:bar"', "columns.presure"),
+        ('feed = "time"', 'feeds = "time"', "experiment.signals.feeds"),
+        ('feed = "time"', 'feed = "times"', "there is no name times"),
+        (" + feed", "", "the signals feed are declared but appear neither"),
+        ('supply = { unit = "V"', 'M = { unit = "V"', "M"),
+        ("scaled_by", "scaledby", "drive.scaledby"),
+    ],
+)
+def test_a_mistake_in_toml_is_told_with_its_place(
+    wrong: str, right: str, said: str, tmp_path: Path
+) -> None:
+    assert wrong in TOML
+    file = tmp_path / "x.toml"
+    file.write_text(TOML.replace(wrong, right))
+    with pytest.raises(Exception, match=said):
+        load_axis(file)

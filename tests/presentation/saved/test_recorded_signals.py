@@ -1,0 +1,55 @@
+"""What is shown and saved of recorded signals: page of the axis, JSON, summary, figures, frames."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from axisid import Identification, build, derive, identify, load_result, twin_record, validate
+from axisid.presentation.formulas.axis_page import FORMATS, axis_page
+from axisid.presentation.plots.result import record_plot
+from tests.axes.recorded import recorded_axis, recorded_values
+
+AXIS = recorded_axis("pressure", "held")
+
+
+@pytest.fixture(scope="module")
+def result() -> Identification:
+    axis = build(AXIS)
+    return identify(axis, twin_record(axis, signals=recorded_values("pressure")))
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_the_page_of_an_axis_lists_its_signals(form: str) -> None:
+    page = axis_page(derive(AXIS), form)
+    assert "Recorded signals" in page
+    assert "pressure" in page
+    assert "held between samples" in page
+
+
+def test_the_record_s_figure_has_a_panel_for_each_signal(result: Identification) -> None:
+    labels = [panel.label for panel in record_plot(result).panels]
+    assert any("pressure" in label and "Pa" in label for label in labels)
+
+
+def test_the_summary_says_how_a_signal_stands_in_the_rows(result: Identification) -> None:
+    text = " ".join(result.summary().split())
+    assert "Recorded signals as they were recorded: pressure in Pa; pressure by the mean" in text
+
+
+def test_a_saved_result_knows_its_signals(result: Identification, tmp_path: Path) -> None:
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()))
+    saved = load_result(file, AXIS)
+    declared = {"name": "pressure", "unit": "Pa", "between": "held"}
+    assert result.to_dict()["signals"] == [declared]
+    assert saved.summary() == result.summary()
+    other = twin_record(build(AXIS), signals=recorded_values("pressure", 5), seed=5)
+    for held in (validate(saved, other), validate(result, other)):
+        assert held.methods[0].simulation_error_percent is not None
+
+
+def test_a_record_s_frame_has_the_signals() -> None:
+    record = twin_record(build(AXIS), signals=recorded_values("pressure"))
+    frame = record.to_frame()
+    assert list(frame["pressure"]) == list(record.signals["pressure"])
