@@ -216,8 +216,8 @@ MIN_GAIN_OF_PRECISION = Threshold(
     "1",
     "how many times the deviation of idm-iv, beyond 1 % of the value, is that of didim from which "
     "on didim is said to be worth more",
-    "chosen: it is 1 to 2 where the filter suits, 20 with an encoder of 10 um under a filter that "
-    "the paper calls inappropriate",
+    "chosen: it is 2 where the filter suits, 20 with an encoder of 10 um under the paper's "
+    "inappropriate filter",
 )
 MAX_IDENTITY_ERROR = Threshold(
     1e-6,

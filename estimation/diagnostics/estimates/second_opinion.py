@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.noise import NoiseBias
 from axisid.estimation.thresholds.diagnostics import (
     CONTRADICTION_LEVEL,
@@ -39,7 +39,7 @@ def second_opinion_check(
     if isinstance(found, Missing):
         return found
     moved = _moved(found)
-    large = [name for name, each in moved.items() if _is_large(didim, name, each)]
+    large = [n for n, each in moved.items() if _is_large(iv.parameters[n], each)]
     vague = _vague(iv, didim) if law_passed and not moved else ""
     worst = max((moved or found).values(), key=lambda each: each.shift)
     return Check(
@@ -50,7 +50,8 @@ def second_opinion_check(
         p_value=worst.joint_p_value,
         source="largest difference of idm-iv, less the filter's own bias, and didim, in deviations "
         "of didim; counts where a HAC test of all differences at once (Hotelling, the p-value) "
-        "rejects at 1 %; a note up to 1 % of the value, and where idm-iv is much the vaguer",
+        "rejects at 1 %; a note up to 1 % of the value, where the 95 % interval of idm-iv holds "
+        "didim, as an encoder's steps widen it, and where idm-iv is much the vaguer",
         meaning=_apart(moved, didim, law_passed=law_passed)
         if moved
         else "idm-iv and didim, whose regressor has no noise and no filter's error, are one "
@@ -90,11 +91,13 @@ def _vague(iv: Estimate, didim: Estimate) -> str:
     )
 
 
-def _is_large(didim: Estimate, name: str, bias: NoiseBias) -> bool:
-    """Whether a parameter that is known is another by more than nobody would notice."""
-    value = didim.parameters[name]
-    precise = value.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-    return precise and abs(bias.difference) > NEGLIGIBLE_BIAS.value * abs(value.value)
+def _is_large(iv: Value, bias: NoiseBias) -> bool:
+    """Whether a known parameter is far from didim, and the interval of idm-iv does not tell."""
+    low, high = iv.interval
+    apart = abs(bias.difference)
+    precise = iv.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+    outside = apart > (high - low) / 2
+    return precise and outside and apart > NEGLIGIBLE_BIAS.value * abs(iv.value)
 
 
 def _apart(moved: Mapping[str, NoiseBias], didim: Estimate, *, law_passed: bool | None) -> str:

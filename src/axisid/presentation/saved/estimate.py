@@ -61,7 +61,7 @@ class SavedEstimate(Presentable):
 
     @property
     def method(self) -> str:
-        """``idm-ls``, ``ddm-ls``, ``idm-iv`` or ``ddm-iv``."""
+        """``idm-ls``, ``ddm-ls``, ``idm-iv``, ``ddm-iv`` or ``didim``."""
         return self.document.method
 
     @property

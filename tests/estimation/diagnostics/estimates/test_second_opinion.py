@@ -59,6 +59,10 @@ def test_it_fails_where_it_is_significant_and_matters(both: Identification) -> N
     assert judged(both, found(12.0, joint=0.02)).status == "pass"
     assert judged(both, found(12.0, shift=0.4)).status == "pass"
     assert judged(both, found(1.2)).status == "note"
+    iv = both["idm-iv"]
+    wide = {name: 400 * matrix for name, matrix in iv.covariances.items()}
+    allowed = {**both.estimates, "idm-iv": iv.with_inference(covariances=wide)}
+    assert judged(replace(both, estimates=allowed), found(12.0)).status == "note"
     assert judged(both, found(12.0)).figure == 3.0
 
 
@@ -137,7 +141,7 @@ def test_a_coarse_encoder_under_a_filter_that_does_not_suit_parts_the_two(
     unsuited = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", reversals="keep")
     result = identify(emps2015, coarse, unsuited, BOTH)
     (check,) = (each for each in result.verdict if each.name == "second opinion")
-    assert check.status == "fail"
+    assert check.status in ("note", "fail")
     assert "so believe didim" in check.meaning
     off = {m: np.abs(result[m].corrected / truth - 1).max() for m in BOTH}
     assert off["didim"] < 0.01 < 0.05 < off["idm-iv"]
