@@ -48,7 +48,7 @@ def log(tmp_path: Path, twin: Record) -> Callable[..., Path]:
 
 
 def test_json_keeps_its_contract(run: Run) -> None:
-    code, out, err = run("identify", "emps2015", "--json", "-")
+    code, out, err = run("identify", "emps2015", "--json", "-", "--start", "nominal")
     assert (code, err) == (0, "")
     result = json.loads(out)
     assert {"axis", "record", "prefilter", "estimates"} <= set(result)

@@ -119,5 +119,5 @@ def test_a_constant_and_a_ripple_name_what_is_declared(tmp_path: Path) -> None:
     judged = cast(Estimate, SimpleNamespace(form=form))
     constant = _whose(judged, 3.0, Missing("no law"))
     assert _declared_alike(tmp_path, q, constant, "N") == 1
-    ripple = _by_position(Line(frequency=81.0, amplitude=0.2, share=0.3), judged)
+    ripple = _by_position(Line(frequency=81.0, amplitude=0.2, share=0.3), judged, measured="")
     assert _declared_alike(tmp_path, q, ripple, "N") == 2

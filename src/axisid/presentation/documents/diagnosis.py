@@ -46,7 +46,8 @@ NOT_EVALUATED = "not evaluated: "
 def diagnosis_dict(diagnosis: Diagnosis) -> dict[str, Any]:
     """Everything that was measured of a result, as plain numbers, texts and lists."""
     members = diagnosis_members(diagnosis, [each.name for each in diagnosis.excitation])
-    return dict(finite_tree(msgspec.to_builtins(members, enc_hook=lambda value: value.item())))
+    there = {name: each for name, each in members.items() if each is not UNSET}
+    return dict(finite_tree(msgspec.to_builtins(there, enc_hook=lambda value: value.item())))
 
 
 def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:
