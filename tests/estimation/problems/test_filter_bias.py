@@ -21,7 +21,7 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates.filter_bias import filter_bias
 from axisid.estimation.estimates import Value
 from axisid.estimation.methods import METHODS, bound_record
-from axisid.estimation.problems import Problem
+from axisid.estimation.problems import ByInstruments, Problem
 from axisid.estimation.problems.filter_bias import noise_free
 from axisid.estimation.regression import factor
 from axisid.support.arrays import Array
@@ -240,7 +240,7 @@ def test_bias_is_found_again_where_it_leads(emps2015: GeneratedAxis) -> None:
     loops = fit.simulated(estimate.form, estimate.physical)[0]
     assert estimate.Z is not None
     instruments = factor(estimate.Z, emps2015.names)
-    once = noise_free(estimate.form, fit, loops, estimate.physical, instruments).bias
+    once = noise_free(estimate.form, fit, loops, estimate.physical, ByInstruments(instruments)).bias
     error = np.abs(estimate.physical - truth)
     assert error[1] > 50
     assert abs(estimate.physical[1] - once[1] - truth[1]) > 10
