@@ -39,7 +39,8 @@ def second_opinion_check(
     if isinstance(found, Missing):
         return found
     moved = _moved(found)
-    large = [n for n, each in moved.items() if _is_large(iv.parameters[n], each)]
+    both = {name: (iv.parameters[name], didim.parameters[name]) for name in moved}
+    large = [name for name, each in moved.items() if _is_large(each, *both[name])]
     vague = _vague(iv, didim) if law_passed and not moved else ""
     worst = max((moved or found).values(), key=lambda each: each.shift)
     return Check(
@@ -50,9 +51,9 @@ def second_opinion_check(
         p_value=worst.joint_p_value,
         source="largest difference of idm-iv, less the filter's own bias, and didim, in deviations "
         "of didim; counts where a HAC test of all differences at once (Hotelling, the p-value) "
-        "rejects at 1 %; a note up to 1 % of the value, where the 95 % interval of idm-iv holds "
-        "didim, as an encoder's steps widen it, and where idm-iv is much the vaguer",
-        meaning=_apart(moved, didim, law_passed=law_passed)
+        "rejects at 1 %; a note up to 1 % of the value, where the 95 % interval of either allows "
+        "for it, as an encoder's steps widen them, and where idm-iv is much the vaguer",
+        meaning=_apart(moved, both, law_passed=law_passed)
         if moved
         else "idm-iv and didim, whose regressor has no noise and no filter's error, are one "
         f"estimate but for chance or what does not matter{vague}",
@@ -91,31 +92,40 @@ def _vague(iv: Estimate, didim: Estimate) -> str:
     )
 
 
-def _is_large(iv: Value, bias: NoiseBias) -> bool:
-    """Whether a known parameter is far from didim, and the interval of idm-iv does not tell."""
-    low, high = iv.interval
+def _is_large(bias: NoiseBias, iv: Value, didim: Value) -> bool:
+    """Whether a known parameter is another by more than either interval allows for."""
     apart = abs(bias.difference)
     precise = iv.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-    outside = apart > (high - low) / 2
-    return precise and outside and apart > NEGLIGIBLE_BIAS.value * abs(iv.value)
+    widest = max(value.interval[1] - value.interval[0] for value in (iv, didim))
+    return precise and apart > widest / 2 and apart > NEGLIGIBLE_BIAS.value * abs(iv.value)
 
 
-def _apart(moved: Mapping[str, NoiseBias], didim: Estimate, *, law_passed: bool | None) -> str:
+def _apart(
+    moved: Mapping[str, NoiseBias],
+    both: Mapping[str, tuple[Value, Value]],
+    *,
+    law_passed: bool | None,
+) -> str:
     listed = ", ".join(
-        f"{name} by {bias.difference:+.2g} {didim.parameters[name].unit} "
-        f"({_percent(didim, name, bias)}{bias.shift:.2g} deviations)"
+        f"{name} by {bias.difference:+.2g} {both[name][1].unit} "
+        f"({_percent(bias, both[name][1])}{bias.shift:.2g} deviations)"
         for name, bias in moved.items()
     )
-    return f"idm-iv differs from didim, {listed}: {_whom(law_passed=law_passed)}"
+    vaguer = any(didim.deviation > iv.deviation for iv, didim in both.values())
+    return f"idm-iv differs from didim, {listed}: {_whom(law_passed=law_passed, vaguer=vaguer)}"
 
 
-def _percent(didim: Estimate, name: str, bias: NoiseBias) -> str:
-    value = didim.parameters[name].value
-    return f"{100 * bias.difference / value:+.2g} %, " if value else ""
+def _percent(bias: NoiseBias, didim: Value) -> str:
+    return f"{100 * bias.difference / didim.value:+.2g} %, " if didim.value else ""
 
 
-def _whom(*, law_passed: bool | None) -> str:
-    """Which of the two a control law speaks for, on which didim alone rests."""
+def _whom(*, law_passed: bool | None, vaguer: bool) -> str:
+    """Which of the two a control law speaks for, on which didim alone rests, `vaguer` or not."""
+    if law_passed and vaguer:
+        return (
+            "the encoder's steps, or a force that the model lacks, move both, and didim is the "
+            "vaguer, so believe the instruments"
+        )
     if law_passed:
         return (
             "the control is the declared law's, so believe didim; a coarse encoder or a filter "

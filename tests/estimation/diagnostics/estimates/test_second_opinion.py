@@ -66,6 +66,15 @@ def test_it_fails_where_it_is_significant_and_matters(both: Identification) -> N
     assert judged(both, found(12.0)).figure == 3.0
 
 
+def test_what_the_encoder_makes_vague_is_not_what_to_believe(both: Identification) -> None:
+    didim = both["didim"]
+    wide = {name: 400 * matrix for name, matrix in didim.covariances.items()}
+    vague = {**both.estimates, "didim": didim.with_inference(covariances=wide)}
+    check = judged(replace(both, estimates=vague), found(12.0))
+    assert check.status == "note"
+    assert check.meaning.endswith("didim is the vaguer, so believe the instruments")
+
+
 def test_parameters_may_part_together_that_do_not_alone(both: Identification) -> None:
     check = judged(both, found(1.2, p=0.2))
     assert check.status == "note"
