@@ -168,6 +168,11 @@ def test_a_reference_runs_between_samples_as_declared(between: str) -> None:
     assert clocks.reference(np.array([0.0, 1.0, 3.0])).tolist() == expected
 
 
+def test_a_reference_is_smooth_between_samples_where_nothing_else_is_said() -> None:
+    clocks = TwoClocks(samples=6, log_period=1.0, law_period=0.5)
+    assert clocks.reference(np.arange(6.0) ** 3) == pytest.approx(clocks.times.clip(max=5.0) ** 3)
+
+
 @pytest.mark.parametrize(
     ("law", "log"),
     [
@@ -297,5 +302,5 @@ def test_how_a_reference_runs_is_declared_in_a_file_too(tmp_path: Path) -> None:
     assert law is not None
     assert law.reference_between == "held"
     file.write_text(text.replace('"held"', '"cubic"'))
-    with pytest.raises(ModelError, match="reference_between is 'cubic'; give linear or held"):
+    with pytest.raises(ModelError, match="reference_between is 'cubic'; give spline"):
         load_axis(file)

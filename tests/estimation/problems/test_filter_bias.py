@@ -21,7 +21,7 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates.filter_bias import filter_bias
 from axisid.estimation.estimates import Value
 from axisid.estimation.methods import METHODS, bound_record
-from axisid.estimation.problems import Problem
+from axisid.estimation.problems import ByInstruments, Problem
 from axisid.estimation.problems.filter_bias import noise_free
 from axisid.estimation.regression import factor
 from axisid.support.arrays import Array
@@ -239,7 +239,7 @@ def test_bias_is_found_again_where_it_leads(emps2015: GeneratedAxis) -> None:
     fit = Problem(axis=emps2015, data=(bound_record(emps2015, record, KEPT),))
     loops = fit.simulated(estimate.form, estimate.physical)[0]
     assert estimate.Z is not None
-    instruments = factor(estimate.Z, emps2015.names)
+    instruments = ByInstruments(factor(estimate.Z, emps2015.names))
     once = noise_free(estimate.form, fit, loops, estimate.physical, instruments).bias
     error = np.abs(estimate.physical - truth)
     assert error[1] > 50
