@@ -167,7 +167,12 @@ def _sign_runs(case: Case) -> Check | Missing:
 
 
 def _residuals_against_motion(case: Case) -> Check:
-    return residuals_against_motion(case.residuals, case.preferred, explained=case.is_explained)
+    return residuals_against_motion(
+        case.residuals,
+        case.preferred,
+        explained=case.is_explained,
+        by_loops=case.following_as_measured,
+    )
 
 
 def _normality(case: Case) -> Check:

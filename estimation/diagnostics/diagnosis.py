@@ -28,7 +28,11 @@ from axisid.estimation.diagnostics.loop import (
     force_timing,
     law_in_time,
 )
-from axisid.estimation.diagnostics.remainder import loop_without_noise, tests_of_residuals
+from axisid.estimation.diagnostics.remainder import (
+    following_as_measured,
+    loop_without_noise,
+    tests_of_residuals,
+)
 from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.lacking import Lack, is_named, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
@@ -220,6 +224,14 @@ class Case:
     def residuals(self) -> ResidualTests:
         """Of the judged estimate."""
         return tests_of_residuals(self.preferred)
+
+    @property
+    def following_as_measured(self) -> float:
+        """How far such residuals follow the motion on loops as measured; 0 where nobody asks."""
+        tests, estimate = self.residuals, self.preferred
+        if not estimate.by_output_error or tests.cross_z <= tests.cross_limit:
+            return 0.0
+        return following_as_measured(self.problem, estimate)
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:

@@ -9,8 +9,10 @@ import numpy as np
 
 from axisid.estimation.estimates import COVARIANCES, Inference
 from axisid.estimation.problems import (
+    ByOutputError,
     NoiseFree,
     Problem,
+    Solver,
     confirmed,
     encoder_error,
     noise_free,
@@ -18,6 +20,7 @@ from axisid.estimation.problems import (
     noise_free_following,
     settled_noise_free,
     slopes_by_gain,
+    with_loop_noise,
 )
 from axisid.estimation.regression import (
     Applied,
@@ -99,6 +102,8 @@ class FittedPoint:
             return None
         with suppress(DataError, EstimationError):  # nor those of another loop
             solver, solution = self.fit.solver, self.fit.solution
+            if isinstance(solver, ByOutputError):
+                return self._shaken(first, solver, deviations)
             found_at = partial(noise_free_at, self.form, self.problem, solver=solver)
             quiet = settled_noise_free(first, found_at, self.physical, deviations)
             if quiet is first:
@@ -106,6 +111,18 @@ class FittedPoint:
             plain = replace(solution, residuals=own(solution.residuals, self.problem.row_weights))
             return confirmed(quiet, plain, self.model)
         return None
+
+    def _shaken(self, first: NoiseFree, solver: Solver, deviations: Array) -> NoiseFree:
+        """The same of an output error, with what noise in the loop does to it."""
+        form, problem = self.form, self.problem
+
+        def found_at(physical: Array) -> NoiseFree | None:
+            quiet = noise_free_at(form, problem, physical, solver=solver)
+            return quiet and with_loop_noise(quiet, form.at(physical), problem, physical, solver)
+
+        own = (self.physical, solver, deviations, self.fit.loops)
+        here = with_loop_noise(first, form, problem, *own)
+        return settled_noise_free(here, found_at, self.physical, deviations)
 
     def _following(self, deviations: Array) -> NoiseFree | None:
         """The same of loops that follow records without a reference; None if there are none."""

@@ -80,7 +80,7 @@ def _noises(
     """
     position = np.concatenate([loop.position for loop in loops])
     step = sensor_steps(data.axis, data.record).position
-    white = {role: _noise(data.record, loops, role) for role in data.record.motion}
+    white = {role: white_noise(data.record, loops, role) for role in data.record.motion}
     for draw in range(_DRAWS):
         order = {role: rng.permutation(noise) for role, noise in white.items()}
         for k, sign in enumerate((1.0, -1.0)):
@@ -91,7 +91,7 @@ def _noises(
             yield found
 
 
-def _noise(record: Record, loops: tuple[Simulation, ...], role: str) -> Array:
+def white_noise(record: Record, loops: tuple[Simulation, ...], role: str) -> Array:
     """Noise of a measured role, (N,), as large as its second differences.
 
     Its slow part is the loops': they follow it, or do not quite move as the axis did.

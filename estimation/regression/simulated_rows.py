@@ -72,11 +72,13 @@ def simulated_loops(
     *,
     resolution: float = 0.0,
     away: float = 0.0,
+    position_noise: Array | None = None,
 ) -> tuple[Simulation, ...]:
     """The loop of a record, simulated with physical parameters (p,): once for each segment.
 
     Each begins as its segment does, see `loop_starts`. With a resolution it has an encoder of such
-    steps, which measures, and is commanded, positions that are `away` from those of the axis.
+    steps, which measures, and is commanded, positions that are `away` from those of the axis; and
+    what its law measures has `position_noise`, (N,), if there is any.
 
     Raises
     ------
@@ -86,6 +88,7 @@ def simulated_loops(
         The loop cannot be simulated with these parameters.
     """
     reference, added = loop_reference(axis, record), record.added_control
+    noise = np.full(len(record), away) if away and position_noise is None else position_noise
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     return tuple(
         simulate_estimate(
@@ -95,7 +98,7 @@ def simulated_loops(
             record.period,
             start=start,
             injected=None if added is None else added[first:last],
-            position_noise=np.full(last - first, away) if away else None,
+            position_noise=None if noise is None else noise[first:last],
             resolution=resolution,
             signals=tuple(values[first:last] for values in signals),
             clocks=two_clocks(axis, record, (first, last)),

@@ -13,6 +13,8 @@ from axisid.support.remedy import Remedy, Setting
 
 _LEAVE_OUT = Remedy.of("leave out the reversals (", Setting("reversals", "leave-out"), ")")
 _RAISE = Remedy.of("raise the cut-off")
+_REFERENCE = Remedy.of("record the reference, from which instruments are made")
+_QUIETER = Remedy.of("give the loop a position with less noise, which shakes what friction holds")
 #: What moves the parameters: the filter alone, or with the noise of a record without a reference.
 _CAUSES = {
     False: "the prefilter itself moves",
@@ -58,7 +60,11 @@ def filter_bias(estimate: Estimate, *, has_reversals: bool) -> Check | Missing:
         if not moved
         else f"{_CAUSES[noisy]} {listed}; corrected values and 95 % intervals are free "
         f"of it{', as the loop at the corrected values confirms' * settled}; to make it smaller, ",
-        remedy=_advice(has_reversals=has_reversals, noisy=noisy) if moved else None,
+        remedy=_of_noise(estimate)
+        if moved and noisy
+        else _advice(has_reversals=has_reversals)
+        if moved
+        else None,
     )
 
 
@@ -90,14 +96,17 @@ def _doubted(estimate: Estimate, quiet: NoiseFree, *, has_reversals: bool) -> Ch
         "error (HAC, 5 %); no more than a note below 1 % of the value",
         meaning=f"{_CAUSES[quiet.has_noise]} {listed} on the simulated loop, but {quiet.doubt}: "
         "nothing is corrected, and intervals may miss by as much; ",
-        remedy=_advice(has_reversals=has_reversals, noisy=False),
+        remedy=_advice(has_reversals=has_reversals),
     )
 
 
-def _advice(*, has_reversals: bool, noisy: bool) -> Remedy:
-    if noisy:
-        return Remedy.of("record the reference, from which instruments are made")
+def _advice(*, has_reversals: bool) -> Remedy:
     return _LEAVE_OUT if has_reversals else _RAISE
+
+
+def _of_noise(estimate: Estimate) -> Remedy:
+    """What makes less of noise: that in the regressor, or that in the loop."""
+    return _QUIETER if estimate.by_output_error else _REFERENCE
 
 
 def _untold(estimate: Estimate) -> Missing:

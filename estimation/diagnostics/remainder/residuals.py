@@ -13,9 +13,14 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_JARQUE_BERA,
     NEGLIGIBLE_RESIDUAL,
 )
+from axisid.estimation.thresholds.lacking import MIN_STEPS_EXCESS
 from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
 from axisid.support.missing import Missing
 
+_SHAKEN = (
+    "; of didim a fifth more than where its loop has the encoder's steps or the noise of the "
+    "record, if that is more"
+)
 _ALONE = Missing("too few rows follow each other in time")
 
 
@@ -72,10 +77,14 @@ def _allowed(chosen: str) -> str:
 
 
 def residuals_against_motion(
-    tests: ResidualTests, estimate: Estimate, *, explained: bool = False
+    tests: ResidualTests, estimate: Estimate, *, explained: bool = False, by_loops: float = 0.0
 ) -> Check:
-    """Whether the residuals follow the motion; no matter where what they are is `explained`."""
-    nothing = tests.cross_z <= tests.cross_limit
+    """Whether the residuals follow the motion; no matter where what they are is `explained`.
+
+    `by_loops` is how far those of loops that are measured as the record is do, in deviations.
+    """
+    limit = max(tests.cross_limit, MIN_STEPS_EXCESS.value * by_loops)
+    nothing = tests.cross_z <= limit
     relative = abs(tests.cross_correlation) / tests.cross_deviations
     row, column = divmod(int(relative.argmax()), relative.shape[1])
     lag = row - (len(relative) - 1) // 2
@@ -86,13 +95,16 @@ def residuals_against_motion(
         name="residuals against the motion",
         status=passed(nothing, matters=_are_noticeable(estimate) and not explained),
         figure=tests.cross_z,
-        threshold=tests.cross_limit,
+        threshold=limit,
         p_value=tests.cross_p,
         source="largest correlation of the residuals with an instrument (a regressor's column for "
         "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them; "
         "no more than a note of residuals below 0.01 % of the left side, and where another check "
-        "names what is wrong",
+        f"names what is wrong{_SHAKEN * estimate.by_output_error}",
         meaning="the residuals do not follow the motion"
+        if tests.cross_z <= tests.cross_limit
+        else "the residuals follow the motion no more than those of a loop with the encoder's "
+        "steps, or with the noise of the position, do"
         if nothing
         else f"the residuals follow the motion, most the {of} of {names[column]}, {abs(lag)} rows "
         f"{'before' if lag < 0 else 'after'} it: a term, a delay or a dynamic is not in "

@@ -17,7 +17,7 @@ def loop_without_noise(estimate: Estimate) -> NoiseFree | None:
     """The loops that follow a record, where what noise moves an estimate by is known by them."""
     quiet = estimate.noise_free
     known = quiet is not None and quiet.has_noise and not quiet.doubt
-    return quiet if known and estimate.Z is None and not estimate.is_direct else None
+    return quiet if known and estimate.loop_rows is None and not estimate.is_direct else None
 
 
 def tests_of_residuals(estimate: Estimate) -> ResidualTests:

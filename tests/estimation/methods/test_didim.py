@@ -18,16 +18,19 @@ from axisid import (
     identify,
     load_axis,
     load_result,
+    read_record,
     simulate,
     sweep,
     twin_record,
     validate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd_difference
 from axisid.presentation.plots import sweep_plot
 from axisid.presentation.plots.estimate import convergence_plot, force_plot
 from axisid.presentation.plots.plot import Plot
 from axisid.presentation.report.page import report_html
+from benchmarks.machines import Machine, records, white
 from tests.axes.stage import generated, stage_record
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
 from tests.refusals import refuses
@@ -130,6 +133,31 @@ def test_encoder_steps_are_in_its_deviations(emps2015: GeneratedAxis, twin: Reco
     assert "simulated loops have by an encoder's steps" in found.covariance_names["hac"]
     for name, value in found.parameters.items():
         assert abs(value.corrected - twin.provenance.truth[name]) < 3 * value.deviation
+    judged = identify(emps2015, coarse, methods="didim")
+    assert checks_of(judged)["residuals against the motion"] == "pass"
+
+
+def test_noise_that_shakes_friction_is_taken_off(emps2015: GeneratedAxis) -> None:
+    """A loop of encoder differences makes more force of the noise than friction holds."""
+    law = cascade_pd_difference(kp=160.18, kv=243.45, period=1e-3)
+    axis = build(replace(emps2015.axis, control=law))
+    machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(3e-6))
+    time = 1e-3 * np.arange(8000)
+    waves = 0.02 * np.sin(2 * np.pi * 0.3 * time) + 0.004 * np.sin(2 * np.pi * 1.1 * time)
+    reference = np.minimum(1.0, time / 0.5) * waves
+    kept = Prefilter(cutoff=60.0, decimate=10, reversals="keep")
+    missed = 0
+    for columns in records(machine, reference, 4, seed=5):
+        result = identify(axis, read_record(columns, axis), kept, "didim")
+        value = result["didim"].parameters["Fv"]
+        assert value.shift > 1.0
+        missed += abs(value.value - 236.9) > 2 * value.deviation
+        assert abs(value.corrected - 236.9) < 3 * value.deviation
+        (check,) = (c for c in result.verdict if c.name == "filter bias")
+        assert "the noise of the position move" in check.meaning
+        assert check.status != "fail"
+        assert checks_of(result)["residuals against the motion"] in ("pass", "note")
+    assert missed >= 3
 
 
 def test_its_equation_error_is_not_printed_beside_its_simulation_error(

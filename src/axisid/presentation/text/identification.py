@@ -256,7 +256,8 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
         notes.append(
             "DIDIM: least squares of the measured force by the rows of the loop simulated with the "
             "estimate, both behind the same filter, so that X is of no measured motion; its "
-            "equation error is its simulation error. It rests on the declared control law."
+            "equation error is its simulation error. It rests on the declared control law; what "
+            "noise in the loop does to friction is taken off it as the filter's own bias is."
         )
     if {"idm-iv", "ddm-iv"} <= set(methods):
         notes.append(
