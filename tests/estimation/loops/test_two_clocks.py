@@ -135,7 +135,7 @@ def test_any_two_clocks_follow_an_independent_integrator(ratio: float) -> None:
     law = cascade_p_pi(LOG / ratio)
     count = 160
     reference = 0.01 * np.sin(2 * np.pi * 6 * LOG * np.arange(count))
-    clocks = TwoClocks(samples=count, log_period=LOG, law_period=law.period)
+    clocks = TwoClocks(samples=count, log_period=LOG, law_period=law.period, between="linear")
     read = np.interp(clocks.times, np.arange(count), reference)
     assert np.array_equal(clocks.reference(reference), read)
     loop = simulate_estimate(
