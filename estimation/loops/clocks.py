@@ -35,7 +35,7 @@ def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Tw
         log_period=record.period,
         law_period=law.period,
         first=record.period * late,
-        between=law.reference_between or "linear",
+        between=law.reference_between or "spline",
     )
 
 

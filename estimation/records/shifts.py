@@ -168,17 +168,18 @@ def whole_samples(source: str, role: str, shift: Shift, step: float, length: int
             f"{source}: the {role} is to be shifted by {samples:g} samples, and has {length}.",
             code="long-shift",
         )
-    if abs(samples - round(samples)) > MAX_PART_OF_A_SAMPLE.value:
+    whole = round(samples)
+    if abs(samples - whole) > MAX_PART_OF_A_SAMPLE.value or (samples != 0 and whole == 0):
         raise UsageError(
             f"{source}: the {role} is to be shifted by {samples:.4g} samples; ",
             Remedy.of(
-                "give a whole number of them, or resample the log (",
+                "give a whole number of them, a time as in 2ms, or resample the log (",
                 Setting("resample", "auto"),
                 ").",
             ),
             code="part-of-a-sample",
         )
-    return round(samples)
+    return whole
 
 
 def _partners(

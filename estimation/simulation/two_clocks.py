@@ -10,11 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.support.arrays import Array
 
 _COINCIDES = 1e-6  # of a period, from an evaluation
+_FEWEST_OF_A_SPLINE = 4  # samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,14 +32,14 @@ class TwoClocks:
     first : float
         Time of the first evaluation, s from the first sample; 0 or before it.
     between : str
-        How the reference runs between samples, ``linear`` or ``held``.
+        How the reference runs between samples, ``spline``, ``linear`` or ``held``.
     """
 
     samples: int
     log_period: float
     law_period: float
     first: float = 0.0
-    between: str = "linear"
+    between: str = "spline"
 
     @property
     def times(self) -> Array:
@@ -58,7 +60,11 @@ class TwoClocks:
         """A reference of the log, (N,), where the law is evaluated, (M,)."""
         if self.between == "held":
             return self.held(values)
-        return self.linear(values)
+        if self.between == "linear" or len(values) < _FEWEST_OF_A_SPLINE:
+            return self.linear(values)
+        samples = np.arange(len(values))
+        smooth = CubicSpline(samples, values)
+        return np.asarray(smooth(np.clip(self.times, 0, samples[-1])), dtype=float)
 
     def linear(self, values: Array) -> Array:
         """What runs straight between the samples of the log, where the law is evaluated, (M,)."""

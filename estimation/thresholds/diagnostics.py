@@ -353,6 +353,13 @@ MAX_EXCESS_KURTOSIS = Threshold(
 
 # Constant force and ripple
 
+MAX_GAIN_RATIO = Threshold(
+    2.0,
+    "1",
+    "how many times the declared drive gain an identified one may be, or the other way round; one "
+    "beyond that is no gain but a known value of another record",
+    "chosen",
+)
 SAME_CONSTANT = Threshold(
     0.3,
     "1",

@@ -14,7 +14,6 @@ import sympy
 
 from axisid.modeling.quantities import (
     BALANCED,
-    BETWEEN,
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
@@ -33,6 +32,10 @@ from axisid.support.user_values import quoted
 
 _LONGEST_DELAY = 100
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
+
+
+#: How a reference may run between the samples of a log, first what it does by default.
+REFERENCES_BETWEEN = ("spline", "linear", "held")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,9 +92,11 @@ class ControlLaw:
     delay : int
         Whole samples between computing a control and applying it.
     reference_between : str
-        How the reference runs between the samples of a log that is slower than the law, ``linear``
-        or ``held``. Given, it also says that the law has a clock of its own: a log of another
-        period is then no mistake, and needs nobody to confirm it. Empty is linear.
+        How the reference runs between the samples of a log that is slower than the law: smoothly
+        (``spline``), straight (``linear``) or ``held``. Given, it also says that the law has a
+        clock of its own: a log of another period is then no mistake, and needs nobody to confirm
+        it. Empty is ``spline``: straight between samples a reference lags where it accelerates, by
+        a twelfth of the acceleration times the squared period, which moves the inertia.
     continuous : bool
         Evaluate the law inside the plant's derivative, the reference running straight from sample
         to sample, in place of holding its output: an analogue controller, or the paper's (6) and
@@ -199,10 +204,11 @@ class ControlLaw:
                 f"{_LONGEST_DELAY}.",
                 code="law-delay",
             )
-        if self.reference_between not in ("", *BETWEEN):
+        if self.reference_between not in ("", *REFERENCES_BETWEEN):
             raise ModelError(
                 f"control law {self.name!r}: reference_between is "
-                f"{quoted(self.reference_between)}; give {' or '.join(BETWEEN)}, or leave it out.",
+                f"{quoted(self.reference_between)}; give {', '.join(REFERENCES_BETWEEN[:-1])} or "
+                f"{REFERENCES_BETWEEN[-1]}, or leave it out.",
                 code="law-reference-between",
             )
         sampled = self.memory or self.delay or PERIOD in self.output.free_symbols

@@ -3,11 +3,17 @@
 import copy
 import pickle
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from axisid import Identification, Prefilter, Record, UsageError, build, identify, leave_out
+from axisid.elements import Drive
+from axisid.estimation.diagnostics.estimates.drive_gain import gain_check
+from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.joint import GAIN
 from axisid.estimation.records.record import record_labels
 from tests.axes.stage import TRUTH, generated, stage, stage_record
 
@@ -110,6 +116,23 @@ def test_a_known_payload_tells_the_drive_gain(loaded: Identification) -> None:
     relative = [values[n].deviation / values[n].value for n in ("M", "drive_gain")]
     assert relative[0] == pytest.approx(relative[1], rel=0.3)
     assert {c.name: c.status for c in loaded.verdict}["drive gain"] == "note"
+
+
+def test_a_gain_of_the_other_sign_is_a_known_value_of_another_record() -> None:
+    estimate = SimpleNamespace(parameters={GAIN: _gain(-17.5)})
+    failed = gain_check(cast(Estimate, estimate), Drive(gain=18.0, unit="A"))
+    assert failed is not None
+    assert failed.status == "fail"
+    assert "in the order of the records" in failed.meaning
+    nearby = SimpleNamespace(parameters={GAIN: _gain(17.5)})
+    near = gain_check(cast(Estimate, nearby), Drive(gain=18.0, unit="A"))
+    assert near is not None
+    assert near.status == "note"
+
+
+def _gain(value: float) -> Value:
+    spread = dict.fromkeys(("iid", "robust", "hac"), 0.01)
+    return Value(value=value, unit="N/A", deviations=spread, interval=(value - 0.02, value + 0.02))
 
 
 def test_the_declared_gain_can_be_believed_in_its_place() -> None:

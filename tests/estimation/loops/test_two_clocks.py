@@ -135,7 +135,7 @@ def test_any_two_clocks_follow_an_independent_integrator(ratio: float) -> None:
     law = cascade_p_pi(LOG / ratio)
     count = 160
     reference = 0.01 * np.sin(2 * np.pi * 6 * LOG * np.arange(count))
-    clocks = TwoClocks(samples=count, log_period=LOG, law_period=law.period)
+    clocks = TwoClocks(samples=count, log_period=LOG, law_period=law.period, between="linear")
     read = np.interp(clocks.times, np.arange(count), reference)
     assert np.array_equal(clocks.reference(reference), read)
     loop = simulate_estimate(
@@ -166,6 +166,11 @@ def test_a_reference_runs_between_samples_as_declared(between: str) -> None:
     clocks = TwoClocks(samples=3, log_period=1.0, law_period=0.5, between=between)
     expected = [0.0, 0.5, 1.0, 2.0, 3.0, 3.0] if between == "linear" else [0, 0, 1, 1, 3, 3]
     assert clocks.reference(np.array([0.0, 1.0, 3.0])).tolist() == expected
+
+
+def test_a_reference_is_smooth_between_samples_where_nothing_else_is_said() -> None:
+    clocks = TwoClocks(samples=6, log_period=1.0, law_period=0.5)
+    assert clocks.reference(np.arange(6.0) ** 3) == pytest.approx(clocks.times.clip(max=5.0) ** 3)
 
 
 @pytest.mark.parametrize(
@@ -297,5 +302,5 @@ def test_how_a_reference_runs_is_declared_in_a_file_too(tmp_path: Path) -> None:
     assert law is not None
     assert law.reference_between == "held"
     file.write_text(text.replace('"held"', '"cubic"'))
-    with pytest.raises(ModelError, match="reference_between is 'cubic'; give linear or held"):
+    with pytest.raises(ModelError, match="reference_between is 'cubic'; give spline"):
         load_axis(file)

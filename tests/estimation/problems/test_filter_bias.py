@@ -239,8 +239,8 @@ def test_bias_is_found_again_where_it_leads(emps2015: GeneratedAxis) -> None:
     fit = Problem(axis=emps2015, data=(bound_record(emps2015, record, KEPT),))
     loops = fit.simulated(estimate.form, estimate.physical)[0]
     assert estimate.Z is not None
-    instruments = factor(estimate.Z, emps2015.names)
-    once = noise_free(estimate.form, fit, loops, estimate.physical, ByInstruments(instruments)).bias
+    instruments = ByInstruments(factor(estimate.Z, emps2015.names))
+    once = noise_free(estimate.form, fit, loops, estimate.physical, instruments).bias
     error = np.abs(estimate.physical - truth)
     assert error[1] > 50
     assert abs(estimate.physical[1] - once[1] - truth[1]) > 10

@@ -62,6 +62,12 @@ def test_a_window_is_taken_of_what_was_moved() -> None:
     assert np.asarray(record.control) == pytest.approx(np.cos(30 * (record.time - 5 * PERIOD)))
 
 
+def test_next_to_no_sample_is_no_shift() -> None:
+    """A time without its unit, 1e-3 for 1ms, would else be taken and do nothing."""
+    with refuses("part-of-a-sample"):
+        read_record(log(), repairs=Repairs(shift={"control": "1e-3"}))
+
+
 def test_part_of_a_sample_needs_resampling() -> None:
     with refuses("part-of-a-sample", r"shifted by 0\.5 samples") as refused:
         read_record(log(), repairs=Repairs(shift={"control": "0.5ms"}))
