@@ -71,6 +71,13 @@ def is_iteration(name: str) -> bool:
     return any(row.method in (_INSTRUMENTS, _DIDIM) for row in METHOD_ROWS if row.name == name)
 
 
+def instruments_of(name: str) -> str:
+    """Return the method that solves least squares' form by instruments; empty for other methods."""
+    forms = [row.form for row in METHOD_ROWS if (row.name, row.method) == (name, _LEAST_SQUARES)]
+    able = (row for row in METHOD_ROWS if row.method == _INSTRUMENTS and row.form in forms)
+    return next((row.name for row in able), "")
+
+
 def is_output_error(name: str) -> bool:
     """Return whether the rows of a method are the simulated loop's."""
     return any(row.output_error for row in METHOD_ROWS if row.name == name)

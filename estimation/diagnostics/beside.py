@@ -9,6 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from axisid.estimation.checks import Check
+from axisid.estimation.choices.methods import instruments_of
 from axisid.estimation.diagnostics.estimates import instrument_tests, strength_check
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.methods import METHODS, estimate_by
@@ -31,7 +32,7 @@ def instruments_beside(problem: Problem, ls: Estimate) -> Estimate | Missing:
     lags = model.lags if isinstance(model, Hac) else None
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused by name
-            iv = estimate_by(problem, METHODS[by_instruments(ls.method)], lags, ls.chosen)
+            iv = estimate_by(problem, METHODS[instruments_of(ls.method)], lags, ls.chosen)
     except AxisidError as error:
         return Missing.of(error.note)
     strength = None if iv.Z is None else strength_check(iv, instrument_tests(iv.X, iv.Z))
@@ -40,14 +41,9 @@ def instruments_beside(problem: Problem, ls: Estimate) -> Estimate | Missing:
     return iv
 
 
-def by_instruments(method: str) -> str:
-    """The method of the same form by instruments."""
-    return f"{method.removesuffix('-ls')}-iv"
-
-
 def without_instruments(estimates: Mapping[str, Estimate]) -> Estimate | None:
     """Least squares, inverse model first, where nothing is by instruments; None for none."""
     if any(estimate.Z is not None for estimate in estimates.values()):
         return None
-    able = [e for e in estimates.values() if by_instruments(e.method) in METHODS]
+    able = [e for e in estimates.values() if instruments_of(e.method)]
     return min(able, key=lambda estimate: estimate.is_direct, default=None)

@@ -28,8 +28,8 @@ def mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
     Returns
     -------
     (N,) array or None
-        None where the law is evaluated at the samples or seldomer, where the reference runs
-        straight between them, so that the control is no sawtooth, or where the law cannot be run.
+        None where the law is evaluated at the samples or seldomer, where the reference is not held
+        between them, so that the control is no sawtooth, or where the law cannot be run.
     """
     law = axis.axis.control
     if law is None or record.reference is None or record.control is None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtr
 
+from axisid.estimation.choices.methods import instruments_of
 from axisid.estimation.estimates import Estimate, alike_corrected
 from axisid.estimation.regression import (
     Hac,
@@ -70,7 +71,7 @@ def noise_biases(estimates: Mapping[str, Estimate]) -> dict[str, dict[str, Noise
     """`noise_bias` of every least squares whose form has instruments too, by method."""
     found = {}
     for name, ls in estimates.items():
-        iv = estimates.get(f"{name.removesuffix('-ls')}-iv")
+        iv = estimates.get(instruments_of(name))
         if ls.Z is None and iv is not None:
             found[name] = noise_bias(ls, iv)
     return {name: biases for name, biases in found.items() if biases}
