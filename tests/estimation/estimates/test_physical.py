@@ -11,12 +11,10 @@ from scipy.optimize import least_squares
 from axisid import (
     Axis,
     Constant,
-    Experiment,
     Identification,
     Parameter,
     Prefilter,
     Record,
-    back_and_forth,
     build,
     fix,
     identify,
@@ -30,6 +28,7 @@ from axisid.estimation.diagnostics.estimates.agreement import fixed_check
 from axisid.estimation.estimates.base_distance import BaseMap, Distance
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.estimates.physical import Physical, physical_parameters
+from axisid.modeling import Experiment, back_and_forth
 from axisid.modeling.derivation.base_model import base_model
 from axisid.support.missing import Missing
 from tests.axes import bodies
