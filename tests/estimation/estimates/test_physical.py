@@ -411,6 +411,7 @@ def test_true_mass_that_is_fixed_does_not_contradict_the_record(name: str) -> No
         assert abs(value.value - truth[parameter]) <= 3 * value.sd_hac + 1e-12
 
 
+@pytest.mark.slow
 def test_gain_that_is_off_within_its_deviation_does_not_contradict_what_is_fixed() -> None:
     axis = load_axis("emps")
     record = twin_record(axis)

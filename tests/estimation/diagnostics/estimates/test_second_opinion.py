@@ -120,6 +120,7 @@ def opinion(axis: GeneratedAxis, record: Record, prefilter: Prefilter | None = N
     return check
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "believed"),
     [
