@@ -89,8 +89,8 @@ def sweep(
         skip_bad=skip_bad,
         own_columns=columns_by_place(columns_of, len(record)),
     )
+    inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
-    shared = sharing.of(max(len(record), 1), inputs.used)
 
     from axisid.estimation.studies import default_cutoffs
     from axisid.estimation.studies import sweep as run

@@ -172,6 +172,10 @@ def test_a_log_that_cannot_be_read_is_named_and_can_be_skipped(logs: list[str]) 
     told = _run(axis, first, bad, second, "--skip-bad", "--known", "m_add=0,7,20")
     assert "set aside  1 record" in told
     assert "m_add = 20 kg" in told
+    told = " ".join(_run(axis, first, bad, "--skip-bad", "--known", "m_add=0,20").split())
+    assert "Without it drive_gain is not identified, as 1 record does not tell it" in told
+    alone = _run(axis, first, "--skip-bad", "--method", "idm-ls")  # as a glob may give
+    assert "record     run1.csv" in alone
 
 
 @pytest.mark.parametrize(
@@ -182,12 +186,17 @@ def test_a_log_that_cannot_be_read_is_named_and_can_be_skipped(logs: list[str]) 
         (("--local", "nothing"), "no parameter 'nothing'"),
         (("--columns-of", "3", "time=t"), "record 3 is none"),
         (("--stream",), "reads one RECORD"),
+        (("--gain", "declared"), "--gain says nothing without --known"),
     ],
 )
 def test_options_of_several_have_errors_with_their_place(
     logs: list[str], options: tuple[str, ...], said: str
 ) -> None:
     assert said in _run(*logs[:3], *options)
+
+
+def test_a_single_log_has_no_parameter_of_its_own(logs: list[str]) -> None:
+    assert "there is 1 record; give several" in _run(*logs[:2], "--local", "tau0")
 
 
 def test_columns_may_be_named_for_one_log(logs: list[str], tmp_path: Path) -> None:
