@@ -18,3 +18,5 @@ from .set_aside import of_used as of_used
 from .set_aside import with_what_is_lost as with_what_is_lost
 from .several import OfRecord as OfRecord
 from .several import RecordInfo as RecordInfo
+from .shared import Shared as Shared
+from .shared import shared_records as shared_records

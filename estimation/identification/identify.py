@@ -16,12 +16,12 @@ from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
-from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
-from .bound import bound_records, layout_for, tells_gain, weighted
+from .bound import weighted
 from .result import Identification
-from .set_aside import of_used, usable_records, with_what_is_lost
+from .shared import shared_records
 
 
 def identify(
@@ -88,22 +88,11 @@ def identify(
     records = records_of(record)
     _check_covariance(covariance)
     requested = _requested(methods)
-    own = _names("local", local)
-    _check_gain(gain)
     _check_start(start)
     as_given = _at_rate(prefilter, records[0].period)
-    _check_shared(own, len(records))
-    commanded = tells_gain(records, gain)
-    layout = layout_for(generated, len(records), own, known, commanded=commanded)
-    usable, aside = usable_records(generated, records, as_given, skip_bad=skip_bad)
-    if aside:
-        whole = layout
-        records = [records[i] for i in usable]
-        own, known = of_used(usable, own, known)
-        layout = layout_for(generated, len(records), own, known, commanded=commanded)
-        aside = with_what_is_lost(aside, generated, (whole, layout), usable)
-    axes = [generated] * len(records) if layout is None else [m.axis for m in layout.members]
-    data = bound_records(axes, records, as_given)
+    shared = shared_records(generated, records, as_given, local, known, gain, skip_bad=skip_bad)
+    layout = shared.layout(generated)
+    data = shared.bound(generated, layout, as_given)
     problem = weighted(Problem(axis=generated, data=data, layout=layout))
     return identify_problem(
         problem,
@@ -111,7 +100,7 @@ def identify(
         requested,
         lags=lags,
         covariance=covariance,
-        set_aside=aside,
+        set_aside=shared.set_aside,
         start=start,
     )
 
@@ -136,39 +125,10 @@ def records_of(record: object) -> list[Record]:
     return [each for each in records if isinstance(each, Record)]
 
 
-def _check_shared(local: Sequence[str], records: int) -> None:
-    """Refuse to have parameters of each record where there is one."""
-    if local and records == 1:
-        raise UsageError(
-            f"{', '.join(local)} {'is' if len(local) == 1 else 'are'} to be each record's own, and "
-            "there is 1 record; ",
-            Remedy.of("give several, or ", Setting("local", given=False), "."),
-            code="local-of-one",
-        )
-
-
-def _check_gain(gain: object) -> None:
-    if not is_among(gain, ("identified", "declared")):
-        raise UsageError(
-            f"the gain is {quoted(gain)}; give identified or declared.", code="bad-gain-choice"
-        )
-
-
 def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
     """The prefilter as given, what follows the rate chosen; what is none is refused later."""
     as_given = Prefilter() if prefilter is None else prefilter
     return as_given.at_rate_of(period) if isinstance(as_given, Prefilter) else as_given
-
-
-def _names(what: str, names: object) -> tuple[str, ...]:
-    """Names that were given as one text or several."""
-    if isinstance(names, str):
-        return (names,) if names else ()
-    if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
-        raise UsageError(
-            f"{what} is {quoted(names)}; give the names of parameters.", code="names-type"
-        )
-    return tuple(names)
 
 
 def identify_filtered(

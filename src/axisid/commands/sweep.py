@@ -107,7 +107,7 @@ def sweep(
             skip_bad=skip_bad,
             start=started_at,
             **shared,
-        )
+        ).with_set_aside(inputs.set_aside)
     if json_file != "-":
         print_result(result)
     if json_file is not None:

@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from axisid import (
     Identification,
     Record,
+    UsageError,
     export,
     identify,
     load_result,
@@ -224,6 +225,29 @@ def test_sweep_and_compare_take_several_logs_without_the_bad_ones(logs: list[str
     )
     assert compared.exit_code == 0, compared.output
     assert "record 2   run1.csv" in compared.output
+
+
+def test_candidates_are_compared_with_what_is_known_and_local(
+    logs: list[str], tmp_path: Path
+) -> None:
+    axis, first, second, bad = logs
+    out = tmp_path / "c.json"
+    arguments = ["compare", first, bad, second, "--ladder", axis, "--skip-bad", "--json", str(out)]
+    given = ["--known", "m_add=0,7,20+-0.01", "--local", "tau0"]
+    done = CliRunner().invoke(cli, [*arguments, *given])
+    assert done.exit_code == 0, done.output
+    for said in ("m_add = 20 +- 0.01 kg", "drive_gain", "tau0_2", "set aside  1 record"):
+        assert said in done.output
+    written = json.loads(out.read_text())
+    assert written["known"]["m_add"][1] == {"value": 20.0, "sd": 0.01}
+    assert [*written["set_aside"]] == [bad]
+    by_name = {each["name"]: each for each in written["candidates"]}
+    judged = {c["name"]: c["informed"] for c in by_name["offset"]["parameter_checks"]}
+    assert judged["drive_gain"] is None
+    assert written["recommended"] == "Coulomb"
+    refused = CliRunner().invoke(cli, [*arguments[:-2], "--local", "nothing"])
+    assert isinstance(refused.exception, UsageError)
+    assert "nothing" in str(refused.exception)
 
 
 def test_two_results_of_several_are_set_side_by_side(file: Path) -> None:

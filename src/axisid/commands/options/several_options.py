@@ -49,14 +49,17 @@ class Sharing:
         known_of(self.known, max(logs, 1))
         if not inputs.set_aside:
             return inputs, {"local": self.local, "known": self.known, "gain": self.gain}
-        local, known = of_used(inputs.used, self.local, self.known)
+        declared = {p.name for p in inputs.axis.declared.parameters}
+        own = [name for name in self.local if name in declared]  # others are refused later
+        local, known = of_used(inputs.used, own, self.known)
         commanded = tells_gain(inputs.records, self.gain)
         layouts = (
-            layout_for(inputs.axis, logs, self.local, self.known, commanded=commanded),
+            layout_for(inputs.axis, logs, own, self.known, commanded=commanded),
             layout_for(inputs.axis, len(inputs.used), local, known, commanded=commanded),
         )
         aside = with_what_is_lost(inputs.set_aside, inputs.axis, layouts, inputs.used)
         told = replace(inputs, set_aside=aside)
+        local = self.local if len(inputs.used) > 1 else ()
         return told, {"local": local, "known": known, "gain": self.gain}
 
 
@@ -101,8 +104,8 @@ def sharing_options(command: Callable[..., None]) -> Callable[..., None]:
 skip_bad_option = click.option(
     "--skip-bad",
     is_flag=True,
-    help="Go on without those of several records that cannot be used; they are counted and named, and "
-    "what is not identified without them is told. With one record it changes nothing.",
+    help="Go on without those of several records that cannot be used; they are counted and named, "
+    "and what is not identified without them is told. With one record it changes nothing.",
 )
 columns_of_option = click.option(
     "--columns-of",
