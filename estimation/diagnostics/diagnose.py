@@ -57,7 +57,8 @@ from axisid.support.missing import Missing
 from .beside import without_instruments
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .joined import joined
-from .records_alike import alike_check, repeated_check
+from .records_alike import alike_check
+from .repeated_samples import repeated_check
 
 _LAST = 100
 

@@ -177,6 +177,7 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
             written=_number("draws"),
         ),
         "method": Argument(of="compare", name="method", written=_text("method")),
+        "local": Argument(of="identify", name="local", written=_text("local")),
         "skip-bad": Argument(of="identify", name="skip_bad", written=lambda _: "skip_bad=True"),
         "start": Argument(of="identify", name="start", written=_text("start")),
         "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
