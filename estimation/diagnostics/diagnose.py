@@ -55,7 +55,7 @@ from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
 from .beside import without_instruments
-from .diagnosis import Case, Diagnosis, RecordDiagnosis, preferred_method
+from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .joined import joined
 from .records_alike import alike_check, repeated_check
 
@@ -326,7 +326,7 @@ def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
         _first_failing(made[name]) for name in ("control law", "alignment", "measured velocity")
     )
     return Diagnosis(
-        preferred=preferred_method(estimates),
+        preferred=case.judged,
         law=case.parts[law].law,
         instruments=case.instruments,
         endogeneity=case.endogeneity,

@@ -3,7 +3,7 @@
 import numpy as np
 import sympy
 
-from axisid import Axis, Coordinate, Experiment, Parameter, Signal, back_and_forth, newton
+from axisid import Axis, Coordinate, Parameter, Signal, newton
 from axisid.control import (
     MEASURED_POSITION,
     PERIOD,
@@ -15,6 +15,7 @@ from axisid.control import (
 )
 from axisid.elements import Drive
 from axisid.estimation.simulation import trajectory
+from axisid.modeling import Experiment, back_and_forth
 from axisid.support.arrays import Array
 
 PERIOD_S = 1e-3

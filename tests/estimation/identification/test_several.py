@@ -188,6 +188,7 @@ def test_each_record_has_a_part_that_is_judged_and_drawn_by_itself(loaded: Ident
         loaded.plot("record", record=4)
 
 
+@pytest.mark.slow
 def test_the_gains_of_the_law_may_differ() -> None:
     slow = replace(stage(), control=replace(stage().control, gains={"kp": 120.0, "kv": 243.45}))  # type: ignore[type-var]
     other = build(leave_out(slow, "tau0", "m_add"))

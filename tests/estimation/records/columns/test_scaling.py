@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axisid import (
-    Column,
     Coordinate,
     ModelError,
     Parameter,
@@ -25,7 +24,7 @@ from axisid.elements import Drive
 from axisid.estimation.records.columns.scaling import ScalingError, is_scaling, read_scaling
 from axisid.estimation.tables import exact_unit, label_unit
 from axisid.estimation.tables.unit_labels import _FACTORS
-from axisid.modeling import LIBRARY
+from axisid.modeling import LIBRARY, Column
 from tests.refusals import refuses
 
 TIME = 1e-3 * np.arange(200)
