@@ -181,10 +181,9 @@ class FittedPoint:
             return ""
         of_some = np.any(self.jacobian[:, widened] != 0, axis=1)
         named = [p.name for p, yes in zip(self.form.declared, of_some, strict=True) if yes]
-        fewest = float(np.min(self.applied[name].freedom))
         return (
-            f"; {', '.join(named)}: the larger deviation of residuals that are an AR(1), as "
-            f"independent scores are few (as {fewest:.0f})"
+            f"; {', '.join(named)}: the larger deviation of residuals that are an AR(1), as few "
+            "scores are independent"
         )
 
 

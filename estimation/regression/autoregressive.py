@@ -16,7 +16,10 @@ from scipy.optimize import brentq
 from scipy.signal import lfilter
 
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import MAX_RESIDUAL_AUTOREGRESSION
+from axisid.estimation.thresholds.regression import (
+    MAX_CHANCE_DEVIATION,
+    MAX_RESIDUAL_AUTOREGRESSION,
+)
 from axisid.support.arrays import Array
 
 from .linear import Solution
@@ -29,13 +32,18 @@ def autoregressive_covariance(solution: Solution) -> Array:
     """``A' Omega A``, (k, k), for the influence A and residuals that are an AR(1).
 
     Its coefficient is the one with which residuals, as the fit leaves them, would show the
-    autocorrelation that they show. Zero where they are.
+    autocorrelation that they show, 0 at least. Nothing where residuals are zero, or where they are
+    less alike from row to row than independent errors would leave them but for chance: as noise of
+    a position is differentiated, there is nothing slow that the fit could take.
     """
     e = solution.residuals
+    nothing = np.zeros((solution.influence.shape[1],) * 2)
     if not e @ e > 0:
-        return np.zeros((solution.influence.shape[1],) * 2)
+        return nothing
     fitted = _Fitted.of(solution)
     shown = _autocorrelation(e, solution.neighbours)
+    if shown < fitted.left(0.0) - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
+        return nothing
     rho = _matched(fitted, shown)
     taken = fitted.taken(fitted.coloured(rho))
     variance = float(e @ e) / (len(e) - float(np.trace(taken)))
@@ -103,10 +111,10 @@ def _autocorrelation(e: Array, order: Neighbours) -> float:
 
 
 def _matched(fitted: _Fitted, shown: float) -> float:
-    """The autoregression that leaves the autocorrelation shown, kept from a root of one."""
+    """The autoregression, from 0 to short of one, that leaves the autocorrelation shown."""
     most = MAX_RESIDUAL_AUTOREGRESSION.value
     if fitted.left(most) <= shown:
         return most
-    if fitted.left(-most) >= shown:
-        return -most
-    return float(brentq(lambda rho: fitted.left(rho) - shown, -most, most, xtol=_RESOLVED))
+    if fitted.left(0.0) >= shown:
+        return 0.0
+    return float(brentq(lambda rho: fitted.left(rho) - shown, 0.0, most, xtol=_RESOLVED))

@@ -61,6 +61,14 @@ def test_it_does_not_depend_on_units(rng: np.random.Generator) -> None:
     assert there == pytest.approx(autoregressive_covariance(fit(e)), rel=1e-6)
 
 
+def test_errors_that_have_nothing_slow_leave_the_kernel_alone(rng: np.random.Generator) -> None:
+    solution = fit(np.diff(rng.normal(size=151)))
+    assert np.array_equal(autoregressive_covariance(solution), np.zeros((2, 2)))
+    applied = Hac().applied(solution)
+    assert applied.widened is not None
+    assert not applied.widened.any()
+
+
 def test_residuals_of_nothing_have_none() -> None:
     solution = fit(np.zeros(100))
     exact = Solution(
