@@ -310,7 +310,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="changes in time", check=_changes_in_time, rank=8, by_record=True),
         Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),
         Diagnostic(name="drive gain", check=_drive_gain, several=True),
-        Diagnostic(name="records alike", check=_records_alike, rank=8, several=True),
+        Diagnostic(name="records alike", check=_records_alike, rank=8, grave=True, several=True),
         Diagnostic(name="repeated records", check=_repeated_records, rank=10, several=True),
     )
 }
