@@ -193,7 +193,7 @@ def _alignment(case: Case) -> Check | Missing:
 
 
 def _uneven_times(case: Case) -> Check | Missing | None:
-    return uneven_check(case.problem, case.preferred)
+    return uneven_check(case.problem, case.preferred, [part.law for part in case.parts])
 
 
 def _near_reversals(case: Case) -> Check | Missing | None:

@@ -48,6 +48,7 @@ from .law_sentences import (
     small_fault,
 )
 from .law_terms import LAW_SETTLING, compared_with_law, law_error_percent
+from .law_unevenly import is_uneven, open_for_jitter, other_readings
 
 _LAGS = 50  # samples over which what the law leaves may be alike
 _COLUMN_FAULTS = {
@@ -83,6 +84,9 @@ class LawCheck:
         One sentence for the user, up to the remedy where there is one.
     remedy : Remedy or None
         How it goes on, where something can be set about it.
+    as_recorded_percent : float or None
+        What the samples of the record leave, where these are uneven and the rest is of what the
+        law read in their place.
     """
 
     factors: dict[str, float]
@@ -93,6 +97,7 @@ class LawCheck:
     passed: bool
     meaning: str
     remedy: Remedy | None = None
+    as_recorded_percent: float | None = None
 
     @property
     def note(self) -> Note:
@@ -118,6 +123,44 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     incomparable = _incomparable(law, record)
     if incomparable is not None:
         return incomparable
+    found = _compared(axis, law, record, advises=False)
+    if isinstance(found, LawCheck) and not found.passed:
+        return _read_otherwise(axis, law, record, found) or _compared(axis, law, record)
+    return found
+
+
+def _read_otherwise(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, found: LawCheck
+) -> LawCheck | Missing | None:
+    """The check by what else the law may have read where times are uneven; None if it fails too."""
+    if not is_uneven(record):
+        return None
+    least = float(found.residual_percent or 0.0)
+    for reading in other_readings(record):
+        other = _compared(axis, law, reading.record, advises=False)
+        if isinstance(other, Missing):
+            continue
+        if other.passed:
+            return replace(
+                other,
+                meaning=f"{other.meaning}, {reading.said}; it is {found.residual_percent:.2g} % "
+                "off as the record has them",
+                as_recorded_percent=found.residual_percent,
+            )
+        least = min(least, float(other.residual_percent or 0.0))
+    left = open_for_jitter(axis, record, least)
+    if left is None:
+        return None
+    return Missing(
+        "the record's samples are off even times, and what the law read between them, noise above "
+        f"all, leaves {left:.2g} % of its control open ({least:.2g} % off)"
+    )
+
+
+def _compared(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, *, advises: bool = True
+) -> LawCheck | Missing:
+    """A law against the samples of a record, with what would mend it where that is asked for."""
     record = record.longest()  # a law's memory does not outlast a gap
     settle = round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
     if len(record.position) < 2 * settle + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
@@ -143,7 +186,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     lean = _lean(left, control[used], following)
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
-    repair = None if passed else _repair(axis, law, record, settle, declared, shift)
+    repair = None if passed or not advises else _repair(axis, law, record, settle, declared, shift)
     fault = small_fault(law, scaled, lean, factors, axis.axis.drive.unit)
     remedy = None
     if declared >= MAX_LAW_RESIDUAL.value or shift:

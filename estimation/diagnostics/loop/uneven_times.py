@@ -18,11 +18,15 @@ from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
+from .control_law import LawCheck
+
 NAME = "uneven times"
 _EVENLY = Remedy.of("resample the log (", Setting("resample", "auto"), ")")
 
 
-def uneven_check(problem: Problem, estimate: Estimate) -> Check | Missing | None:
+def uneven_check(
+    problem: Problem, estimate: Estimate, laws: Sequence[LawCheck | Missing] = ()
+) -> Check | Missing | None:
     """The estimate at even times beside the one as sampled; None where times are even.
 
     Parameters
@@ -30,6 +34,8 @@ def uneven_check(problem: Problem, estimate: Estimate) -> Check | Missing | None
     problem : Problem
     estimate : Estimate
         That is judged.
+    laws : sequence of LawCheck or Missing
+        Of the records, which the jitter may keep from fitting the samples.
     """
     jitter = max(_jitter(data.record) for data in problem.data)
     if not jitter > MIN_JITTER.value:
@@ -47,9 +53,12 @@ def uneven_check(problem: Problem, estimate: Estimate) -> Check | Missing | None
         for name, share in shares.items()
     )
     times = f"the samples are {100 * jitter:.2g} % of a period (rms) off even times"
+    checked = [law for law in laws if isinstance(law, LawCheck)]
+    of_law = max((law.as_recorded_percent or 0.0 for law in checked), default=0.0)
+    status = passed(not (moved and real), matters=large)
     return Check(
         name=NAME,
-        status=passed(not (moved and real), matters=large),
+        status="note" if of_law and status == "pass" else status,
         figure=worst if np.isfinite(worst) else None,
         threshold=MAX_FILTER_BIAS.value,
         source="largest change of a parameter where the record is interpolated to even times by "
@@ -57,7 +66,8 @@ def uneven_check(problem: Problem, estimate: Estimate) -> Check | Missing | None
         "the equation error is no smaller at even times",
         meaning=f"{times}: at even times by interpolation {_listed(shares, shifts)}, and the "
         f"equation error is {found.equation_error_percent:.4g} in place of "
-        f"{found.own_error_percent:.4g} %{_whose(real=real)}{': ' if real and moved else ''}",
+        f"{found.own_error_percent:.4g} %{_whose(real=real)}{_consequence(of_law)}"
+        f"{': ' if real and moved else ''}",
         remedy=_EVENLY if real and moved else None,
     )
 
@@ -84,6 +94,13 @@ def _listed(shares: Mapping[str, float], shifts: Mapping[str, float]) -> str:
         if shift > MIN_PRINTED_FILTER_BIAS.value
     ]
     return ", ".join(told) or "no parameter is noticeably another"
+
+
+def _consequence(of_law: float) -> str:
+    """What the control law has of it, which is right but for this."""
+    if not of_law:
+        return ""
+    return f"; for that the control law is {of_law:.2g} % off in the samples as they are"
 
 
 def _whose(*, real: bool) -> str:
