@@ -17,14 +17,20 @@ from axisid.estimation.problems import evenly, jitter_of
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.diagnostics import MAX_LAW_RESIDUAL, MAX_OPEN_RATIO, MIN_UNEVEN
 from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.remedy import Remedy, Setting
+
+_STAMPS = Remedy.of(
+    "where its stamps jitter and not the sampling, ", Setting("resample", "auto", given=False)
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A way to read what the law read: in words, and the record."""
+    """A way to read what the law read: in words, the record, and what is to be done if it fits."""
 
     said: str
     record: Record
+    remedy: Remedy | None = None
 
 
 def is_uneven(record: Record) -> bool:
@@ -38,7 +44,7 @@ def other_readings(record: Record) -> Iterator[Reading]:
     """What else a law may have read than the samples of a record as they are."""
     raw = record if record.sampled is None else record.sampled
     if record.sampled is not None:
-        yield Reading("in the rows as they were sampled", raw.longest())
+        yield Reading("in the rows as they were sampled", raw.longest(), _STAMPS)
     raw = raw.longest()
     at = "at even times by the stamps"
     yield Reading(at, evenly(raw, ["position"]))
