@@ -49,6 +49,7 @@ from .law_sentences import (
 )
 from .law_terms import LAW_SETTLING, compared_with_law, law_error_percent
 from .law_unevenly import Reading, is_uneven, open_for_jitter, other_readings
+from .position_zero import position_zero, told_zero, zero_note
 
 _LAGS = 50  # samples over which what the law leaves may be alike
 _COLUMN_FAULTS = {
@@ -205,7 +206,8 @@ def _compared(
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
     repair = None if passed or not advises else _repair(axis, law, record, settle, declared, shift)
-    fault = small_fault(law, scaled, lean, factors, axis.axis.drive.unit)
+    zero = told_zero(axis, law, record, settle) if CONSTANT in lean else ""
+    fault = small_fault(law, scaled, lean, factors, axis.axis.drive.unit, zero)
     remedy = None
     if declared >= MAX_LAW_RESIDUAL.value or shift:
         delay = None if law.continuous else law.delay
@@ -308,6 +310,9 @@ def _repair(
             return Note(f"it is with {said}")
     if moved := _moved_column(axis, law, record, settle, good):
         return moved
+    zero = position_zero(axis, law, record, settle)
+    if zero is not None and zero.error_percent < good:
+        return zero_note(axis, record, zero)
     offs = {
         name: law_error_percent(
             build(replace(axis.axis, control=variant), native=False), variant, record, settle
