@@ -34,7 +34,7 @@ from axisid.estimation.diagnostics.remainder import (
     tests_of_residuals,
 )
 from axisid.estimation.estimates import Estimate, part_of
-from axisid.estimation.lacking import Lack, is_named, lacking
+from axisid.estimation.lacking import Lack, SignalApart, is_named, lacking, signals_apart
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.noise import (
     NO_ATTENUATION,
@@ -301,6 +301,11 @@ class Case:
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         return lacking(self.data, self.preferred)
+
+    @cached_property
+    def signals_apart(self) -> tuple[SignalApart, ...] | Missing:
+        """Recorded signals beside the forces that they make."""
+        return signals_apart(self.data, self.preferred)
 
     @cached_property
     def coarse(self) -> Check | Missing | None:

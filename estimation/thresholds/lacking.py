@@ -78,3 +78,9 @@ MAX_SHARE_TO_DOUBT = Threshold(
     "test has no say: its covariance is that of residuals which are the term itself",
     "measured: 0.96 and more of a mass 10 % off or a spring that is missing, on quiet records",
 )
+MAX_SIGNAL_DELAY = Threshold(
+    0.5,
+    "s",
+    "delay of a recorded signal beside its force, up to which one is looked for",
+    "chosen",
+)
