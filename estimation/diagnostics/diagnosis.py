@@ -54,7 +54,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import DataError, EstimationError
+from axisid.support.errors import AxisidError, DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
@@ -295,7 +295,19 @@ class Case:
     @cached_property
     def motions(self) -> Mapping[str, MotionComparison | Missing]:
         """A measured velocity and acceleration beside what is differentiated, by role."""
-        return compared_motions(self.data.record)
+        return compared_motions(self.data.record, self._velocities)
+
+    @property
+    def _velocities(self) -> tuple[Array, ...]:
+        """Of the simulated loop that follows the reference of a velocity alone, by segment."""
+        record = self.data.record
+        if not record.integrated or record.reference is None:
+            return ()
+        try:
+            loops = quiet_loops(self.data, self.preferred.physical)
+        except AxisidError:
+            return ()
+        return tuple(loop.velocity for loop in loops)
 
     @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
