@@ -33,7 +33,6 @@ from axisid import (
     Parameter,
     Prefilter,
     Record,
-    back_and_forth,
     build,
     identify,
     load_axis,
@@ -45,7 +44,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation.simulation.twin import trajectory
-from axisid.modeling import LIBRARY
+from axisid.modeling import LIBRARY, back_and_forth
 from axisid.support.missing import Missing
 
 _AT_ONCE = 100  # runs that are simulated together

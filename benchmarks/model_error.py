@@ -20,10 +20,11 @@ from figures import give, parser_of
 from judgement import declared, reference_of
 from machines import Array, Machine, records, white
 
-from axisid import Identification, back_and_forth, identify, read_record
+from axisid import Identification, identify, read_record
 from axisid.estimation.moves import Band, model_bands
 from axisid.estimation.moves.jackknife import groupings
 from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import back_and_forth
 
 VARIATION = 0.03
 _ONE_SPEED_AND_DIRECTION = "speed and direction"

@@ -82,8 +82,10 @@ TRUTH = {"m": 6.2, "b": 14.0, "c": 7.5}
 
 def write_log(name: str, speeds: tuple[float, ...], seed: int) -> None:
     """Simulate the stage with encoder noise, and write it as a drive would."""
-    experiment = axisid.Experiment(
-        moves=axisid.back_and_forth(speeds=speeds, acceleration=4.0, seconds=0.5, repeat=3),
+    experiment = axisid.modeling.Experiment(
+        moves=axisid.modeling.back_and_forth(
+            speeds=speeds, acceleration=4.0, seconds=0.5, repeat=3
+        ),
         truth=TRUTH,
         position_noise=2e-6,
         seed=seed,

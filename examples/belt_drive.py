@@ -3,18 +3,10 @@
 Run it: python examples/belt_drive.py
 """
 
-from axisid import (
-    Coordinate,
-    Experiment,
-    Parameter,
-    Prefilter,
-    back_and_forth,
-    identify,
-    newton,
-    twin_record,
-)
+from axisid import Coordinate, Parameter, Prefilter, identify, newton, twin_record
 from axisid.control import cascade_pd_averaged
 from axisid.elements import Drive, coulomb, spring, viscous
+from axisid.modeling import Experiment, back_and_forth
 
 x = Coordinate("x", unit="m")
 m = Parameter("m", "kg", nominal=5.0, lower=0.0, description="carriage and pulleys")

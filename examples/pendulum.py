@@ -5,9 +5,10 @@ Run it: axisid identify examples/pendulum.py
 
 import sympy
 
-from axisid import Coordinate, Experiment, Parameter, back_and_forth, lagrange
+from axisid import Coordinate, Parameter, lagrange
 from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 from axisid.elements import Drive
+from axisid.modeling import Experiment, back_and_forth
 
 theta = Coordinate("theta", unit="rad")  # 0 hangs down
 J = Parameter("J", "kg m^2", nominal=0.1, lower=0.0, description="inertia about the pivot")

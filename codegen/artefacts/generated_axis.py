@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from axisid.codegen.accuracy import evaluate
 from axisid.codegen.lowering import drive_force_by_gain, over_time
 from axisid.codegen.native import Native, slices
-from axisid.codegen.runtime import VECTORS, by_sample, checked_arguments, execute
+from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
 from axisid.modeling.quantities import (
@@ -145,8 +145,9 @@ class GeneratedAxis:
         function : str
             Its name.
         *arguments : array_like, (N,)
-            One per argument, all of one length; the parameter vector, (p,), where one is taken.
-            Recorded signals, in the axis's order, stand before a vector and after all else.
+            One per argument, all of one length; where a vector is taken, as of the parameters, the
+            same for all samples, (p,), or one a sample, (N, p). Recorded signals, in the axis's
+            order, stand before a vector and after all else.
 
         Returns
         -------
@@ -157,13 +158,13 @@ class GeneratedAxis:
         if library is not None:
             return library.evaluate(function, arguments)
         compiled = self._function(function)
-        checked, samples = checked_arguments(function, compiled, arguments)
-        names = compiled.name_in()
-        outputs = tuple(np.empty((samples, compiled.numel_out(i))) for i in range(compiled.n_out()))
+        shape = FunctionShape.of(compiled)
+        checked, samples = checked_arguments(shape, arguments)
+        outputs = tuple(np.empty((samples, elements)) for elements in shape.results)
         for part in slices(samples):
             columns = [
-                a[:, None] if name in VECTORS else a[None, part]
-                for name, a in zip(names, checked, strict=True)
+                a[:, None] if vector and a.ndim == 1 else np.atleast_2d(a[part].T)
+                for vector, a in zip(shape.vectors, checked, strict=True)
             ]
             for output, out in zip(outputs, compiled.call(columns), strict=True):
                 output[part] = by_sample(out.full(), part.stop - part.start)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
-from axisid.codegen.runtime import checked_arguments, is_scalar
+from axisid.codegen.runtime import FunctionShape, checked_arguments
 from axisid.support.arrays import Array
 
 from .slices import StoppableRuns, slices
@@ -62,21 +62,26 @@ class NativeLibrary:
     ) -> None:
         self.path = path
         self._call = call
-        self._functions = functions
+        self._shapes = {name: FunctionShape.of(each) for name, each in functions.items()}
         self._runs = StoppableRuns()
 
     def evaluate(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
-        """Evaluate a function at N samples: one (N, elements) array per output."""
-        shapes = self._functions[function]
-        checked, samples = checked_arguments(function, shapes, arguments)
-        outputs = tuple(np.empty((samples, shapes.numel_out(i))) for i in range(shapes.n_out()))
+        """Evaluate a function at N samples: one (N, elements) array per output.
+
+        Vectors are the same for every sample, (p,), or of each its own, (N, p).
+        """
+        shape = self._shapes[function]
+        checked, samples = checked_arguments(shape, arguments)
+        outputs = tuple(np.empty((samples, elements)) for elements in shape.results)
         call = partial(self._call, f"{function}_rows")
         for part in slices(samples):
-            if part == slice(0, samples):
-                call(samples, *checked, *outputs)
-                break
-            cut = [a[part] if is_scalar(shapes, i) else a for i, a in enumerate(checked)]
-            call(part.stop - part.start, *cut, *(out[part] for out in outputs))
+            given: list[Array | int] = []
+            for array, vector in zip(checked, shape.vectors, strict=True):
+                shared = vector and array.ndim == 1
+                given.append(array if shared else array[part])
+                if vector:
+                    given.append(0 if shared else array.shape[1])
+            call(part.stop - part.start, *given, *(out[part] for out in outputs))
         return outputs
 
     def simulate(

@@ -83,12 +83,18 @@ def print_c_function(program: Program) -> str:
 def print_c_rows(program: Program) -> str:
     """Return the text of an exported C function that evaluates a program at many samples.
 
-    Scalar arguments become arrays, one value a sample; vectors are the same for every sample;
-    outputs are arrays with one row a sample.
+    Scalar arguments become arrays, one value a sample. A vector is followed by what lies from one
+    sample's to the next's: its length, or 0 where it is the same for every sample. Outputs are
+    arrays with one row a sample.
     """
-    arguments = [f"const double *{port.name}_" for port in program.inputs]
+    arguments, call = [], []
+    for port in program.inputs:
+        arguments.append(f"const double *{port.name}_")
+        call.append(
+            f"{port.name}_[k]" if _is_scalar(port) else f"{port.name}_ + k * {port.name}_step"
+        )
+        arguments += [] if _is_scalar(port) else [f"ptrdiff_t {port.name}_step"]
     arguments += [f"double *{port.name}_out" for port in program.outputs]
-    call = [f"{port.name}_[k]" if _is_scalar(port) else f"{port.name}_" for port in program.inputs]
     call += [f"{port.name}_out + k * {_size(port)}" for port in program.outputs]
     return (
         f"void {program.name}_rows(\n    ptrdiff_t samples, {', '.join(arguments)})\n"

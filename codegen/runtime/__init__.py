@@ -5,6 +5,7 @@ Knows nothing of SymPy and of compilers.
 """
 
 from .arguments import VECTORS as VECTORS
+from .arguments import FunctionShape as FunctionShape
 from .arguments import by_sample as by_sample
 from .arguments import checked_arguments as checked_arguments
 from .arguments import is_continuous as is_continuous

@@ -1,6 +1,7 @@
 """Arguments and results of functions that are evaluated at many samples at once."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -39,37 +40,78 @@ def is_scalar(function: Any, index: int) -> bool:
     return function.name_in(index) not in VECTORS
 
 
+@dataclass(frozen=True, slots=True)
+class FunctionShape:
+    """What goes into a function and what comes out; asked of CasADi once, since asking takes long.
+
+    Attributes
+    ----------
+    name : str
+    arguments : tuple of str
+    lengths : tuple of int
+        Of the arguments.
+    vectors : tuple of bool
+        Which arguments are vectors.
+    results : tuple of int
+        Elements of each result.
+    """
+
+    name: str
+    arguments: tuple[str, ...]
+    lengths: tuple[int, ...]
+    vectors: tuple[bool, ...]
+    results: tuple[int, ...]
+
+    @classmethod
+    def of(cls, function: Any) -> "FunctionShape":
+        """The shape of a CasADi function."""
+        names = tuple(function.name_in())
+        return cls(
+            function.name(),
+            names,
+            tuple(function.size1_in(i) for i in range(len(names))),
+            tuple(name in VECTORS for name in names),
+            tuple(function.numel_out(i) for i in range(function.n_out())),
+        )
+
+
 def checked_arguments(
-    name: str, function: Any, arguments: Sequence[ArrayLike]
+    shape: FunctionShape, arguments: Sequence[ArrayLike]
 ) -> tuple[list[Array], int]:
-    """Arguments of a function at many samples, each of its length, and how many samples.
+    """Arguments of a function at many samples, and how many samples.
+
+    Scalars have one value a sample, (N,); vectors are the same for every sample, (p,), or of each
+    its own, (N, p).
 
     Raises
     ------
     UsageError
         There are too few or too many, or one has another length.
     """
-    if len(arguments) != function.n_in():
+    if len(arguments) != len(shape.arguments):
         raise UsageError(
-            f"{name} takes {function.n_in()} arguments, not {len(arguments)}.",
+            f"{shape.name} takes {len(shape.arguments)} arguments, not {len(arguments)}.",
             code="argument-count",
         )
-    arrays = [_floats(a, name, function, i) for i, a in enumerate(arguments)]
-    by_sample = [is_scalar(function, i) for i in range(len(arrays))]
-    samples = max((len(a) for a, each in zip(arrays, by_sample, strict=True) if each), default=1)
+    arrays = [_floats(a, shape, i) for i, a in enumerate(arguments)]
+    own = [a.ndim == 2 or not vector for a, vector in zip(arrays, shape.vectors, strict=True)]
+    samples = max((len(a) for a, each in zip(arrays, own, strict=True) if each), default=1)
     for i, array in enumerate(arrays):
-        wanted = samples if by_sample[i] else function.size1_in(i)
-        if by_sample[i] and len(array) == 1 != wanted:
+        wanted = samples if own[i] else shape.lengths[i]
+        if not shape.vectors[i] and len(array) == 1 != wanted:
             arrays[i] = np.full(wanted, array[0])
         elif len(array) != wanted:
             raise UsageError(
-                f"{name}: {function.name_in(i)} has {len(array)} values, not {wanted}.",
+                f"{shape.name}: {shape.arguments[i]} has {len(array)} values, not {wanted}.",
                 code="argument-length",
             )
     return arrays, samples
 
 
-def _floats(values: ArrayLike, name: str, function: Any, index: int) -> Array:
+def _floats(values: ArrayLike, shape: FunctionShape, index: int) -> Array:
     if not (type(values) is np.ndarray and values.dtype == np.float64):
-        values = real_array(values, f"{name}: {function.name_in(index)}")
-    return np.ascontiguousarray(values).ravel()
+        values = real_array(values, f"{shape.name}: {shape.arguments[index]}")
+    array = np.ascontiguousarray(values)
+    # Only vectors of which there is one a sample stay as they are.
+    own = shape.vectors[index] and array.ndim == 2 and len(array) > 1
+    return array if own and array.shape[1] == shape.lengths[index] else array.ravel()

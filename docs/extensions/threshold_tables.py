@@ -7,6 +7,7 @@ page cannot say anything else than the code.
 import ast
 import re
 from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -39,6 +40,7 @@ def rows_of(subject: str) -> dict[str, Threshold[int] | Threshold[float]]:
     return {name: row for name, row in vars(module).items() if isinstance(row, Threshold)}
 
 
+@cache
 def users() -> dict[str, list[str]]:
     """By row, the modules that import it, by their names without ``axisid.``."""
     found: dict[str, list[str]] = {}

@@ -156,8 +156,10 @@ print(axisid.derive(stribeck).ddm)
 # %%
 from dataclasses import replace
 
-experiment = axisid.Experiment(
-    moves=axisid.back_and_forth(speeds=(0.1, 0.3), acceleration=4.0, seconds=0.5, repeat=3),
+experiment = axisid.modeling.Experiment(
+    moves=axisid.modeling.back_and_forth(
+        speeds=(0.1, 0.3), acceleration=4.0, seconds=0.5, repeat=3
+    ),
     truth={"m": 21.0, "up": 60.0, "down": 45.0, "fc": 14.0, "w": 25.0},
     position_noise=2e-6,
 )

@@ -12,18 +12,10 @@
 # %%
 import sympy
 
-from axisid import (
-    Coordinate,
-    Experiment,
-    Parameter,
-    Signal,
-    back_and_forth,
-    identify,
-    newton,
-    twin_record,
-)
+from axisid import Coordinate, Parameter, Signal, identify, newton, twin_record
 from axisid.control import cascade_pd_averaged
 from axisid.elements import TIME, Drive, coulomb, offset, viscous
+from axisid.modeling import Experiment, back_and_forth
 
 q = Coordinate("q", "m")
 M = Parameter("M", "kg", nominal=80.0, lower=0.0)

@@ -58,9 +58,10 @@ from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
 from .beside import without_instruments
-from .diagnosis import Case, Diagnosis, RecordDiagnosis, preferred_method
+from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .joined import joined
-from .records_alike import alike_check, repeated_check
+from .records_alike import alike_check
+from .repeated_samples import repeated_check
 
 _LAST = 100
 
@@ -339,7 +340,7 @@ def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
         _first_failing(made[name]) for name in ("control law", "alignment", "measured velocity")
     )
     return Diagnosis(
-        preferred=preferred_method(estimates),
+        preferred=case.judged,
         law=case.parts[law].law,
         instruments=case.instruments,
         endogeneity=case.endogeneity,

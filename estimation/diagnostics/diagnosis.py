@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import (
@@ -146,10 +146,13 @@ class Case:
         What the estimates were made from.
     estimates : mapping of str to Estimate
         By method.
+    whole : Case, optional
+        The case of all records that this one is a part of, which decides what is judged.
     """
 
     problem: Problem
     estimates: Mapping[str, Estimate]
+    whole: "Case | None" = None
 
     @property
     def data(self) -> FilteredRecord:
@@ -165,6 +168,7 @@ class Case:
             Case(
                 problem=Problem(axis=data.axis, data=(data,)),
                 estimates={n: part_of(e, self.problem, i) for n, e in self.estimates.items()},
+                whole=self,
             )
             for i, data in enumerate(self.problem.data)
         )
@@ -182,7 +186,14 @@ class Case:
     @property
     def preferred(self) -> Estimate:
         """The estimate that checks of one estimate are of."""
-        return self.estimates[preferred_method(self.estimates)]
+        return self.estimates[self.judged]
+
+    @cached_property
+    def judged(self) -> str:
+        """The method of that estimate."""
+        if self.whole is not None:
+            return self.whole.judged
+        return preferred_method(self.problem, self.estimates)
 
     @property
     def direct(self) -> Estimate | None:
@@ -407,12 +418,23 @@ class Case:
         return Z, simulated
 
 
-def preferred_method(estimates: Mapping[str, Estimate]) -> str:
-    """The method that is judged: instruments, else output error, inverse model first."""
+def preferred_method(problem: Problem, estimates: Mapping[str, Estimate]) -> str:
+    """The method that is judged: output error or instruments, else least squares; inverse first.
 
-    def preference(method: str) -> tuple[bool, bool, bool]:
+    Output error where every record's control is the declared law's, on which it rests; where it is
+    not, or that cannot be told, instruments.
+    """
+
+    def preference(method: str, *, by_law: bool = False) -> tuple[bool, bool, bool]:
         estimate = estimates[method]
         measured = estimate.loop_rows is None
-        return measured, estimate.by_output_error, isinstance(estimate.form, DirectForm)
+        return measured, estimate.by_output_error != by_law, isinstance(estimate.form, DirectForm)
 
-    return min(estimates, key=preference)
+    first = min(estimates, key=preference)
+    believed = min(estimates, key=partial(preference, by_law=True))
+    return believed if believed != first and _laws_hold(problem) else first
+
+
+def _laws_hold(problem: Problem) -> bool:
+    laws = (check_law(data.axis, data.record) for data in problem.data)
+    return all(isinstance(law, LawCheck) and law.passed for law in laws)

@@ -16,7 +16,6 @@ import numpy as np
 from axisid.estimation.checks import Check
 from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.problems import Problem
-from axisid.estimation.records import Record, record_labels
 from axisid.estimation.regression import (
     Hac,
     Solution,
@@ -164,28 +163,6 @@ def alike_check(found: Alike | Missing, names: Sequence[str]) -> Check | Missing
         "(Wald's test, HAC, allowed for the number of records)",
         meaning=_meaning(found, names) + also,
         remedy=_remedy(found),
-    )
-
-
-def repeated_check(records: Sequence[Record]) -> Check | None:
-    """Whether a record is given more than once, which says nothing new; None where none is."""
-    names = record_labels(records)
-    by_samples: dict[str, list[str]] = {}
-    for name, record in zip(names, records, strict=True):
-        by_samples.setdefault(record.digest, []).append(name)
-    again = [of_one for of_one in by_samples.values() if len(of_one) > 1]
-    if not again:
-        return None
-    listed = "; ".join(" and ".join(of_one) for of_one in again)
-    most = max(map(len, again))
-    return Check(
-        name="repeated records",
-        status="fail",
-        figure=float(most),
-        threshold=1.0,
-        source="how often the same samples are among the records",
-        meaning=f"{listed} have the same samples: what is given {most} times counts as often, and "
-        f"deviations are up to {most**0.5:.2g} times too small; give each record once",
     )
 
 

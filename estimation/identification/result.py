@@ -182,8 +182,16 @@ class Identification(Presentable, Exact):
 
     @property
     def preferred(self) -> Estimate:
-        """The estimate that is judged, by instruments where there are, inverse model first."""
-        return self.estimates[preferred_method(self.estimates)]
+        """The estimate that is judged.
+
+        By output error where it was asked for and every record's control is the declared law's;
+        else by instruments where there are, inverse model first.
+        """
+        return self.estimates[self._judged]
+
+    @cached_property
+    def _judged(self) -> str:
+        return preferred_method(self.problem, self.estimates)
 
     @cached_property
     def diagnosis(self) -> Diagnosis:

@@ -319,6 +319,8 @@ def _of_time(x: ExaminedRows, names: tuple[str, ...]) -> Iterator[Family]:
     times = x.times
     along = (times - times[0]) / (times[-1] - times[0])
     for name, column in zip(names, x.regressor.T, strict=True):
+        if not column.any():  # nothing that these rows could show of it changes
+            continue
         yield Steps(parameter=name, column=column, times=times)
         drift = (column * along)[:, None, None]
         yield Grid(kind="drift", parameter=name, each=drift, places=np.array([np.nan]))

@@ -231,4 +231,7 @@ def _discovered(p_values: Sequence[float], tests: int) -> float:
 
 
 def _basis(columns: Array) -> Array:
-    return np.asarray(np.linalg.qr(columns / np.linalg.norm(columns, axis=0))[0], dtype=float)
+    """What columns span; a term that these rows do not show, as of an end stop, spans nothing."""
+    sizes = np.linalg.norm(columns, axis=0)
+    shown = columns[:, sizes > 0] / sizes[sizes > 0]
+    return np.asarray(np.linalg.qr(shown)[0], dtype=float)

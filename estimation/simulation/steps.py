@@ -130,17 +130,13 @@ def _from_rest(
 ) -> list[Array]:
     """Accelerations at rest for pairs of force and friction direction, (B,) each."""
     signals = standing_in(axis, recorded)
-    if len(position) == 1:
-        forces, directions = zip(*cases, strict=True)
-        arguments = (position[0], 0.0, forces, directions, *signals, parameters[0])
-        return list(axis.evaluate("direct_dynamics", *arguments)[0])
-    forces, directions = np.repeat(np.array(cases).T, len(position), axis=1)
-    lanes = [np.tile(position, len(cases)), np.zeros(len(forces)), forces, directions]
-    lanes += [np.tile(np.broadcast_to(s, len(position)), len(cases)) for s in signals]
-    columns = [values[None, :] for values in lanes]
-    dynamics = axis.functions["direct_dynamics"]
-    accelerations = dynamics.call([*columns, np.tile(parameters.T, len(cases))])[0].full()
-    return list(accelerations.reshape(len(cases), -1))
+    lanes, repeated = len(position), len(cases)
+    forces, directions = np.repeat(np.array(cases).T, lanes, axis=1)
+    motion = (np.tile(position, repeated), 0.0, forces, directions)
+    beside = (np.tile(np.broadcast_to(s, lanes), repeated) for s in signals)
+    sets = np.tile(parameters, (repeated, 1))
+    accelerations = axis.evaluate("direct_dynamics", *motion, *beside, sets)[0]
+    return list(accelerations.reshape(repeated, lanes))
 
 
 def no_inertia(
@@ -262,10 +258,7 @@ def _wave_numbers(
     """Reciprocals of the way on which the acceleration may vary, if it is no polynomial there."""
     if "wave_number" not in axis.functions:
         return None
-    if parameters.ndim == 1:
-        return axis.evaluate("wave_number", q, *signals, parameters)[0][:, 0]
-    columns = [values[None, :] for values in (q, *signals)]
-    return np.asarray(axis.functions["wave_number"].call([*columns, parameters.T])[0].full()[0])
+    return axis.evaluate("wave_number", q, *signals, parameters)[0][:, 0]
 
 
 def _probed(
@@ -283,20 +276,16 @@ def _probed(
     positions = np.concatenate([q, q, q + way])
     speeds = np.concatenate([dq, dq + PROBE, dq])
     directions = np.tile(s, 3)
-    held = _held(axis, q, signals)  # it stays while the position is probed
+    sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
     with np.errstate(all="ignore"):
         if force is not None and not _is_continuous(axis):
             beside = (np.tile(values, 3) for values in signals)
-            arguments = (positions, speeds, np.tile(force, 3), directions, *beside, parameters)
-            accelerations = axis.evaluate("direct_dynamics", *arguments)[0][:, 0]
-        elif parameters.ndim == 1 and np.all(held == held[:, :1]):
-            arguments = (positions, speeds, held[:, 0], directions, parameters)
-            accelerations = axis.evaluate("held_acceleration", *arguments)[0][:, 0]
+            arguments = (positions, speeds, np.tile(force, 3), directions, *beside, sets)
+            accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
         else:
-            columns = np.tile(parameters.T, 3) if parameters.ndim > 1 else parameters
-            at = [positions[None, :], speeds[None, :], np.tile(held, 3), directions[None, :]]
-            held_acceleration = axis.functions["held_acceleration"]
-            accelerations = held_acceleration.call([*at, columns])[0].full()[0]
+            held = np.tile(_held(axis, q, signals), (3, 1))  # it stays while positions are probed
+            arguments = (positions, speeds, held, directions, sets)
+            accelerations = axis.evaluate("held_acceleration", *arguments)[0]
         here, faster, further = accelerations.reshape(3, -1)
         damping, stiffness = np.abs(faster - here) / PROBE, np.abs(further - here) / way
         rates = np.maximum(damping, np.sqrt(stiffness))
@@ -304,12 +293,13 @@ def _probed(
 
 
 def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Array:
-    """No force, or the reference of a continuous law at the positions, and signals, (size, n)."""
-    held = np.zeros((axis.functions["held_acceleration"].size1_in("held"), len(position)))
+    """No force, or the reference of a continuous law at the positions, and signals, (n, size)."""
+    size = axis.functions["held_acceleration"].size1_in("held")
+    held = np.zeros((len(position), size))
     for i, values in enumerate(signals):
-        held[len(held) - 2 * len(signals) + 2 * i] = values
+        held[:, size - 2 * len(signals) + 2 * i] = values
     if _is_continuous(axis):
-        held[0] = position
+        held[:, 0] = position
     return held
 
 

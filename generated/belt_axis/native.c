@@ -273,10 +273,10 @@ static inline void closed_loop_step(
 }
 
 void inverse_dynamics_rows(
-    ptrdiff_t samples, const double *q_, const double *dq_, const double *ddq_, const double *direction_, const double *parameters_, double *tau_out)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *ddq_, const double *direction_, const double *parameters_, ptrdiff_t parameters_step, double *tau_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        inverse_dynamics(q_[k], dq_[k], ddq_[k], direction_[k], parameters_, tau_out + k * 1);
+        inverse_dynamics(q_[k], dq_[k], ddq_[k], direction_[k], parameters_ + k * parameters_step, tau_out + k * 1);
 }
 
 void idm_regressor_rows(
@@ -287,10 +287,10 @@ void idm_regressor_rows(
 }
 
 void direct_dynamics_rows(
-    ptrdiff_t samples, const double *q_, const double *dq_, const double *tau_, const double *direction_, const double *parameters_, double *ddq_out)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *tau_, const double *direction_, const double *parameters_, ptrdiff_t parameters_step, double *ddq_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        direct_dynamics(q_[k], dq_[k], tau_[k], direction_[k], parameters_, ddq_out + k * 1);
+        direct_dynamics(q_[k], dq_[k], tau_[k], direction_[k], parameters_ + k * parameters_step, ddq_out + k * 1);
 }
 
 void ddm_regressor_rows(
@@ -315,10 +315,10 @@ void drive_control_rows(
 }
 
 void control_law_rows(
-    ptrdiff_t samples, const double *reference_, const double *measured_position_, const double *measured_velocity_, const double *state_, double *control_out, double *next_state_out)
+    ptrdiff_t samples, const double *reference_, const double *measured_position_, const double *measured_velocity_, const double *state_, ptrdiff_t state_step, double *control_out, double *next_state_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        control_law(reference_[k], measured_position_[k], measured_velocity_[k], state_, control_out + k * 1, next_state_out + k * 2);
+        control_law(reference_[k], measured_position_[k], measured_velocity_[k], state_ + k * state_step, control_out + k * 1, next_state_out + k * 2);
 }
 
 void control_start_rows(
@@ -329,24 +329,24 @@ void control_start_rows(
 }
 
 void held_acceleration_rows(
-    ptrdiff_t samples, const double *q_, const double *dq_, const double *held_, const double *direction_, const double *parameters_, double *ddq_out, double *tau_out)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *held_, ptrdiff_t held_step, const double *direction_, const double *parameters_, ptrdiff_t parameters_step, double *ddq_out, double *tau_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        held_acceleration(q_[k], dq_[k], held_, direction_[k], parameters_, ddq_out + k * 1, tau_out + k * 1);
+        held_acceleration(q_[k], dq_[k], held_ + k * held_step, direction_[k], parameters_ + k * parameters_step, ddq_out + k * 1, tau_out + k * 1);
 }
 
 void plant_step_rows(
-    ptrdiff_t samples, const double *q_, const double *dq_, const double *held_, const double *direction_, const double *parameters_, const double *step_, double *q_next_out, double *dq_next_out, double *first_slope_out, double *last_slope_out)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *held_, ptrdiff_t held_step, const double *direction_, const double *parameters_, ptrdiff_t parameters_step, const double *step_, double *q_next_out, double *dq_next_out, double *first_slope_out, double *last_slope_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        plant_step(q_[k], dq_[k], held_, direction_[k], parameters_, step_[k], q_next_out + k * 1, dq_next_out + k * 1, first_slope_out + k * 1, last_slope_out + k * 1);
+        plant_step(q_[k], dq_[k], held_ + k * held_step, direction_[k], parameters_ + k * parameters_step, step_[k], q_next_out + k * 1, dq_next_out + k * 1, first_slope_out + k * 1, last_slope_out + k * 1);
 }
 
 void closed_loop_step_rows(
-    ptrdiff_t samples, const double *q_, const double *dq_, const double *state_, const double *reference_, const double *reference_rate_, const double *measurement_error_, const double *injected_, const double *direction_, const double *parameters_, const double *step_, double *q_next_out, double *dq_next_out, double *next_state_out, double *ddq_out, double *tau_out, double *control_out, double *last_slope_out)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *state_, ptrdiff_t state_step, const double *reference_, const double *reference_rate_, const double *measurement_error_, const double *injected_, const double *direction_, const double *parameters_, ptrdiff_t parameters_step, const double *step_, double *q_next_out, double *dq_next_out, double *next_state_out, double *ddq_out, double *tau_out, double *control_out, double *last_slope_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        closed_loop_step(q_[k], dq_[k], state_, reference_[k], reference_rate_[k], measurement_error_[k], injected_[k], direction_[k], parameters_, step_[k], q_next_out + k * 1, dq_next_out + k * 1, next_state_out + k * 2, ddq_out + k * 1, tau_out + k * 1, control_out + k * 1, last_slope_out + k * 1);
+        closed_loop_step(q_[k], dq_[k], state_ + k * state_step, reference_[k], reference_rate_[k], measurement_error_[k], injected_[k], direction_[k], parameters_ + k * parameters_step, step_[k], q_next_out + k * 1, dq_next_out + k * 1, next_state_out + k * 2, ddq_out + k * 1, tau_out + k * 1, control_out + k * 1, last_slope_out + k * 1);
 }
 
 #define HELD 1

@@ -17,9 +17,6 @@ from .estimation.studies import sweep as sweep
 from .estimation.studies import validate as validate
 from .exports.export import export as export
 from .modeling.declaration import Axis as Axis
-from .modeling.declaration import Column as Column
-from .modeling.declaration import Experiment as Experiment
-from .modeling.declaration import back_and_forth as back_and_forth
 from .modeling.declaration import fix as fix
 from .modeling.declaration import lagrange as lagrange
 from .modeling.declaration import leave_out as leave_out
@@ -31,8 +28,6 @@ from .modeling.quantities import Coordinate as Coordinate
 from .modeling.quantities import Parameter as Parameter
 from .modeling.quantities import Signal as Signal
 from .modeling.text import load_axis as load_axis
-from .presentation.saved import SavedEstimate as SavedEstimate
-from .presentation.saved import SavedIdentification as SavedIdentification
 from .presentation.saved import compare_results as compare_results
 from .presentation.saved import load_result as load_result
 from .support.errors import AxisidError as AxisidError

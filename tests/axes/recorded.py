@@ -3,16 +3,7 @@
 import numpy as np
 import sympy
 
-from axisid import (
-    Axis,
-    Coordinate,
-    Experiment,
-    Parameter,
-    Signal,
-    back_and_forth,
-    load_axis,
-    newton,
-)
+from axisid import Axis, Coordinate, Parameter, Signal, load_axis, newton
 from axisid.control import (
     MEASURED_POSITION,
     PERIOD,
@@ -24,7 +15,7 @@ from axisid.control import (
 )
 from axisid.elements import Drive
 from axisid.estimation.simulation import trajectory
-from axisid.modeling import LIBRARY
+from axisid.modeling import LIBRARY, Experiment, back_and_forth
 from axisid.support.arrays import Array
 
 #: Axes of the library that need nothing but their own motion.

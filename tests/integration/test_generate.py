@@ -48,6 +48,7 @@ def test_how_long_each_axis_takes_is_said_on_request(run: Run, tmp_path: Path) -
     assert " ms" not in run(*command)[1]
 
 
+@pytest.mark.slow
 def test_text_is_the_same_in_a_fresh_process_with_another_hash_seed() -> None:
     program = (
         "from axisid.codegen.artefacts import expected_files; from axisid import load_axis;"

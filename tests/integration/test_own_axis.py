@@ -7,18 +7,7 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import (
-    Coordinate,
-    Experiment,
-    Parameter,
-    Prefilter,
-    back_and_forth,
-    build,
-    identify,
-    lagrange,
-    newton,
-    twin_record,
-)
+from axisid import Coordinate, Parameter, Prefilter, build, identify, lagrange, newton, twin_record
 from axisid.control import (
     MEASURED_POSITION,
     PERIOD,
@@ -30,6 +19,7 @@ from axisid.control import (
     gain,
 )
 from axisid.elements import Drive, coulomb, spring, viscous
+from axisid.modeling import Experiment, back_and_forth
 from axisid.modeling.declaration.axis import Axis
 
 x = Coordinate("x")

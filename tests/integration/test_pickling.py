@@ -19,7 +19,6 @@ import sympy
 import axisid
 from axisid import (
     AxisidError,
-    Column,
     Constant,
     DataError,
     EstimationError,
@@ -55,7 +54,7 @@ from axisid.estimation import (
 )
 from axisid.estimation.diagnostics.loop.control_law import check_law
 from axisid.estimation.studies.streaming import identify_stream
-from axisid.modeling import LIBRARY
+from axisid.modeling import LIBRARY, Column
 from tests.faces import FACES, public_names
 
 FILTER = Prefilter(cutoff=60.0)

@@ -284,11 +284,11 @@ DECLARED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "a number as gain": (lambda: control.gain(3), "a gain is named 3; give a text"),  # type: ignore[arg-type]
     "no moves": (
-        lambda: axisid.Experiment(moves=None),  # type: ignore[arg-type]
+        lambda: axisid.modeling.Experiment(moves=None),  # type: ignore[arg-type]
         "the moves of an experiment are .*None.*; give Move",
     ),
     "a list as truth": (
-        lambda: axisid.Experiment(moves=(), truth=[1.0]),  # type: ignore[arg-type]
+        lambda: axisid.modeling.Experiment(moves=(), truth=[1.0]),  # type: ignore[arg-type]
         r"the truth of an experiment is \[1.0\]; give numbers",
     ),
 }

@@ -117,11 +117,13 @@ def biased_parameters(
     return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)
 
 
-def strength_check(iv: Estimate, tests: InstrumentTests | None) -> Check | Missing:
+def strength_check(judged: Estimate, tests: InstrumentTests | None) -> Check | Missing:
     """The weakest column of the regressor of an instrumental estimate."""
+    if judged.by_output_error:
+        return Missing("the judged estimate rests on the loop's own rows, not on instruments")
     if tests is None:
         return Missing("no method with instruments gave an estimate")
-    names = [q.label for q in iv.form.quantities]
+    names = [q.label for q in judged.form.quantities]
     weakest = min(range(len(names)), key=lambda j: tests.columns[j].conditional_f)
     f = tests.weakest
     strong = f >= MIN_FIRST_STAGE_F.value

@@ -101,9 +101,12 @@ class LawCheck:
         return Note(self.meaning, self.remedy)
 
 
-def first_law(axis: GeneratedAxis, records: Sequence[Record]) -> LawCheck | Missing:
-    """The check of the first of several records that fails it, else that of the first of all."""
-    found = [check_law(axis, record) for record in records]
+def first_law(records: Sequence[tuple[GeneratedAxis, Record]]) -> LawCheck | Missing:
+    """The check of the first of several records that fails it, else that of the first of all.
+
+    Each record comes with its axis, whose law may have gains that are known of it.
+    """
+    found = [check_law(axis, record) for axis, record in records]
     failing = (each for each in found if isinstance(each, LawCheck) and not each.passed)
     return next(failing, found[0])
 

@@ -9,13 +9,12 @@ from axisid.estimation.lacking import Lack, SignalApart, is_named
 from axisid.estimation.records import Record
 from axisid.estimation.tables import label_unit
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
-from axisid.estimation.thresholds.lacking import MIN_MISSING_FORCE
+from axisid.estimation.thresholds.lacking import MAX_UNIT_DISTANCE, MIN_MISSING_FORCE
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
 _NAME = "recorded signals"
 _UNITS = ("bar", "mbar", "kPa", "MPa", "mV", "kV", "mA", "kN", "mm", "mm/s", "deg", "rpm", "min")
-_ROUGH = 0.02  # of a factor, within which it is a unit's
 
 
 def signals_check(
@@ -132,7 +131,9 @@ def _unit(axis: GeneratedAxis, found: SignalApart) -> str:
     """The unit that the column would be in; empty for no usual one."""
     (declared,) = (s for s in axis.axis.signals if s.name == found.name)
     own = label_unit(str(declared.unit))
-    vague = _ROUGH + MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / abs(found.factor)
+    vague = MAX_UNIT_DISTANCE.value + MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / abs(
+        found.factor
+    )
     for name in _UNITS:
         known = label_unit(name)
         if own is None or known is None or known[1] != own[1]:

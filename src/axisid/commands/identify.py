@@ -3,6 +3,7 @@
 import math
 import shlex
 import sys
+from typing import TYPE_CHECKING
 
 import click
 
@@ -17,7 +18,7 @@ from axisid.commands.options.outputs import (
     force_option,
     json_option,
 )
-from axisid.commands.options.record_options import Reading, record_options, window_of
+from axisid.commands.options.record_options import Reading, Window, record_options, window_of
 from axisid.commands.options.several_options import (
     Sharing,
     columns_by_place,
@@ -32,6 +33,11 @@ from axisid.presentation.console import ProgressLine
 
 from .identify_in_blocks import identify_streamed
 from .identify_outputs import put_identification
+
+if TYPE_CHECKING:
+    from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+    from axisid.estimation.records import Record
+    from axisid.estimation.signals import Prefilter
 
 
 def _check_idle(methods: tuple[str, ...], covariance: str, json_file: str | None) -> None:
@@ -237,17 +243,14 @@ def identify(
     )
     if further:
         sharing.check_validates()
-    shared = sharing.of(max(len(record), 1), inputs.used)
+    inputs, shared = sharing.of(inputs, len(record))
 
     from axisid.estimation.identification import identify as run
-    from axisid.estimation.signals import FilteredRecord
 
     generated, first = inputs.axis, inputs.records[0]
     prefilter = filtering.prefilter(first.period)
     held = tuple(window_of(text, "--validate-window") for text in second_windows)
-    others = [reading.record(each, generated, held) for each in further]
-    for other in others:  # refused before the long part
-        _ = FilteredRecord.bind(generated, other, prefilter).signals
+    others = _held_out(generated, further, held, reading, prefilter)
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = run(
             generated,
@@ -272,6 +275,22 @@ def identify(
         command=shlex.join(["axisid", *sys.argv[1:]]),
     )
     put_identification(result, json_file, others, draws or 0, outputs, full=full)
+
+
+def _held_out(
+    axis: "GeneratedAxis",
+    logs: tuple[str, ...],
+    windows: tuple[Window, ...],
+    reading: Reading,
+    prefilter: "Prefilter",
+) -> list["Record"]:
+    """Records for --validate; refused before the long part where the filter does not suit one."""
+    from axisid.estimation.signals import FilteredRecord
+
+    records = [reading.record(log, axis, windows) for log in logs]
+    for record in records:
+        _ = FilteredRecord.bind(axis, record, prefilter).signals
+    return records
 
 
 def _check_figures(folder: str | None, form: str, records: int, *, force: bool) -> None:

@@ -271,6 +271,7 @@ def test_no_working_compiler_means_the_virtual_machine_and_one_line(
     assert "IDM-IV" in out
 
 
+@pytest.mark.slow
 def test_no_native_switch_compiles_nothing_and_says_nothing(
     cache: Path, run: Callable[..., tuple[int, str, str]]
 ) -> None:

@@ -13,7 +13,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from axisid import build, load_axis, simulate
+from axisid import UsageError, build, load_axis, simulate
 from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.slices import StoppableRuns, slices
@@ -56,7 +56,7 @@ REFERENCE = 0.1 * np.sin(np.arange(400_000) * 1e-3)
 LONG = """
 import os, signal, sys, threading, time
 import numpy as np
-from axisid import build, load_axis, simulate
+from axisid import UsageError, build, load_axis, simulate
 from axisid.estimation import simulate_batch
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -118,6 +118,23 @@ def test_slices_change_no_bit(
     assert axis.evaluate("inverse_dynamics", *arguments)[0].shape == (5000, 1)
     none = [np.empty(0)] * 4
     assert [each.shape for each in axis.evaluate("idm_regressor", *none)] == [(0, 4), (0, 1)]
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_each_sample_may_have_parameters_of_its_own(
+    native: bool, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    axis = build(load_axis("crank"), native=native)
+    assert (axis.native.library() is not None) == native
+    motion, sets = rng.normal(size=(4, 20)), axis.nominal * rng.uniform(1, 2, (20, len(axis.names)))
+    alone = [
+        axis.evaluate("inverse_dynamics", *m, p)[0] for m, p in zip(motion.T, sets, strict=True)
+    ]
+    monkeypatch.setattr(module, "_FIRST", 7)
+    together = axis.evaluate("inverse_dynamics", *motion, sets)[0]
+    assert together.tobytes() == np.concatenate(alone).tobytes()
+    with pytest.raises(UsageError, match="parameters has 19 values, not 20"):
+        axis.evaluate("inverse_dynamics", *motion, sets[1:])
 
 
 def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:

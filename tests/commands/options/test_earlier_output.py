@@ -34,6 +34,7 @@ def done(run: Run, *arguments: object) -> None:
     assert code == 0, err
 
 
+@pytest.mark.slow
 def test_every_output_is_written_anew_by_its_command_alone(run: Run, here: Path) -> None:
     commands = {
         "identify": ("identify", "emps2015", *QUICK[:2], "--json", "identify"),

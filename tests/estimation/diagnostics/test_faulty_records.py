@@ -62,6 +62,7 @@ def test_axis_without_bounds_says_so(twin: Record) -> None:
     assert not Parameter("p", "kg").is_bounded
 
 
+@pytest.mark.slow
 def test_comparison_and_sweep_pass_the_law_check_on(emps2015: GeneratedAxis, twin: Record) -> None:
     assert twin.control is not None
     flipped = replace(twin, control=-twin.control)

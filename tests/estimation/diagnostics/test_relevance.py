@@ -56,6 +56,7 @@ def check_of(result: Identification) -> Check:
     return next(c for c in result.verdict if c.name == "inverse against direct")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["vertical_screw", "belt_axis"])
 def test_the_two_forms_are_compared_where_no_one_correlation_parts_them(name: str) -> None:
     """Friction of a load or of each direction: parameter by parameter."""

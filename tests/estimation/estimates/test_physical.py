@@ -11,12 +11,10 @@ from scipy.optimize import least_squares
 from axisid import (
     Axis,
     Constant,
-    Experiment,
     Identification,
     Parameter,
     Prefilter,
     Record,
-    back_and_forth,
     build,
     fix,
     identify,
@@ -30,6 +28,7 @@ from axisid.estimation.diagnostics.estimates.agreement import fixed_check
 from axisid.estimation.estimates.base_distance import BaseMap, Distance
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.estimates.physical import Physical, physical_parameters
+from axisid.modeling import Experiment, back_and_forth
 from axisid.modeling.derivation.base_model import base_model
 from axisid.support.missing import Missing
 from tests.axes import bodies
@@ -412,6 +411,7 @@ def test_true_mass_that_is_fixed_does_not_contradict_the_record(name: str) -> No
         assert abs(value.value - truth[parameter]) <= 3 * value.sd_hac + 1e-12
 
 
+@pytest.mark.slow
 def test_gain_that_is_off_within_its_deviation_does_not_contradict_what_is_fixed() -> None:
     axis = load_axis("emps")
     record = twin_record(axis)

@@ -11,11 +11,9 @@ from axisid import (
     Constant,
     Coordinate,
     EstimationError,
-    Experiment,
     Parameter,
     Prefilter,
     Record,
-    back_and_forth,
     build,
     identify,
     load_axis,
@@ -27,6 +25,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation import METHODS
+from axisid.modeling import Experiment, back_and_forth
 from axisid.modeling.declaration.axis import Axis
 from axisid.support.arrays import relative_error_percent
 from axisid.support.missing import Missing

@@ -10,6 +10,8 @@ from axisid import Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
 from axisid.estimation.lacking import Lack, lacking
+from axisid.estimation.lacking.examined_rows import ExaminedRows, examined
+from axisid.estimation.lacking.search import found_on
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
@@ -97,6 +99,21 @@ def test_a_friction_that_drifts_is_found_as_a_drift(emps2015: GeneratedAxis, twi
     assert (first.kind, first.parameter) == ("drift", "Fc")
     assert first.values == pytest.approx((-6.0,), rel=0.1)
     assert first.before == pytest.approx(25.0, rel=0.05)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_term_that_the_rows_do_not_show_hides_no_other(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    late = np.where(np.arange(len(twin)) >= 0.6 * len(twin), 10.0, 0.0)
+    result = identify(emps2015, with_more_force(emps2015, twin, "acceleration", late))
+    rows = examined(result.data, result.preferred)
+    assert isinstance(rows, ExaminedRows)
+    (seen,) = found_on(rows, result.data, result.preferred)
+    regressor = rows.regressor.copy()
+    regressor[:, 1] = 0.0  # of Fv, as of an end stop that only noise touches
+    (change,) = found_on(replace(rows, regressor=regressor), result.data, result.preferred)
+    assert (change.parameter, change.at) == ("M", seen.at)
 
 
 def test_the_rows_of_a_direct_model_are_not_looked_at(

@@ -173,6 +173,7 @@ def test_a_reference_is_smooth_between_samples_where_nothing_else_is_said() -> N
     assert clocks.reference(np.arange(6.0) ** 3) == pytest.approx(clocks.times.clip(max=5.0) ** 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "log"),
     [

@@ -13,12 +13,10 @@ from scipy.optimize import least_squares as scipy_least_squares
 
 from axisid import (
     Axis,
-    Experiment,
     Identification,
     Parameter,
     Prefilter,
     Record,
-    back_and_forth,
     build,
     compare,
     derive,
@@ -35,6 +33,7 @@ from axisid.estimation.problems.problem import Problem
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_right
 from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks, held_out_simulation
+from axisid.modeling import Experiment, back_and_forth
 from tests.axes.bodies import b, c, m, stage, x
 from tests.refusals import refuses
 

@@ -60,6 +60,7 @@ def test_a_group_that_alone_tells_a_parameter_forms_none(result: Identification)
     assert bands["idm-ls"] == {}
 
 
+@pytest.mark.slow
 def test_bands_are_seldom_shown_of_a_right_model(emps2015: GeneratedAxis) -> None:
     shown = []
     for seed in range(10):

@@ -27,6 +27,7 @@ def _biases(results: list[Identification]) -> list[dict[str, NoiseBias]]:
     return [noise_biases(result.estimates)["idm-ls"] for result in results]
 
 
+@pytest.mark.slow
 def test_interval_that_noise_of_the_position_moves_is_said_to_miss(
     emps2015: GeneratedAxis,
 ) -> None:
@@ -88,6 +89,7 @@ def test_interval_misses_where_both_tests_reject_and_it_matters(
     assert bias.misses is misses
 
 
+@pytest.mark.slow
 def test_least_squares_alone_is_held_against_instruments(emps2015: GeneratedAxis) -> None:
     noisy = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
     quiet = Machine(mass=100.2, viscous=236.9, coulomb=24.8, control_noise=white(0.05))

@@ -5,22 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import (
-    Constant,
-    Experiment,
-    ModelError,
-    Parameter,
-    Record,
-    back_and_forth,
-    build,
-    identify,
-    load_axis,
-    twin_record,
-)
+from axisid import Constant, ModelError, Parameter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, viscous
 from axisid.estimation.estimates.estimate import Estimate
+from axisid.modeling import Experiment, back_and_forth
 from tests.axes.bodies import body, m, x
 from tests.axes.drives import BRAKE, braked
 

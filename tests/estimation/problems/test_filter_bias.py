@@ -231,6 +231,7 @@ def _slow_sines(axis: GeneratedAxis, friction: float, noise: float, seed: int = 
     return read_record(columns, axis)
 
 
+@pytest.mark.slow
 def test_bias_is_found_again_where_it_leads(emps2015: GeneratedAxis) -> None:
     """With too little friction the loop turns otherwise; one correction would go beyond."""
     record = _slow_sines(emps2015, friction=90.0, noise=0.0)
@@ -247,6 +248,7 @@ def test_bias_is_found_again_where_it_leads(emps2015: GeneratedAxis) -> None:
     assert np.abs(estimate.corrected - truth)[1] < 2
 
 
+@pytest.mark.slow
 def test_record_whose_residuals_have_no_such_error_is_not_corrected(
     emps2015: GeneratedAxis,
 ) -> None:

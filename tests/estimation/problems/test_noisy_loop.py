@@ -52,6 +52,7 @@ def test_noise_moves_little_where_it_is_small_beside_friction(
     assert not kept.has_noise, "the first draw showed that it is no matter"
 
 
+@pytest.mark.slow
 def test_noise_is_told_with_its_sign_and_about_its_size(emps2015: GeneratedAxis) -> None:
     """Encoder differences make much force of it: the mean of runs is off by what is told."""
     axis = build(

@@ -75,6 +75,7 @@ def test_a_place_that_is_hardly_reached_is_never_believed(place: float, seed: in
     assert check.meaning.startswith("Fb is not identified by this record")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.008, 0.01])
 def test_friction_in_few_slow_rows_is_never_believed(speed: float) -> None:
     axis = build(with_stribeck(speed))

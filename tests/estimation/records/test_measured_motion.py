@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Column, DataError, Record, load_axis, read_record
+from axisid import DataError, Record, load_axis, read_record
 from axisid.estimation import Repairs
+from axisid.modeling import Column
 from tests.refusals import refuses
 
 N, PERIOD = 2000, 1e-3

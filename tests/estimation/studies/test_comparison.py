@@ -90,6 +90,7 @@ def test_directional_friction_is_found(ladder: dict[str, GeneratedAxis]) -> None
     assert last.wald_p < 1e-3
 
 
+@pytest.mark.slow
 def test_what_the_filter_rounds_is_not_taken_for_a_richer_law(emps: GeneratedAxis) -> None:
     """With the recipe that finds curved friction on the real record, its twin has none."""
     richer = friction_ladder(emps.axis, quadratic=True, stribeck=0.02)
@@ -426,6 +427,7 @@ def test_axes_are_listed_in_any_usual_way(run: Run, files: Path, arguments: str)
     assert "recommended: b.py" in out
 
 
+@pytest.mark.slow
 def test_a_parameter_is_left_out_of_every_candidate_that_has_it(run: Run, files: Path) -> None:
     text = (files / "b.py").read_text().replace("stage", "poor").replace("coulomb(Fc, q)", "Fc")
     (files / "d.py").write_text(text)
@@ -474,6 +476,7 @@ def test_a_stribeck_velocity_of_nothing_exits_4(run: Run, files: Path) -> None:
     assert "give a positive number" in err
 
 
+@pytest.mark.slow
 def test_ladder_and_axes_together(run: Run, files: Path) -> None:
     arguments = "log.csv --ladder a.py --axes b.py --quadratic --hold zoh --json -".split()
     code, out, _ = run("compare", *arguments)

@@ -57,6 +57,7 @@ def check_same(
     assert streamed.condition_number == pytest.approx(whole.condition_number, rel=1e-8)
 
 
+@pytest.mark.slow
 @settings(max_examples=6)
 @given(
     rows=st.sampled_from([37, 700, 2048, 7801, 10_000]),

@@ -10,7 +10,6 @@ import sympy
 from axisid import (
     Constant,
     Coordinate,
-    Experiment,
     ModelError,
     Parameter,
     build,
@@ -21,7 +20,7 @@ from axisid import (
 )
 from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, Memory
 from axisid.elements import Drive, G, viscous
-from axisid.modeling import Move
+from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.control import gain
 from tests.refusals import refuses
 

@@ -9,18 +9,9 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axisid import (
-    Axis,
-    Experiment,
-    ModelError,
-    Parameter,
-    UsageError,
-    derive,
-    fix,
-    load_axis,
-)
+from axisid import Axis, ModelError, Parameter, UsageError, derive, fix, load_axis
 from axisid.elements import G, asymmetric_coulomb
-from axisid.modeling import Move
+from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.known_values import read_fixed
 from axisid.modeling.derivation.base_model import base_model
 from axisid.modeling.derivation.base_terms import reduced_rows

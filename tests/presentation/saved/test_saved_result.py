@@ -17,7 +17,6 @@ from axisid import (
     DataError,
     Identification,
     Prefilter,
-    SavedIdentification,
     compare_results,
     export,
     fix,
@@ -31,6 +30,7 @@ from axisid import (
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import Drive
 from axisid.modeling.declaration import Axis
+from axisid.presentation.saved import SavedIdentification
 from axisid.support.remedy import as_options
 from benchmarks.random_axes import random_axis
 from tests.axes.drives import braked

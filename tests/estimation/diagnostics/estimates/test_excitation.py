@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from axisid import (
-    Experiment,
     Identification,
     Parameter,
     Prefilter,
     Record,
-    back_and_forth,
     build,
     identify,
     load_axis,
@@ -26,7 +24,7 @@ from axisid.estimation.diagnostics.estimates.excitation import Excitation
 from axisid.estimation.signals.motion import motion_lacks
 from axisid.estimation.signals.signals import Signals
 from axisid.estimation.simulation.twin import trajectory
-from axisid.modeling import Move
+from axisid.modeling import Experiment, Move, back_and_forth
 from tests.axes.bodies import k, stage, x
 from tests.refusals import refuses
 

@@ -120,6 +120,7 @@ def opinion(axis: GeneratedAxis, record: Record, prefilter: Prefilter | None = N
     return check
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "believed"),
     [
@@ -137,6 +138,20 @@ def test_a_wrong_law_parts_the_two(
         check = opinion(wrong, read_record(columns, wrong))
         assert check.status in ("note", "fail")
         assert check.meaning.endswith(f"so believe the {believed}")
+
+
+def test_the_verdict_is_of_didim_where_the_law_passes_and_of_instruments_elsewhere(
+    emps2015: GeneratedAxis, both: Identification
+) -> None:
+    assert both.preferred.method == both.diagnosis.preferred == "didim"
+    assert [part.preferred.method for part in both.parts] == ["didim"]
+    law = cascade_pd(kp=1.05 * 160.18, kv=243.45, period=1e-3)
+    wrong = build(replace(emps2015.axis, control=law))
+    other = identify(wrong, both.record, methods=BOTH)
+    assert other.preferred.method == other.diagnosis.preferred == "idm-iv"
+    together = identify(wrong, [both.record, both.record], methods=BOTH)
+    assert together.diagnosis.preferred == "idm-iv"
+    assert identify(wrong, both.record, methods="didim").preferred.method == "didim"
 
 
 def test_a_coarse_encoder_under_a_filter_that_does_not_suit_parts_the_two(

@@ -8,12 +8,10 @@ import pytest
 
 from axisid import (
     Coordinate,
-    Experiment,
     Identification,
     Parameter,
     Prefilter,
     Record,
-    back_and_forth,
     build,
     identify,
     load_axis,
@@ -25,6 +23,7 @@ from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation import check_law
 from axisid.estimation.diagnostics.loop import LawCheck
+from axisid.modeling import Experiment, back_and_forth
 from axisid.support.remedy import as_options
 
 TRUTH = {"J": 0.0021, "b": 0.0080, "c": 0.045}
