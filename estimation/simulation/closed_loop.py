@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.codegen.lowering import STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
-from axisid.estimation.signals import Signals
+from axisid.estimation.signals import Signals, acting_along, drive_force
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
@@ -371,36 +371,64 @@ def _loop(
     )
 
 
-def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulation) -> Signals:
-    """Signals just before each sample: the same motion under the force held until then.
+def signals_about(
+    axis: GeneratedAxis, parameters: Array, simulation: Simulation
+) -> tuple[Signals, Signals]:
+    """Signals just after each sample and just before: the same motion under the force of each side.
 
-    They satisfy the model row by row too. At the first sample, and for a continuous law, they are
-    those just after.
+    They satisfy the model row by row. A force that changes between samples stands by its mean over
+    the period on each side. At the first sample, and for a continuous law, both are those after it.
     """
     law = axis.axis.control
     if law is not None and law.continuous:
-        return simulation.signals
+        return simulation.signals, simulation.signals
+    after, force = simulation.signals, simulation.force
+    if not axis.axis.holds_force:
+        force = mean_force(axis, simulation)
+        after = _under(axis, parameters, simulation.signals, force)
     held = simulation.held
     if held is None:
-        held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
-    recorded = before(axis, simulation.recorded)
-    (acceleration,) = axis.evaluate(
-        "direct_dynamics",
+        held = np.concatenate([force[:1], force[:-1]])
+    earlier = replace(
+        simulation.signals,
+        direction=simulation.direction_before,
+        recorded=before(axis, simulation.recorded),
+    )
+    return after, _under(axis, parameters, earlier, held)
+
+
+def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Array) -> Signals:
+    """The same motion under another force."""
+    motion = (signals.position, signals.velocity, force, signals.direction)
+    (acceleration,) = axis.evaluate("direct_dynamics", *motion, *signals.recorded, parameters)
+    return replace(signals, force=force, acceleration=acceleration[:, 0])
+
+
+def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """The drive's force in the mean from each sample of a simulation to the next, (N,)."""
+    response = axis.axis.response
+    if response is None:
+        return simulation.force
+    made = drive_force(
+        axis,
+        simulation.control,
         simulation.position,
         simulation.velocity,
-        held,
-        simulation.direction_before,
-        *recorded,
-        parameters,
+        simulation.recorded,
     )
-    return Signals(
-        position=simulation.position,
-        velocity=simulation.velocity,
-        acceleration=acceleration[:, 0],
-        force=held,
-        direction=simulation.direction_before,
-        recorded=recorded,
-    )
+    return acting_along(made, response, start=float(simulation.force[0])).mean
+
+
+def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """The control of a simulation where the axis's records have it, (N,)."""
+    drive, response = axis.axis.drive, axis.axis.response
+    if response is None or drive.logged == "command":
+        return simulation.control
+    if drive.logged == "current":
+        motion = (simulation.force, simulation.position, simulation.velocity)
+        return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
+    late, control = response.late, simulation.control
+    return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
 
 
 def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Array | None:

@@ -17,7 +17,7 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .closed_loop import Simulation, checked_signal, simulate
+from .closed_loop import Simulation, checked_signal, logged_control, simulate
 
 _MOST_SAMPLES = 2e6
 
@@ -121,14 +121,16 @@ def twin_record(
         injected=added if place == "control" else None,
         signals=recorded,
     )
-    velocity, acceleration = _sensed(loop, chosen, velocity_noise, acceleration_noise, law)
+    velocity, acceleration = _sensed(
+        loop, chosen, velocity_noise, acceleration_noise, jumps=declared.holds_force
+    )
     return Record(
         time=law.period * np.arange(len(reference), dtype=np.float64),
         position=loop.measured_position,
         velocity=velocity,
         acceleration=acceleration,
         reference=reference,
-        control=loop.control,
+        control=logged_control(generated, loop),
         injected=added,
         injected_at=place,
         signals=dict(zip((s.name for s in declared.signals), loop.recorded, strict=True)),
@@ -149,12 +151,12 @@ def _sensed(
     seed: int,
     velocity_noise: float | None,
     acceleration_noise: float | None,
-    law: ControlLaw,
+    *,
+    jumps: bool,
 ) -> tuple[Array | None, Array | None]:
     """What sensors beside the loop have of velocity and acceleration, where there are any."""
     rng = np.random.default_rng([seed, 1])  # the position's noise stays what it is without them
     noise = rng.normal(size=(2, len(loop.velocity)))
-    jumps = not law.continuous
     acceleration = about_samples(loop.acceleration, [0]) if jumps else loop.acceleration
     return (
         None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],

@@ -153,6 +153,13 @@ class Axis:
         response = self.drive.response(law.period)
         return response if response.remembered else None
 
+    @property
+    def holds_force(self) -> bool:
+        """Whether the drive's force changes at the samples alone, as that of a sampled law does."""
+        if self.control is None or self.control.continuous:
+            return False
+        return self.response is None or self.response.is_held
+
     def _check_response(self) -> None:
         """Refuse a lag or a delay that the law contradicts."""
         law, drive = self.control, self.drive
