@@ -150,9 +150,7 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
         }
         if model.axis.signals:
             sizes["SIGNALS"] = len(model.axis.signals)
-        printed.append(
-            print_c_loop(sizes, continuous=law.continuous, response=_response_of(model))
-        )
+        printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
     head = "".join(f"   {line}\n" for line in _header(model.axis.name, mark).splitlines())
     body = "\n".join(printed)
     return (

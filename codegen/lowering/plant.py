@@ -113,7 +113,8 @@ def _largest(arguments: Arguments, found: Switching) -> int:
 class _Plant:
     """The plant under what is held between samples, as operations of one builder.
 
-    A sampled law holds its force, or what the force of a drive with a lag goes to. A continuous law is evaluated inside the plant's derivative; held
+    A sampled law holds its force; of a drive with a lag it goes to another, which is held too. A
+    continuous law is evaluated inside the plant's derivative; held
     are the line that the reference follows, the error of the measurement and the test signal that
     is added to the control. Recorded signals follow a line each.
     """
@@ -127,7 +128,9 @@ class _Plant:
     recorded: tuple[tuple[int, int], ...]  # value and rate of each signal
     mode: tuple[tuple[int, ...], ...]  # the direction, and the sides if there are any
     parameters: tuple[int, ...]
-    in_step: Mapping[int, int] = field(default_factory=dict)  # forces of a drive with a lag, by time
+    in_step: Mapping[int, int] = field(
+        default_factory=dict
+    )  # forces of a drive with a lag, by time
 
     @property
     def builder(self) -> Builder:
@@ -242,8 +245,9 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
     half, two = build("mul", builder.constant(0.5), step), builder.constant(2)
     response = plant.model.axis.response
     lag = 0.0 if response is None else response.lag
+    held = plant.held[:2]
     if lag:
-        in_step = zip((half, step), forces_in_step(builder, lag, *plant.held, step), strict=True)
+        in_step = zip((half, step), forces_in_step(builder, lag, held, step), strict=True)
         plant = replace(plant, in_step=dict(in_step))
     k1 = slopes((q, dq), None)
     k2 = slopes(ahead(k1, half), half)
@@ -255,7 +259,7 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
     ]
     end = ahead((total[0], total[1]), build("mul", builder.constant(1 / 6), step))
     if lag:
-        there = {step: later_force(builder, lag, *plant.held, step)}
+        there = {step: later_force(builder, lag, held, step)}
         return *end, k1[1], replace(plant, in_step=there).accelerate(*end, step)
     return *end, k1[1], k4[1]
 
@@ -358,5 +362,5 @@ def _driven(
     end = now
     for target, share in parts if response.share else parts[1:]:
         span = builder.constant(share * response.period)
-        end = later_force(builder, response.lag, end, target, span)
+        end = later_force(builder, response.lag, (end, target), span)
     return (now, first), (*pending[:-1], end)

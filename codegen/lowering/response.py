@@ -7,6 +7,8 @@ force's integral and that integral's own, as they enter velocity and position. W
 motion beside the force is then as accurate as in any step.
 """
 
+from collections.abc import Sequence
+
 from axisid.modeling.declaration import Response
 
 from .lower import Arguments
@@ -20,7 +22,7 @@ def drive_response(response: Response) -> Program:
     """Build what the time loop asks of a drive that does not follow at once."""
     builder = Arguments().builder
     tau, target, span = map(builder.scalar, ("tau", "target", "span"))
-    later = later_force(builder, response.lag, tau, target, span) if response.lag else tau
+    later = later_force(builder, response.lag, (tau, target), span) if response.lag else tau
     builder.output("tau_later", [[later]])
     until = builder.apply("mul", builder.constant(response.share), span)
     builder.output("until", [[until]])
@@ -30,23 +32,22 @@ def drive_response(response: Response) -> Program:
     )
 
 
-def later_force(builder: Builder, lag: float, tau: int, target: int, span: int) -> int:
-    """The force some time on."""
-    build = builder.apply
+def later_force(builder: Builder, lag: float, held: Sequence[int], span: int) -> int:
+    """The force some time on, from what is held: the force, and what it goes to."""
+    build, (tau, target) = builder.apply, held
     decay = build("exp", build("neg", build("div", span, builder.constant(lag))))
     return build("add", target, build("mul", build("sub", tau, target), decay))
 
 
-def forces_in_step(
-    builder: Builder, lag: float, tau: int, target: int, step: int
-) -> tuple[int, int]:
+def forces_in_step(builder: Builder, lag: float, held: Sequence[int], step: int) -> tuple[int, int]:
     """The force that a Runge-Kutta step takes in its middle, and at its end.
 
     With x = step/lag and the means p1 = (1 - exp(-x))/x, p2 = (1 - p1)/x the integrals over the
-    step are ``target + (tau - target) p1`` and ``target/2 + (tau - target) p2``, over its length and
-    the length's square; the step makes (first + 4 middle + last)/6 and (first + 2 middle)/6 of them.
+    step are ``target + (tau - target) p1`` and ``target/2 + (tau - target) p2``, over its length
+    and the length's square; the step makes of them (first + 4 middle + last)/6 and
+    (first + 2 middle)/6.
     """
-    build, number = builder.apply, builder.constant
+    build, number, (tau, target) = builder.apply, builder.constant, held
     x = build("div", step, number(lag))
     p2 = _second_mean(builder, x)
     p1 = build("sub", number(1), build("mul", x, p2))

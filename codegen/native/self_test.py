@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.accuracy import rounding_bounds
-from axisid.codegen.lowering import BLOCK, HELD_REFERENCE, SIGNALS, STATUSES, LoopSettings, LoopStart
+from axisid.codegen.lowering import (
+    BLOCK,
+    HELD_REFERENCE,
+    SIGNALS,
+    STATUSES,
+    LoopSettings,
+    LoopStart,
+)
 from axisid.codegen.runtime import (
     VirtualLoop,
     by_sample,

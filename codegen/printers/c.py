@@ -105,7 +105,10 @@ def print_c_rows(program: Program) -> str:
 
 
 def print_c_loop(
-    sizes: Mapping[str, int], *, continuous: bool, response: Mapping[str, float] = MappingProxyType({})
+    sizes: Mapping[str, int],
+    *,
+    continuous: bool,
+    response: Mapping[str, float] = MappingProxyType({}),
 ) -> str:
     """Return the text of the closed loop over time, for the sizes of one axis.
 

@@ -46,9 +46,7 @@ def acting_along(
         Force at the first sample; that of the first command by default, as before it.
     """
     ahead = 0 if logged == "command" else response.late
-    first, then = (
-        _moved(forces, ahead - late) for late in (response.late, response.whole)
-    )
+    first, then = (_moved(forces, ahead - late) for late in (response.late, response.whole))
     share = response.share
     if not response.lag:
         return Acting(at_samples=first, mean=share * first + (1 - share) * then)

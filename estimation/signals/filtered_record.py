@@ -291,7 +291,7 @@ class FilteredRecord(Exact):
         return found.remaining < MIN_INFORMATION_LEFT.value
 
     def _acting(self, force: Array) -> Array:
-        """What acts of the force that the drive would make of the recorded control at once, (N,)."""
+        """What acts of the force that the recorded control would make at once, (N,)."""
         ratio = law_ratio(self.axis.axis.control, self.period, clock_of(self.record)) or 1.0
         return acting_force(
             self.axis,
