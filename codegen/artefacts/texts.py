@@ -192,6 +192,7 @@ def _manifest(
         "signature": mark,
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
         **_recorded(model),
+        **_timing(model),
         "ddm_parameters": None
         if isinstance(mapping, Missing)
         else [
@@ -220,6 +221,13 @@ def _recorded(model: AxisModel) -> dict[str, object]:
     signals = model.axis.signals
     listed = [{"name": s.name, "unit": s.unit, "between": s.between} for s in signals]
     return {"signals": listed} if listed else {}
+
+
+def _timing(model: AxisModel) -> dict[str, object]:
+    drive = model.axis.drive
+    if model.axis.response is None:
+        return {}
+    return {"drive": {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}}
 
 
 def _shape(port: Output) -> str:

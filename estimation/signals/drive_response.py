@@ -4,6 +4,7 @@ The commands are held, so that the force between two samples is known exactly: i
 command by an exponential, and a delay that is no whole samples changes the command in between.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,8 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.modeling.declaration import Response
 from axisid.support.arrays import Array
+
+_FORGOTTEN = 37  # time constants, after which rounding is more than what a lag leaves
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +77,14 @@ def _recursion(factor: float, added: Array, start: float) -> Array:
 
     later, _ = lfilter([1.0], [1.0, -factor], added[:-1], zi=[factor * start])
     return np.concatenate([[start], later])
+
+
+def response_reach(axis: GeneratedAxis, period: float) -> int:
+    """Samples before one whose commands its force still shows, of a record of a period, s."""
+    drive = axis.axis.drive
+    if drive.is_immediate or drive.logged == "current":
+        return 0
+    return drive.response(period).late + 1 + math.ceil(_FORGOTTEN * drive.lag / period)
 
 
 def acting_force(

@@ -147,6 +147,20 @@ class Drive:
         """From commands that are held for a period, s, to the force."""
         return Response.of(self.lag, self.delay, period)
 
+    @property
+    def timing_text(self) -> str:
+        """When a command acts, and where the control is recorded; empty where that is at once."""
+        if self.is_immediate:
+            return ""
+        delay = f"{self.delay:g} s after its command" if self.delay else ""
+        lag = f"with a lag of {self.lag:g} s" if self.lag else ""
+        where = {
+            "command": "the recorded control is the command",
+            "applied": "the recorded control is what acts after the delay",
+            "current": "the recorded control is what is there after the lag",
+        }[self.logged]
+        return f"the force acts {' '.join(filter(None, (delay, lag)))}; {where}"
+
     def gain_text(self, coordinate: Coordinate, digits: int = 6) -> str:
         """The gain with its unit: ``35.15 N/V``."""
         over = self.unit if self.unit.isalpha() else f"({self.unit})"

@@ -55,6 +55,7 @@ _PARTS = (
     "columns",
     "experiment",
 )
+_OF_DRIVE = ("gain", "unit", "limit", "relative_sd", "lag", "delay", "logged")
 _DRIVEN_BY = ("profile", "scaled_by")
 _FORCE = "generalised_force"
 _ENERGIES = ("kinetic", "potential", "dissipation", _FORCE)
@@ -305,7 +306,7 @@ def _dynamics(
 def _drive(root: Table, symbols: Symbols) -> Drive | None:
     if "drive" not in root.values:
         return None
-    table, keys = root.table("drive"), ("gain", "unit", "limit", "relative_sd")
+    table, keys = root.table("drive"), _OF_DRIVE
     table.only(*keys, *_DRIVEN_BY)
     table.needs("gain")
     fields = {key: value for key, value in table.values.items() if key in keys}
