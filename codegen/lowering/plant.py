@@ -4,8 +4,7 @@ A mode is a friction direction and, where the acceleration has kinks or jumps ov
 side of each; see `switching`. Only then do programs take `sides`.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import partial, reduce
 
 from axisid.modeling.algebra import slope
@@ -128,9 +127,6 @@ class _Plant:
     recorded: tuple[tuple[int, int], ...]  # value and rate of each signal
     mode: tuple[tuple[int, ...], ...]  # the direction, and the sides if there are any
     parameters: tuple[int, ...]
-    in_step: Mapping[int, int] = field(
-        default_factory=dict
-    )  # forces of a drive with a lag, by time
 
     @property
     def builder(self) -> Builder:
@@ -139,7 +135,7 @@ class _Plant:
     def force(self, q: int, dq: int, elapsed: int | None) -> int:
         """Force at a state, some time into the period."""
         if self.law is None:
-            return self.held[0] if elapsed is None else self.in_step.get(elapsed, self.held[0])
+            return self.held[0]
         reference, rate, error, injected = self.held
         reference = self._later(reference, rate, elapsed)
         measured = self.builder.apply("add", q, error)
@@ -150,9 +146,9 @@ class _Plant:
         made = self.builder.inline(drive_force(self.model), law["control"], (q,), (dq,), *signals)
         return made["tau"][0]
 
-    def accelerate(self, q: int, dq: int, elapsed: int | None) -> int:
-        """Acceleration at a state, some time into the period."""
-        tau = self.force(q, dq, elapsed)
+    def accelerate(self, q: int, dq: int, elapsed: int | None, tau: int | None = None) -> int:
+        """Acceleration at a state, some time into the period, under its force or another."""
+        tau = self.force(q, dq, elapsed) if tau is None else tau
         direction, *sides = self.mode
         motion = ((q,), (dq,), (tau,), direction, *self._signals(elapsed))
         arguments = (*motion, *sides, self.parameters)
@@ -239,28 +235,27 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
         ]
         return moved[0], moved[1]
 
-    def slopes(state: tuple[int, int], elapsed: int | None) -> tuple[int, int]:
-        return state[1], plant.accelerate(*state, elapsed)
+    def slopes(
+        state: tuple[int, int], elapsed: int | None, tau: int | None = None
+    ) -> tuple[int, int]:
+        return state[1], plant.accelerate(*state, elapsed, tau)
 
     half, two = build("mul", builder.constant(0.5), step), builder.constant(2)
     response = plant.model.axis.response
     lag = 0.0 if response is None else response.lag
-    held = plant.held[:2]
-    if lag:
-        in_step = zip((half, step), forces_in_step(builder, lag, held, step), strict=True)
-        plant = replace(plant, in_step=dict(in_step))
+    forces = forces_in_step(builder, lag, plant.held[:2], step) if lag else (None,) * 3
     k1 = slopes((q, dq), None)
-    k2 = slopes(ahead(k1, half), half)
-    k3 = slopes(ahead(k2, half), half)
-    k4 = slopes(ahead(k3, step), step)
+    k2 = slopes(ahead(k1, half), half, forces[0])
+    k3 = slopes(ahead(k2, half), half, forces[1])
+    k4 = slopes(ahead(k3, step), step, forces[2])
     total = [
         build("add", build("add", a, d), build("mul", two, build("add", b, c)))
         for a, b, c, d in zip(k1, k2, k3, k4, strict=True)
     ]
     end = ahead((total[0], total[1]), build("mul", builder.constant(1 / 6), step))
     if lag:
-        there = {step: later_force(builder, lag, held, step)}
-        return *end, k1[1], replace(plant, in_step=there).accelerate(*end, step)
+        tau = later_force(builder, lag, plant.held[:2], step)
+        return *end, k1[1], plant.accelerate(*end, step, tau)
     return *end, k1[1], k4[1]
 
 

@@ -1,12 +1,12 @@
 """How a drive's force follows held commands, as operations: what it is later, and in a step.
 
-With a lag it is ``target + (tau - target) exp(-t/lag)`` some time t on. A Runge-Kutta step sees a
-force at its start, its middle and its end. Of an exponential that is much shorter than the step
-these would say little: taken are the ones at the start and two of which the step makes exactly the
-force's integral and that integral's own, as they enter velocity and position. What moves with the
-motion beside the force is then as accurate as in any step.
+With a lag it is ``target + (tau - target) exp(-t/lag)`` some time t on. A Runge-Kutta step looks
+at a force four times. Of an exponential that is much shorter than the step these values would say
+little: taken are the one at the start and three of which the step makes exactly the force's
+integral and the two integrals after that, as they enter velocity, position, and damping.
 """
 
+import math
 from collections.abc import Sequence
 
 from axisid.modeling.declaration import Response
@@ -15,7 +15,7 @@ from .lower import Arguments
 from .program import Builder, Program
 
 # Below it the mean of an exponential is a series, above it a formula, which would lose digits.
-_SMALL, _TERMS = 0.5, 14
+_SMALL, _TERMS = 1.0, 18
 
 
 def drive_response(response: Response) -> Program:
@@ -39,34 +39,42 @@ def later_force(builder: Builder, lag: float, held: Sequence[int], span: int) ->
     return build("add", target, build("mul", build("sub", tau, target), decay))
 
 
-def forces_in_step(builder: Builder, lag: float, held: Sequence[int], step: int) -> tuple[int, int]:
-    """The force that a Runge-Kutta step takes in its middle, and at its end.
+def forces_in_step(
+    builder: Builder, lag: float, held: Sequence[int], step: int
+) -> tuple[int, int, int]:
+    """The forces that a Runge-Kutta step takes where it looks a second, third and fourth time.
 
-    With x = step/lag and the means p1 = (1 - exp(-x))/x, p2 = (1 - p1)/x the integrals over the
-    step are ``target + (tau - target) p1`` and ``target/2 + (tau - target) p2``, over its length
-    and the length's square; the step makes of them (first + 4 middle + last)/6 and
-    (first + 2 middle)/6.
+    With x = step/lag and p0 = exp(-x), p1 = (1 - p0)/x, p2 = (1 - p1)/x, p3 = (1/2 - p2)/x the
+    force's integral, that one's own and the next are ``target/k! + (tau - target) pk`` over powers
+    of the step, k = 1, 2 and 3. The step makes (f1 + 2 f2 + 2 f3 + f4)/6, (f1 + f2 + f3)/6 and
+    (f1 + f2)/12 of them.
     """
     build, number, (tau, target) = builder.apply, builder.constant, held
     x = build("div", step, number(lag))
-    p2 = _second_mean(builder, x)
+    p3 = _third_mean(builder, x)
+    p2 = build("sub", number(0.5), build("mul", x, p3))
     p1 = build("sub", number(1), build("mul", x, p2))
-    middle = build("sub", build("mul", number(3), p2), number(0.5))
-    last = build("sub", p1, build("mul", number(2), p2))
-    last = build("add", build("mul", number(6), last), number(1))
+    six, twelve = number(6), build("mul", number(12), p3)
+    shares = (
+        build("sub", twelve, number(1)),
+        build("sub", build("mul", six, p2), twelve),
+        build("add", build("mul", six, build("sub", p1, build("mul", number(2), p2))), number(1)),
+    )
     off = build("sub", tau, target)
-    in_middle, at_end = (build("add", target, build("mul", off, f)) for f in (middle, last))
-    return in_middle, at_end
+    second, third, fourth = (build("add", target, build("mul", off, share)) for share in shares)
+    return second, third, fourth
 
 
-def _second_mean(builder: Builder, x: int) -> int:
-    """``(exp(-x) - 1 + x)/x**2`` of a number that is not negative."""
+def _third_mean(builder: Builder, x: int) -> int:
+    """``(1/2 - (1 - (1 - exp(-x))/x)/x)/x`` of a number that is not negative."""
     build, number = builder.apply, builder.constant
     few, many = build("min", x, number(_SMALL)), build("max", x, number(_SMALL))
-    series, factor = number(0), 1.0
-    factors = [factor := factor / (k + 2) for k in range(_TERMS)]
+    series = number(0)
     for k in reversed(range(_TERMS)):
-        series = build("sub", number(factors[k]), build("mul", few, series))
-    rest = build("sub", build("exp", build("neg", many)), number(1))
-    formula = build("div", build("add", rest, many), build("mul", many, many))
+        term = number(1 / math.factorial(k + 3))
+        series = build("sub", term, build("mul", few, series))
+    rest = build("sub", number(1), build("exp", build("neg", many)))
+    p1 = build("div", rest, many)
+    p2 = build("div", build("sub", number(1), p1), many)
+    formula = build("div", build("sub", number(0.5), p2), many)
     return build("select", build("lt", x, number(_SMALL)), series, formula)

@@ -311,7 +311,9 @@ def _drive(root: Table, symbols: Symbols) -> Drive | None:
     table.needs("gain")
     fields = {key: value for key, value in table.values.items() if key in keys}
     fields |= {key: table.expression(key, symbols) for key in _DRIVEN_BY if key in table.values}
-    return table.made(Drive, fields, {"gain": 1.0}, apart=keys)
+    # Where the control was logged is told by lag and delay, so that it is not tried alone.
+    alone = [key for key in keys if key != "logged"]
+    return table.made(Drive, fields, {"gain": 1.0}, apart=alone)
 
 
 def _injected_at(root: Table) -> str:
