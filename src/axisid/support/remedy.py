@@ -193,7 +193,6 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
             written=_number("draws"),
         ),
         "method": Argument(of="compare", name="method", written=_text("method")),
-        "local": Argument(of="identify", name="local", written=_text("local")),
         "skip-bad": Argument(of="identify", name="skip_bad", written=lambda _: "skip_bad=True"),
         "local": Argument(of="identify", name="local", written=_names("local")),
         "known": Argument(of="identify", name="known", written=_by_record("known")),
