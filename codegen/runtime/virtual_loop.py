@@ -44,6 +44,10 @@ class VirtualLoop:
         self._law_start = functions["control_start"]
         self._loop_step = BufferedFunction(functions["closed_loop_step"])
         self._loop_step.arguments["parameters"][:] = parameters
+        self._cut = self._plant.until > 0
+        # The place of the oldest command's force in the state, where it is needed.
+        late = self._cut or self._plant.lagged
+        self._oldest = -1 - self._plant.lagged if late else None
         self._loop_step.arguments["step"][0] = settings.period * (self._plant.until or 1.0)
 
     @np.errstate(all="ignore")  # what overflows ends as not finite
@@ -114,7 +118,7 @@ class VirtualLoop:
         plant, substeps = self._plant, self._settings.substeps
         direction = mode.direction
         bends = moved.first * direction < 0 < moved.last * direction
-        several = substeps > 1 or plant.until > 0
+        several = substeps > 1 or self._cut
         if direction and moved.dq * direction >= 0 and not (bends or plant.sides or several):
             return moved.q, moved.dq, mode, (moved.first, force, control, direction)
         plant.hold(self._held(held, force, targets), recorded)
@@ -160,10 +164,12 @@ class VirtualLoop:
             injected=held[3],
             direction=mode.direction,
         )
-        before = self._oldest(step.arguments["state"])
+        targets: tuple[float, ...] = ()
+        if self._oldest is not None:
+            last_target = float(out[2][self._oldest])
+            first = float(step.arguments["state"][self._oldest]) if self._cut else last_target
+            targets = (first, last_target)
         step.arguments["state"][:] = out[2]
-        last_target = self._oldest(out[2])
-        targets = (*(before if self._plant.until else last_target), *last_target)
         q_next, dq_next, ddq, force, control, last = (float(out[i][0]) for i in (0, 1, 3, 4, 5, 6))
         return StepResult(q_next, dq_next, ddq, last), (force, control), targets
 
@@ -174,11 +180,6 @@ class VirtualLoop:
         if self._plant.continuous:
             return line
         return (force, targets[0]) if self._plant.lagged else (force,)
-
-    def _oldest(self, state: Array) -> tuple[float, ...]:
-        """The force of the oldest command that the drive remembers, where it is needed."""
-        plant = self._plant
-        return (float(state[-1 - plant.lagged]),) if plant.lagged or plant.until else ()
 
     def _advance(self, q: float, dq: float, mode: Mode, whole: float) -> tuple[float, float, Mode]:
         """Move for `whole` seconds through every change of the mode."""
