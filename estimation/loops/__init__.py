@@ -3,6 +3,9 @@
 In: `Record`, axis. Out: `LawTicks`, `LoopStart`. Knows nothing of rows and parameters.
 """
 
+from .as_logged import as_logged as as_logged
+from .as_logged import late_in_log as late_in_log
+from .as_logged import with_drive as with_drive
 from .clocks import two_clocks as two_clocks
 from .law_run import control_along as control_along
 from .law_run import state_at_rest as state_at_rest

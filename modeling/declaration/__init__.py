@@ -48,3 +48,5 @@ from .lagrange import lagrange as lagrange
 from .left_out import leave_out as leave_out
 from .left_out import left_out_text as left_out_text
 from .newton import newton as newton
+from .response import LOGGED as LOGGED
+from .response import Response as Response

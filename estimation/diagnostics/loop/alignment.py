@@ -264,7 +264,9 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     equations = form.equations(quiet.signals)
     reduced = equations.reduced(quiet)
     law = quiet.axis.axis.control
-    sensed = quiet.record.force is not None and quiet.prefilter.hold == "raw"
+    sensed = quiet.prefilter.hold == "raw" and (
+        quiet.record.force is not None or not quiet.axis.axis.holds_force
+    )
     # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
     still = law is None or law.continuous or sensed
     made = 0.0 if still else hold_delay(law, quiet.period, clock_of(quiet.record))

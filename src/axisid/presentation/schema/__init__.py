@@ -42,6 +42,7 @@ from .record import WrittenPrefilter as WrittenPrefilter
 from .record import WrittenRecord as WrittenRecord
 from .record import WrittenRepair as WrittenRepair
 from .record import WrittenRequest as WrittenRequest
+from .record import WrittenResponse as WrittenResponse
 from .record import WrittenSignal as WrittenSignal
 from .record import WrittenStreamRecord as WrittenStreamRecord
 from .residuals import WrittenAutocorrelation as WrittenAutocorrelation
