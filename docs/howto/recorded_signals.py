@@ -91,6 +91,11 @@ print(result.summary())
 # Products with the motion are made sample by sample, and both sides then take the same decimation filter. Of a held signal
 # it is the mean of what is held before and after a sample, to which the acceleration belongs.
 #
+# The check `recorded signals` holds each against the force that it makes: a column that was logged late or early is told
+# with its delay and the `--shift` that mends it, and one in another unit (bar read as Pa) with its factor where its
+# coefficient is known. Where that is estimated, it takes the factor on itself: the verdict says that the signal's
+# scale rests on its column and unit alone. The library has such an axis, `balanced_slide`.
+#
 # In a simulation the plant sees it between samples as it is declared, so that a stuck axis leaves rest within a sample
 # where a straight signal overcomes its friction. A sampled law and its drive read it when the law is evaluated; the force is
 # held then. Of a log that is slower or faster than the law it is taken between the log's samples. Where a contact's *place*
