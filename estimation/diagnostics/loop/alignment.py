@@ -310,7 +310,7 @@ def alignment_check(
         f"hold {hold} takes it {used:g} samples earlier{by_ls}"
     )
     other, moves = _other_hold(profile, data), f"A sample of delay moves {moved}"
-    advice = remedy if other is None else Remedy.of("Try ", other)
+    advice = _of_drive(apart, data, remedy) if other is None else Remedy.of("Try ", other)
     aligned = (
         abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
         and not profile.at_the_end
@@ -325,6 +325,20 @@ def alignment_check(
         meaning=fits if aligned else f"{fits}. {moves}" if advice is None else f"{fits}. ",
         remedy=None if aligned or advice is None else Remedy.of(advice, f". {moves}"),
     )
+
+
+def _of_drive(apart: float, data: FilteredRecord, remedy: Remedy | None) -> Remedy | None:
+    """To declare what is between a command and its force, before what else there is to do."""
+    axis, record = data.axis.axis, data.record
+    sampled = axis.control is None or not axis.control.continuous
+    if record.force is not None or not sampled or apart <= 0:
+        return remedy
+    more = "" if axis.drive.is_immediate else "more "
+    said = (
+        f"Declare what lies between command and force, the drive's delay or its lag, "
+        f"{apart * record.period:.3g} s {more}in all"
+    )
+    return Remedy.of(said) if remedy is None else Remedy.of(said, ". ", remedy)
 
 
 def _other_hold(profile: Alignment, data: FilteredRecord) -> Setting | None:
