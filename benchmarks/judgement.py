@@ -76,6 +76,8 @@ class Case:
         What the log rounds the position to, which the law does not have, m; 0 for nothing.
     logged_zero : float
         How far the logged position is from where the law reads it, m.
+    jitter : float
+        Root mean square of what parts the stamps from even times, in periods.
     """
 
     machine: Machine
@@ -88,6 +90,7 @@ class Case:
     has_reference: bool = True
     logged_step: float = 0.0
     logged_zero: float = 0.0
+    jitter: float = 0.0
 
 
 @dataclass(kw_only=True)
@@ -183,6 +186,31 @@ FREE |= {
     for size in (5, 10)
 }
 
+_SHORT = replace(RIGHT["2 s of it"], machine=_QUIET)
+
+#: Short records, logs that are coarser than the encoder, and stamps that are uneven where the
+#: sampling is not.
+LOGGED: dict[str, Case] = {
+    "2 s, force of 10 ms": replace(
+        _SHORT, machine=_with(force_noise=autoregressive(2.0, 0.01, 1e-3))
+    ),
+    "2 s, force of 500 ms": replace(
+        _SHORT, machine=_with(force_noise=autoregressive(2.0, 0.5, 1e-3))
+    ),
+    "2 s, white control noise": replace(_SHORT, machine=_with(control_noise=white(0.05))),
+    "2 s, coarse encoder": replace(_SHORT, machine=_with(resolution=5e-5)),
+}
+LOGGED |= {
+    f"{name}, {log} log": replace(RIGHT[name], has_reference=False, logged_step=step)
+    for name in ("fine encoder", "white control noise", "force of 50 ms", "sines")
+    for log, step in (("0.1 um", 1e-7), ("0.5 um", 5e-7))
+}
+LOGGED |= {
+    f"{name}, stamps {percent} % off": replace(RIGHT[name], jitter=percent / 100)
+    for name in ("fine encoder", "white position noise", "force of 50 ms", "sines")
+    for percent in (2, 10)
+}
+
 #: Of which DIDIM is asked for alone, and beside instruments as a second opinion.
 OUTPUT_ERROR: dict[str, Case] = {
     f"{name}, {said}": replace(case, methods=methods, rightly=())
@@ -240,7 +268,7 @@ WRONG: dict[str, Case] = {
     ),
 }
 
-CASES = RIGHT | KEPT | ALONE | FREE | OUTPUT_ERROR | WRONG
+CASES = RIGHT | KEPT | ALONE | FREE | LOGGED | OUTPUT_ERROR | WRONG
 
 
 def _moves() -> Array:
@@ -319,6 +347,11 @@ def _recorded(columns: dict[str, Array], case: Case) -> dict[str, Array]:
     if case.logged_step:
         kept["position"] = case.logged_step * np.round(kept["position"] / case.logged_step)
     kept["position"] = kept["position"] + case.logged_zero
+    if case.jitter:
+        # Each record has its own, and the same one each time.
+        off = np.random.default_rng(int(1e9 * np.abs(kept["control"]).sum()) % 2**32)
+        stamps = kept["time"] + 1e-3 * case.jitter * off.normal(size=len(kept["time"]))
+        kept["time"] = np.maximum.accumulate(stamps + 1e-9 * np.arange(len(stamps)))
     return kept
 
 
@@ -426,6 +459,7 @@ def main() -> None:
         "kept": KEPT,
         "alone": ALONE,
         "free": FREE,
+        "logged": LOGGED,
         "output error": OUTPUT_ERROR,
         "wrong": WRONG,
         "twin": LIBRARY,

@@ -197,7 +197,8 @@ def _alignment(case: Case) -> Check | Missing:
 
 
 def _uneven_times(case: Case) -> Check | Missing | None:
-    return uneven_check(case.problem, case.preferred)
+    laws = [part.law for part in case.parts]
+    return uneven_check(case.problem, case.preferred, case.estimates.get("idm-ls"), laws)
 
 
 def _near_reversals(case: Case) -> Check | Missing | None:

@@ -35,7 +35,7 @@ from .identify_in_blocks import identify_streamed
 from .identify_outputs import put_identification
 
 if TYPE_CHECKING:
-    from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+    from axisid.codegen.artefacts import GeneratedAxis
     from axisid.estimation.records import Record
     from axisid.estimation.signals import Prefilter
 

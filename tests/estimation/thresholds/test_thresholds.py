@@ -34,6 +34,7 @@ IMPLEMENTATION = {
     "slices._SHORT": "what is run at once",
     "loop_start._CLOSE": "rounding of a control",
     "two_clocks._COINCIDES": "rounding of a time",
+    "position_zero._STEP": "step of a difference",
     "measured_motion._STILL": "where a search ends",
     "autoregressive._RESOLVED": "where a search ends",
     "autoregressive._FORGOTTEN": "where a sum ends",
