@@ -48,6 +48,8 @@ FLOORS = (
     ("estimation.diagnostics.remainder",),
     ("estimation.diagnostics",),
     ("estimation.identification",),
+    ("estimation.predictions",),
+    ("estimation.fitting",),
     ("estimation.studies",),
     ("presentation.blocks",),
     ("presentation.formulas",),

@@ -5,6 +5,7 @@ Knows nothing of how it is shown.
 """
 
 from .bound import bound_records as bound_records
+from .bound import layout_for as layout_for
 from .bound import weighted as weighted
 from .identify import check_bad as check_bad
 from .identify import identify as identify

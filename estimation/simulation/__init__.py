@@ -10,6 +10,9 @@ from .closed_loop import Simulation as Simulation
 from .closed_loop import signals_before as signals_before
 from .closed_loop import simulate as simulate
 from .closed_loop import simulate_estimate as simulate_estimate
+from .lanes import settled_substeps as settled_substeps
+from .lanes import simulate_lanes as simulate_lanes
+from .loop_inputs import LoopInputs as LoopInputs
 from .recorded import at_law as at_law
 from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law

@@ -22,8 +22,9 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.real_numbers import real_array
 
+from .loop_inputs import LoopInputs
 from .loop_start import single_start
-from .recorded import at_law, before, checked_signals, first_values, lines
+from .recorded import before, checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
@@ -211,29 +212,24 @@ def simulate_estimate(
     The period is the record's, and with two clocks the law's is its own; recorded signals come in
     the axis's order. Otherwise as `simulate`.
     """
-    logged = signals
-    if clocks is not None:
-        reference, period = clocks.reference(reference), clocks.law_period
-        injected = None if injected is None else clocks.held(injected)
-        position_noise = None if position_noise is None else clocks.held(position_noise)
-        signals = at_law(axis, signals, clocks)
-        moved = start.position + start.velocity * clocks.first
-        start = replace(start, position=moved)
+    given = LoopInputs.of_log(axis, reference, period, start, injected, signals, clocks)
+    if clocks is not None and position_noise is not None:
+        position_noise = clocks.held(position_noise)
     loop = _loop(
         axis,
         parameters,
-        reference,
-        period,
+        given.reference,
+        given.period,
         position_noise,
-        injected,
+        given.injected,
         resolution,
         None,
-        signals,
-        start=start.position,
-        start_velocity=start.velocity,
-        memory=start.memory,
+        given.signals,
+        start=given.start.position,
+        start_velocity=given.start.velocity,
+        memory=given.start.memory,
     )
-    return replace(loop.simulated(None, clocks), recorded=logged)
+    return replace(loop.simulated(None, clocks), recorded=signals)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
