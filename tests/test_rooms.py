@@ -57,6 +57,7 @@ FLOORS = (
     ("presentation.plots",),
     ("presentation.drawing",),
     ("presentation.text",),
+    ("presentation.text.fits",),
     ("presentation.schema",),
     ("presentation.documents",),
     ("presentation.saved",),

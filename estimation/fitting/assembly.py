@@ -3,29 +3,30 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
-from .judgement import Judged, judged
-from .law_moves import move_by_record, moves_per_percent
+from .basis import FitBasis
 from .result import OutputFit, RecordError
 from .search import Found, Weighing
 from .spread import Autoregression, Scores
 from .starting import FitStart, Searched
 from .unknowns import Unknowns
 from .unseen import unseen_directions, unseen_text
+
+_FEWEST_TWINS = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +53,7 @@ class Ended:
     @property
     def inner(self) -> NDArray[np.bool_]:
         """Which parameters are free and not at a bound, (P,)."""
-        return self.unknowns.free & (self.best.at_bound == 0)
+        return np.asarray(self.unknowns.free & (self.best.at_bound == 0))
 
     @cached_property
     def rows(self) -> Array:
@@ -107,7 +108,28 @@ class Ended:
             "coloured": self.scores.coloured(self.autoregressions),
             "iid": self.scores.independent(),
         }
-        return {name: self._whole(matrix, chosen) for name, matrix in inner.items()}
+        found = {name: self._whole(matrix, chosen) for name, matrix in inner.items()}
+        if self.bootstrap:
+            moved = np.cov(self._twins()[chosen]).reshape(inner["iid"].shape)
+            found["bootstrap"] = self._whole(moved, chosen)
+        return found
+
+    def _twins(self) -> Array:
+        """What the noise of simulated twins moves the parameters by, (P, B)."""
+        random = np.random.default_rng(self.seed)
+        errors = self.predictions.by_noise(self.best.physical, self.bootstrap, random)
+        if errors.shape[1] < _FEWEST_TWINS:
+            raise EstimationError(
+                f"{errors.shape[1]} of {self.bootstrap} twins could be simulated with the noise "
+                "of the record; leave the bootstrap out.",
+                code="bootstrap-lost",
+            )
+        return np.asarray(-self.influence @ errors)
+
+    @property
+    def chosen(self) -> str:
+        """The covariance that is told."""
+        return "bootstrap" if "bootstrap" in self.covariances else "coloured"
 
     def _whole(self, matrix: Array, chosen: NDArray[np.bool_]) -> Array:
         """A covariance among all parameters; infinite variances of what is not shown."""
@@ -129,7 +151,7 @@ class Ended:
         return found
 
     def one_sided(self, j: int) -> tuple[float, float]:
-        """Interval of a parameter at a bound: of a normal about its free estimate, cut off there."""
+        """Interval at a bound: of a normal about the estimate without it, cut off there."""
         side = int(self.best.at_bound[j])
         free = self.inner.copy()
         free[j] = True
@@ -142,9 +164,7 @@ class Ended:
         return cut_interval(at, centre, deviation, side)
 
 
-def cut_interval(
-    bound: float, centre: float, deviation: float, side: int
-) -> tuple[float, float]:
+def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tuple[float, float]:
     """95 % of a normal distribution that is cut off at a bound, from there on.
 
     Parameters
@@ -164,19 +184,11 @@ def cut_interval(
 def assembled(ended: Ended) -> OutputFit:
     """The result of a fit."""
     names = ended.unknowns.names
-    laws = [check_law(a, r) for a, r in zip(ended.whose.axes, ended.records, strict=True)]
-    moves = moves_per_percent(ended.predictions, ended.best.physical, ended.influence)
-    move = move_by_record(moves, laws)
-    failing = (law for law in laws if isinstance(law, LawCheck) and not law.passed)
-    law = next(failing, laws[0])
-    at_bound = {
+    at_bound: dict[str, Literal["lower", "upper"]] = {
         n: "lower" if side < 0 else "upper"
         for n, side in zip(names, ended.best.at_bound, strict=True)
         if side
     }
-    unseen = unseen_text(ended.unseen, names, ended.scale)
-    values = _values(ended)
-    of_records = _of_records(ended)
     return OutputFit(
         axis=ended.axis,
         records=ended.records,
@@ -186,45 +198,36 @@ def assembled(ended: Ended) -> OutputFit:
         quantities=ended.unknowns.quantities,
         physical=ended.best.physical,
         covariances=ended.covariances,
-        chosen="coloured",
-        values=values,
+        chosen=ended.chosen,
+        values=_values(ended),
         at_bound=at_bound,
         bounds=_pairs(names, ended.unknowns.lower, ended.unknowns.upper),
         fixed=_chosen(names, ended.unknowns.fixed, ~ended.unknowns.free),
         prior=_priors(ended.unknowns),
-        unseen=unseen,
+        unseen=unseen_text(ended.unseen, names, ended.scale),
         local=ended.whose.local,
         start=ended.begun,
         started=ended.start.named,
         remarks=ended.remarks,
         steps=ended.best.steps,
         ends=tuple((each.cost, each.physical) for each in ended.ends),
-        of_records=of_records,
+        of_records=_of_records(ended),
         errors=_errors(ended),
-        law=law,
-        law_moves=moves,
-        law_move=move,
-        checks=judged(
-            Judged(
-                output=ended.output,
-                unknowns=ended.unknowns,
-                best=ended.best,
-                ends=ended.ends,
-                deviations=np.array([value.deviation for value in values.values()]),
-                at_bound=at_bound,
-                unseen=unseen,
-                law=law,
-                law_moves=moves,
-                law_move=move,
-                percent=max(each.percent for each in of_records),
-            )
+        basis=FitBasis(
+            axes=ended.whose.axes,
+            predictions=ended.predictions,
+            best=ended.best,
+            ends=ended.ends,
+            influence=ended.influence,
         ),
     )
 
 
 def _values(ended: Ended) -> dict[str, Value]:
-    found, chosen = {}, "coloured"
+    found, chosen = {}, ended.chosen
     freedom = max(float(ended.weighing.weights.astype(bool).sum()) - ended.inner.sum(), 1.0)
+    if chosen == "bootstrap":
+        freedom = float(ended.bootstrap - 1)
     for j, q in enumerate(ended.unknowns.quantities):
         value = float(ended.best.physical[j])
         deviations = {n: float(np.sqrt(c[j, j])) for n, c in ended.covariances.items()}

@@ -1,7 +1,7 @@
 """Output error: a simulated output follows the recorded one, by whatever parameters are free."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,8 +23,8 @@ from .assembly import Ended, assembled
 from .losses import LOSSES as LOSS_FUNCTIONS
 from .losses import TUNING, deviation_by_median
 from .result import OutputFit
-from .search import Found, Search, Weighing, best_of
-from .starting import FitStart, Searched, Sharing, StartLike, searched, starts_from
+from .search import Found, Search, Weighing, best_of, cost_of
+from .starting import FitStart, Sharing, StartLike, searched, starts_from
 from .unknowns import End, Unknowns, unknowns_of
 
 _MOST_STARTS = 1000
@@ -155,7 +155,7 @@ class _Run:
         """The first start whose loops can be simulated, where that is, and why not the others."""
         why: list[Note] = []
         for begin in begins:
-            scale = self.unknowns.scale(begin.physical, begin.deviation)
+            scale = self.unknowns.scale(begin.physical, begin.size)
             at = self.unknowns.inside(begin.physical, scale)
             lanes = self.predictions(at[None, :])
             if not lanes.failures:
@@ -177,7 +177,12 @@ class _Run:
                 found.append(Search(*self._searching).run(at))
             except EstimationError:
                 continue
-        return tuple(found)
+        return tuple(self._alike(each) for each in found)
+
+    def _alike(self, found: Found) -> Found:
+        """Its cost by the last weights, which are the same for all."""
+        at, errors = found.physical, found.slopes.errors
+        return replace(found, cost=cost_of(at, errors, self.unknowns, self.weighing))
 
     @property
     def _searching(self) -> tuple[LoopPredictions, Unknowns, Array, Weighing, Progress | None]:
@@ -238,7 +243,7 @@ def _check(
         (bootstrap, 0, 100_000, "twins of the bootstrap"),
         (seed, 0, 2**63, "seed"),
     ):
-        if not (is_whole(number) and least <= number <= most):  # type: ignore[operator]
+        if not (is_whole(number) and least <= number <= most):
             raise UsageError(
                 f"the {what} are {quoted(number)}; give a whole number from {least} to {most}.",
                 code="fit-count",

@@ -17,10 +17,10 @@ from axisid.estimation.thresholds.fitting import (
 )
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.remedy import Remedy, Setting
 
-from .search import MOST_STEPS, Found
-from .unknowns import Unknowns
+from .basis import FitBasis
+from .search import MOST_STEPS
 
 _SAME = 1e-3  # of the cost, up to which searches ended alike
 
@@ -30,10 +30,10 @@ class Judged:
     """What a fit is judged by."""
 
     output: str
-    unknowns: Unknowns
-    best: Found
-    ends: tuple[Found, ...]
+    names: tuple[str, ...]
+    physical: Array
     deviations: Array
+    basis: FitBasis
     at_bound: Mapping[str, str]
     unseen: tuple[str, ...]
     law: LawCheck | Missing
@@ -69,7 +69,7 @@ def _moved(of: Judged) -> Iterator[Check]:
         far = np.nan_to_num(np.abs(of.law_move) / of.deviations, posinf=np.inf)
     far = np.where(of.deviations > 0, far, 0.0)
     worst, most = int(np.argmax(far)), MAX_LAW_SHIFT.value
-    name, value = of.unknowns.names[worst], of.best.physical[worst]
+    name, value = of.names[worst], of.physical[worst]
     share = 100 * abs(of.law_move[worst] / value) if value else np.inf
     beyond = far[worst] > most
     said = (
@@ -80,8 +80,9 @@ def _moved(of: Judged) -> Iterator[Check]:
     if beyond:
         advice = "correct the gains of the declared law"
         instead = ", or follow the control" if of.output == POSITION else ""
-        said, remedy = f"{said}: {advice}{instead}, or take instruments, ", Remedy.of(
-            "which ask for no exact law: ", Setting("method", "idm-iv"), "."
+        said, remedy = (
+            f"{said}: {advice}{instead}, or take instruments, ",
+            Remedy.of("which ask for no exact law: ", Setting("method", "idm-iv"), "."),
         )
     yield Check(
         name="law's factors",
@@ -98,13 +99,13 @@ def _sensitive(of: Judged) -> Iterator[Check]:
     """How exact the law has to be."""
     if not of.law_moves:
         return
-    sizes = np.abs(of.best.physical)
+    sizes = np.abs(of.physical)
     sizes = np.where(sizes > 0, sizes, np.inf)
     shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
     term = max(shares, key=lambda name: float(shares[name].max()))
     j = int(np.argmax(shares[term]))
     share, most = float(shares[term][j]), MAX_LAW_SENSITIVITY.value
-    said = f"a law whose {term} is 1 % other than declared moves {of.unknowns.names[j]} by {share:.2g} %"
+    said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
     if share > most:
         exact = "the law must be exact" if of.output == POSITION else "the law must be right"
         said += f": {exact}, or the numbers are its error"
@@ -134,11 +135,11 @@ def _follows(of: Judged) -> Check:
 
 
 def _ended(of: Judged) -> Check:
-    lost = ""
-    if of.best.lost:
-        lost = f"; {of.best.lost} of the parameter sets on the way could not be simulated: {of.best.why_lost}"
-    if of.best.converged:
-        said = f"the search stands still after {len(of.best.steps)} steps"
+    best, lost = of.basis.best, ""
+    if best.lost:
+        lost = f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
+    if best.converged:
+        said = f"the search stands still after {len(best.steps)} steps"
     else:
         said = (
             f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
@@ -146,8 +147,8 @@ def _ended(of: Judged) -> Check:
         )
     return Check(
         name="convergence",
-        status=passed(of.best.converged),
-        figure=float(len(of.best.steps)),
+        status=passed(best.converged),
+        figure=float(len(best.steps)),
         threshold=float(MOST_STEPS),
         meaning=said + lost,
     )
@@ -185,15 +186,15 @@ def _bounds(of: Judged) -> Check:
 
 
 def _starts(of: Judged) -> Iterator[Check]:
-    if len(of.ends) < 2:
+    if len(of.basis.ends) < 2:
         return
-    alike = sum(each.cost <= of.best.cost * (1 + _SAME) for each in of.ends)
-    share = 1 - alike / len(of.ends)
+    alike = sum(each.cost <= of.basis.best.cost * (1 + _SAME) for each in of.basis.ends)
+    share = 1 - alike / len(of.basis.ends)
     yield Check(
         name="starts",
         status=passed(share <= MAX_APART.value, matters=False),
         figure=share,
         threshold=MAX_APART.value,
         source=MAX_APART.source,
-        meaning=f"{alike} of {len(of.ends)} searches ended here, the others higher",
+        meaning=f"{alike} of {len(of.basis.ends)} searches ended here, the others higher",
     )

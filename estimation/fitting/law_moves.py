@@ -51,3 +51,9 @@ def move_by_record(moves: Mapping[str, Array], laws: Sequence[LawCheck | Missing
     # Searched with the declared law, the estimate is off by as much the other way.
     moved = sum(move * (factors[name] - 1) / _PERCENT for name, move in moves.items())
     return -np.asarray(moved)
+
+
+def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
+    """The first law that fails its record, else that of the first record."""
+    failing = (law for law in laws if isinstance(law, LawCheck) and not law.passed)
+    return next(failing, laws[0])

@@ -38,9 +38,7 @@ def _huber(z: Array) -> Array:
     )
 
 
-LOSSES: Mapping[str, Loss] = MappingProxyType(
-    {SQUARES: _squares, SOFT_L1: _soft_l1, HUBER: _huber}
-)
+LOSSES: Mapping[str, Loss] = MappingProxyType({SQUARES: _squares, SOFT_L1: _soft_l1, HUBER: _huber})
 
 
 def deviation_by_median(errors: Array) -> float:

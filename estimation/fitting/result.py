@@ -1,13 +1,15 @@
 """What a fit of outputs comes to."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics.loop import LawCheck
+from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.estimates import NamedValues, Value
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array, Exact
@@ -15,6 +17,9 @@ from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note
 
+from .basis import FitBasis
+from .judgement import Judged, judged
+from .law_moves import first_failing, move_by_record, moves_per_percent
 from .search import FitStep
 
 
@@ -40,7 +45,7 @@ class RecordError:
     order: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class OutputFit(Presentable, Exact):
     """Parameters with which a simulated output follows that of the records.
 
@@ -88,14 +93,8 @@ class OutputFit(Presentable, Exact):
     of_records : tuple of RecordError
     errors : tuple of (N,) array
         Simulated less recorded output, by record.
-    law : LawCheck or Missing
-        The declared control law against the records: that of the first that fails.
-    law_moves : mapping of str to (P,) array
-        What each term of the law, 1 % larger, would move the parameters by.
-    law_move : (P,) array or None
-        What the law as the records have it would move them by.
-    checks : tuple of Check
-        Whether to believe it.
+    basis : FitBasis
+        What it is judged from.
     """
 
     axis: GeneratedAxis
@@ -108,7 +107,7 @@ class OutputFit(Presentable, Exact):
     covariances: Mapping[str, Array]
     chosen: str
     values: Mapping[str, Value]
-    at_bound: Mapping[str, str]
+    at_bound: Mapping[str, Literal["lower", "upper"]]
     bounds: Mapping[str, tuple[float, float]]
     fixed: Mapping[str, float]
     prior: Mapping[str, tuple[float, float]]
@@ -121,10 +120,45 @@ class OutputFit(Presentable, Exact):
     ends: tuple[tuple[float, Array], ...]
     of_records: tuple[RecordError, ...]
     errors: tuple[Array, ...]
-    law: LawCheck | Missing
-    law_moves: Mapping[str, Array]
-    law_move: Array | None
-    checks: tuple[Check, ...]
+    basis: FitBasis = field(repr=False, compare=False)
+
+    @cached_property
+    def law(self) -> LawCheck | Missing:
+        """The declared control law against the records: that of the first that fails."""
+        return first_failing(self._laws)
+
+    @cached_property
+    def law_moves(self) -> Mapping[str, Array]:
+        """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
+        return moves_per_percent(self.basis.predictions, self.physical, self.basis.influence)
+
+    @cached_property
+    def law_move(self) -> Array | None:
+        """What the law as the records have it would move them by, (P,)."""
+        return move_by_record(self.law_moves, self._laws)
+
+    @cached_property
+    def checks(self) -> tuple[Check, ...]:
+        """Whether to believe it."""
+        return judged(
+            Judged(
+                output=self.output,
+                names=self.names,
+                physical=self.physical,
+                deviations=np.array([value.deviation for value in self.values.values()]),
+                basis=self.basis,
+                at_bound=self.at_bound,
+                unseen=self.unseen,
+                law=self.law,
+                law_moves=self.law_moves,
+                law_move=self.law_move,
+                percent=self.error_percent,
+            )
+        )
+
+    @cached_property
+    def _laws(self) -> tuple[LawCheck | Missing, ...]:
+        return tuple(map(check_law, self.basis.axes, self.records))
 
     @property
     def parameters(self) -> NamedValues:

@@ -6,6 +6,7 @@ is held there, and the others are searched on, so that they are what they are wi
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,12 +89,9 @@ class Found:
     why_lost: str
     converged: bool
 
-
     def after(self, earlier: "Found") -> "Found":
         """The same with the steps of an earlier search before its own."""
-        return replace(
-            self, steps=(*earlier.steps, *self.steps), lost=earlier.lost + self.lost
-        )
+        return replace(self, steps=(*earlier.steps, *self.steps), lost=earlier.lost + self.lost)
 
 
 class Search:
@@ -136,7 +134,7 @@ class Search:
             searched = self._free & (bound == 0)
             ended = self._searched(at, searched) if searched.any() else None
             at = at if ended is None else self._whole(at, searched, ended.x)
-            moved = self._at_bounds(at, bound)
+            moved = self._at_bounds(at)
             if np.array_equal(moved, bound):
                 break
             freed = (bound != 0) & (moved == 0)
@@ -150,7 +148,7 @@ class Search:
             slopes=slopes,
             at_bound=bound,
             steps=tuple(self._steps),
-            cost=self._cost(at, slopes.errors),
+            cost=cost_of(at, slopes.errors, self._unknowns, self._weighing),
             lost=self._lost,
             why_lost=self._why,
             converged=ended is None or ended.status > 0,
@@ -168,7 +166,7 @@ class Search:
         def slopes(x: Array) -> Array:
             return self._jacobian(self._whole(at, chosen, x))[:, chosen] * scale
 
-        def loss(z: Array) -> Array:
+        def loss(z: Any) -> Any:
             found = np.array([z, np.ones_like(z), np.zeros_like(z)])
             found[:, :rows] = self._weighing.loss(z[:rows])
             return found
@@ -183,7 +181,7 @@ class Search:
             ftol=_TOLERANCE,
             xtol=_TOLERANCE,
             gtol=_TOLERANCE,
-            loss=loss,
+            loss=cast("Any", loss),
             f_scale=self._weighing.tuning,
             max_nfev=MOST_STEPS,
         )
@@ -206,12 +204,7 @@ class Search:
         return self._rows(at, lanes.errors[:, 0])
 
     def _rows(self, at: Array, errors: Array) -> Array:
-        found = self._weighing.weights * errors
-        known = self._unknowns.has_prior
-        if known.any():
-            off = (at - self._unknowns.prior)[known] / self._unknowns.prior_sd[known]
-            found = np.concatenate([found, off])
-        return found
+        return weighed_rows(at, errors, self._unknowns, self._weighing)
 
     @property
     def _size(self) -> int:
@@ -232,7 +225,9 @@ class Search:
         u = self._unknowns
         slopes = slopes_of(self._predictions, at, self._scale, u.lower, u.upper, self._free)
         self._slopes = at.copy(), slopes
-        self._largest = self._largest or max(float(np.abs(self._rows(at, slopes.errors)).max()), 1.0)
+        self._largest = self._largest or max(
+            float(np.abs(self._rows(at, slopes.errors)).max()), 1.0
+        )
         error = float(np.sqrt(np.mean(slopes.errors**2)))
         self._steps.append(FitStep(physical=at.copy(), error=error))
         if self._progress is not None:
@@ -240,13 +235,7 @@ class Search:
             self._progress(len(self._steps) - 1, MOST_STEPS, told)
         return slopes
 
-    def _cost(self, at: Array, errors: Array) -> float:
-        rows, c = self._rows(at, errors), self._weighing.tuning
-        n = len(self._weighing.weights)
-        own = c * c * self._weighing.loss((rows[:n] / c) ** 2)[0]
-        return 0.5 * float(own.sum() + rows[n:] @ rows[n:])
-
-    def _at_bounds(self, at: Array, bound: NDArray[np.int8]) -> NDArray[np.int8]:
+    def _at_bounds(self, at: Array) -> NDArray[np.int8]:
         """Which parameters the errors drive to a bound, and which of those there are kept."""
         slopes, u = self._slopes_at(at), self._unknowns
         rows, jacobian = self._rows(at, slopes.errors), self._jacobian(at)
@@ -257,6 +246,22 @@ class Search:
         low = self._free & (downhill < 0) & (at - u.lower <= reach)
         high = self._free & (downhill > 0) & (u.upper - at <= reach)
         return np.where(low, -1, np.where(high, 1, 0)).astype(np.int8)
+
+
+def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> Array:
+    """Weighted errors (n,), then those of what was known before, over its deviations."""
+    found, known = weighing.weights * errors, unknowns.has_prior
+    if known.any():
+        off = (at - unknowns.prior)[known] / unknowns.prior_sd[known]
+        found = np.concatenate([found, off])
+    return found
+
+
+def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> float:
+    """What the search makes least, of parameters (P,) and the errors (n,) that they leave."""
+    rows, c, n = weighed_rows(at, errors, unknowns, weighing), weighing.tuning, len(errors)
+    own = c * c * weighing.loss((rows[:n] / c) ** 2)[0]
+    return 0.5 * float(own.sum() + rows[n:] @ rows[n:])
 
 
 def best_of(found: Sequence[Found]) -> Found:

@@ -40,7 +40,7 @@ class Autoregression:
 
     @property
     def order(self) -> int:
-        """p"""
+        """How many errors before it count."""
         return len(self.coefficients) - 1
 
     def coloured(self, columns: Array) -> Array:

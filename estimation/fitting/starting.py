@@ -23,6 +23,7 @@ from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
+_PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
 _METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
 
 #: As users give it: a name, parameters, or an estimate.
@@ -71,14 +72,15 @@ class FitStart:
 
     Attributes
     ----------
-    physical, deviation : (P,) array
-        The deviation is 0 where nothing is known of it.
+    physical : (P,) array
+    size : (P,) array
+        Least size that steps are taken of, as a parameter may be 0.
     named : str
         Of `FIT_STARTS`, or ``given``.
     """
 
     physical: Array
-    deviation: Array
+    size: Array
     named: str
 
 
@@ -115,12 +117,12 @@ def starts_from(
         What is asked for is none of them, or parameters are none of the fit's.
     """
     names = [q.name for q in form.physical_quantities]
-    nothing = np.zeros(len(names))
-    nominal = FitStart(physical=form.start, deviation=nothing, named=NOMINAL_START)
+    size = np.abs(form.start)
+    nominal = FitStart(physical=form.start, size=size, named=NOMINAL_START)
     if isinstance(asked, Estimate):
         return [_of_estimate(asked, names, "given")], []
     if isinstance(asked, Mapping):
-        return [FitStart(physical=_given(asked, names, form), deviation=nothing, named="given")], []
+        return [FitStart(physical=_given(asked, names, form), size=size, named="given")], []
     if not is_among(asked, FIT_STARTS):
         raise UsageError(
             f"there is no start {quoted(asked)}; choose from {', '.join(FIT_STARTS)}, or give an "
@@ -160,9 +162,12 @@ def _of_estimate(estimate: Estimate, names: Sequence[str], named: str) -> FitSta
             f"fit {', '.join(names)}; give one of the same axis and records.",
             code="other-start",
         )
-    variances = np.diag(estimate.covariances["iid"])
-    deviation = np.sqrt(np.maximum(np.nan_to_num(variances), 0.0))
-    return FitStart(physical=estimate.physical, deviation=deviation, named=named)
+    size = np.zeros(len(names))
+    if estimate.X.shape[1] == len(names):
+        columns = np.linalg.norm(estimate.X, axis=0)
+        whole = np.full(len(names), np.linalg.norm(estimate.y))
+        size = _PART_OF_FORCE * np.divide(whole, columns, out=size, where=columns > 0)
+    return FitStart(physical=estimate.physical, size=size, named=named)
 
 
 def _given(asked: Mapping[str, float], names: Sequence[str], form: Form) -> Array:

@@ -55,11 +55,10 @@ class Unknowns:
         """Of which something was known before, and is weighed."""
         return np.isfinite(self.prior_sd) & self.free
 
-    def scale(self, start: Array, deviation: Array) -> Array:
-        """Size of each parameter, from which its steps follow; never 0, as friction may be."""
-        sizes = np.abs(np.nan_to_num([start, deviation, self.prior]))
-        size = sizes.max(axis=0)
-        return np.where(size > 0, size, 1.0)
+    def scale(self, start: Array, size: Array) -> Array:
+        """Scale of each parameter, from which its steps follow; never 0, as friction may be."""
+        scale = np.max(np.abs([start, size, self.prior]), axis=0)
+        return np.where(scale > 0, scale, 1.0)
 
     def inside(self, start: Array, scale: Array) -> Array:
         """A start strictly inside the bounds, fixed values as they are.
@@ -152,9 +151,7 @@ def _with_declared(found: Unknowns, form: Form, names: list[str]) -> None:
             found.fixed[at] = value
 
 
-def _with_bounds(
-    found: Unknowns, bounds: Mapping[str, tuple[End, End]], places: _Places
-) -> None:
+def _with_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places: _Places) -> None:
     for name, given in bounds.items():
         pair = given if isinstance(given, (tuple, list)) else (None,)
         if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):

@@ -24,9 +24,9 @@ def unseen_directions(jacobian: Array, scale: Array) -> Array:
     sizes = np.linalg.norm(scaled, axis=0)
     largest = float(sizes.max(initial=0.0))
     seen = sizes > MIN_SHOWN.value * largest
-    alone = np.eye(len(sizes))[~seen]
+    alone = np.asarray(np.eye(len(sizes))[~seen])
     if not seen.any():
-        return alone
+        return np.asarray(alone)
     triangle = np.linalg.qr(scaled[:, seen] / sizes[seen], mode="r")
     _, values, rows = np.linalg.svd(triangle)
     lost = rows[: len(values)][values <= MIN_SHOWN.value * values[0]]
@@ -43,7 +43,7 @@ def unseen_text(directions: Array, names: Sequence[str], scale: Array) -> tuple[
 
 def _said(direction: Array, names: Sequence[str], scale: Array) -> str:
     parts = np.flatnonzero(np.abs(direction) > _PART * np.abs(direction).max())
-    named = [names[j] for j in parts]
+    named = [names[int(j)] for j in parts]
     if len(named) == 1:
         return f"{named[0]} at all"
     # Of what does not change the outputs: by how much each goes with the first.

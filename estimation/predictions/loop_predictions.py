@@ -1,11 +1,12 @@
 """Outputs of the simulated loop of each record, for many parameter sets in one batch."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.loops import loop_starts, two_clocks
+from axisid.estimation.loops import loop_starts, position_noise, two_clocks
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference
 from axisid.estimation.signals import recorded_signals
@@ -16,6 +17,8 @@ from .lanes import Lanes
 from .law_slopes import slopes_by_law
 from .measured_output import measured_output
 from .stretch import Stretch
+
+_TWINS_AT_ONCE = 256
 
 
 class LoopPredictions:
@@ -49,7 +52,7 @@ class LoopPredictions:
         )
         self._substeps: list[int | None] = [None] * len(self.stretches)
         ends = np.cumsum([0, *(len(each.measured) for each in self.stretches)])
-        self._rows = [slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self._rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
     @property
     def spans(self) -> tuple[tuple[slice, ...], ...]:
@@ -83,6 +86,40 @@ class LoopPredictions:
             failures = {**failed, **failures}
         errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
         return Lanes(errors=errors, failures=failures)
+
+    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
+        """What white noise of the position, as the records have it, changes in the output, (n, B).
+
+        Twins whose loop cannot be simulated are left out.
+        """
+        blocks = []
+        for first in range(0, count, _TWINS_AT_ONCE):
+            size = min(_TWINS_AT_ONCE, count - first)
+            pieces = [
+                self._noise(stretch, physical, size, random, k)
+                for k, stretch in enumerate(self.stretches)
+            ]
+            blocks.append(np.concatenate(pieces))
+        errors = np.hstack(blocks)
+        return np.asarray(errors[:, np.isfinite(errors).all(axis=0)])
+
+    def _noise(
+        self, stretch: Stretch, physical: Array, count: int, random: np.random.Generator, k: int
+    ) -> Array:
+        own = np.tile(self._form.own(physical, stretch.record), (count + 1, 1))
+        noise = random.normal(scale=stretch.noise, size=(len(stretch.measured), count + 1))
+        noise[:, -1] = 0.0
+        clocks = stretch.inputs.clocks
+        batch = simulate_lanes(
+            stretch.axis,
+            own,
+            stretch.inputs,
+            substeps=self._substeps[k],
+            wanted=[self._signal],
+            position_noise=noise if clocks is None else clocks.held(noise),
+        )
+        out = batch[self._signal] + (noise if self._signal == "position" else 0.0)
+        return np.where(stretch.counted[:, None], out[:, :-1] - out[:, -1:], 0.0)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by the term's gains.
@@ -135,4 +172,5 @@ def _stretches(
             inputs=inputs,
             measured=measured[rows],
             counted=counted[rows],
+            noise=position_noise(record.position[rows]),
         )

@@ -51,11 +51,11 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> Measure
         )
     if output == FORCE:
         return MeasuredOutput(
-            signal=FORCE, unit=q.force_unit, values=_column(record, "force", record.force)
+            signal=FORCE, unit=str(q.force_unit), values=_column(record, "force", record.force)
         )
     position = None if record.integrated else record.position
     return MeasuredOutput(
-        signal="position", unit=q.unit, values=_column(record, "position", position)
+        signal="position", unit=str(q.unit), values=_column(record, "position", position)
     )
 
 

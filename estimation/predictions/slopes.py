@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -11,6 +12,7 @@ from .lanes import Lanes, Predictions
 
 #: Of a parameter's scale. The cost is smooth there: slopes agree to 0.06 % from 1e-3 to 1e-6.
 STEP = 1e-4
+_ROOM = 2.001  # steps in the range between the bounds
 _SHORTER, _TRIES = 1 / 8, 3  # of the step, where a lane fails
 
 
@@ -35,7 +37,7 @@ def slopes_of(
     scale: Array,
     lower: Array,
     upper: Array,
-    free: Array | None = None,
+    free: NDArray[np.bool_] | None = None,
 ) -> Slopes:
     """Second-order differences about parameters (P,), central where their bounds leave room.
 
@@ -54,8 +56,8 @@ def slopes_of(
     EstimationError
         A loop cannot be simulated there, or nowhere near for one of the parameters.
     """
-    chosen = np.arange(len(physical)) if free is None else np.flatnonzero(free)
-    steps = np.minimum(STEP * scale, (upper - lower) / 2)
+    chosen = range(len(physical)) if free is None else map(int, np.flatnonzero(free))
+    steps = np.minimum(STEP * scale, (upper - lower) / _ROOM)
     jacobian: Array | None = None
     errors = np.empty(0)
     pending, failed = list(chosen), Lanes(errors=np.empty((0, 0)), failures={})
@@ -75,7 +77,8 @@ def slopes_of(
                 lost.append(j)
                 steps[j] *= _SHORTER
                 continue
-            jacobian[:, j] = _slope(errors, found.errors[:, pair[0]], found.errors[:, pair[1]], *offsets[k])
+            first, second = (found.errors[:, lane] for lane in pair)
+            jacobian[:, j] = _slope(errors, first, second, *offsets[k])
         pending, failed = lost, found
         if not pending:
             return Slopes(errors=errors, jacobian=jacobian)

@@ -24,6 +24,8 @@ class Stretch:
         The recorded output.
     counted : (N,) array of bool
         Which samples are measurements.
+    noise : float
+        Standard deviation of the recorded position's noise.
     """
 
     axis: GeneratedAxis
@@ -31,3 +33,4 @@ class Stretch:
     inputs: LoopInputs
     measured: Array
     counted: NDArray[np.bool_]
+    noise: float

@@ -5,8 +5,8 @@ from axisid.codegen.thresholds.threshold import Threshold
 MIN_SHOWN = Threshold(
     1e-6,
     "1",
-    "change of the outputs with a parameter, or a sum of them, by that with the one they show best, "
-    "up to which they show nothing of it",
+    "change of the outputs with a parameter, or a sum of them, by that with the one that they show "
+    "best, up to which they show nothing of it",
     "measured: slopes by differences agree to 1e-8",
 )
 MAX_LAW_SHIFT = Threshold(
