@@ -24,7 +24,7 @@ from .search import Found, Weighing
 from .spread import Autoregression, Scores
 from .starting import FitStart, Searched
 from .unknowns import Unknowns
-from .unseen import unseen_directions, unseen_text
+from .unseen import Unseen, unseen_directions
 
 _FEWEST_TWINS = 2
 
@@ -85,17 +85,12 @@ class Ended:
         return self.scores.autoregressions
 
     @cached_property
-    def unseen(self) -> Array:
-        """Directions that neither outputs nor what was known before show, (k, P)."""
-        known = np.diag(1 / self.unknowns.prior_sd)[self.unknowns.has_prior]
-        found = np.zeros((0, len(self.scale)))
+    def unseen(self) -> Unseen:
+        """What neither outputs nor what was known before show."""
         chosen = self.inner
-        if chosen.any():
-            rows = np.vstack([self.rows, known])[:, chosen]
-            lost = unseen_directions(rows, self.scale[chosen])
-            found = np.zeros((len(lost), len(self.scale)))
-            found[:, chosen] = lost
-        return found
+        known = np.diag(1 / self.unknowns.prior_sd)[self.unknowns.has_prior]
+        rows = np.vstack([self.rows, known])[:, chosen]
+        return unseen_directions(rows, self.scale[chosen]).among(chosen)
 
     @cached_property
     def covariances(self) -> dict[str, Array]:
@@ -135,7 +130,7 @@ class Ended:
         """A covariance among all parameters; infinite variances of what is not shown."""
         found = np.zeros((len(chosen), len(chosen)))
         found[np.ix_(chosen, chosen)] = matrix
-        lost = np.flatnonzero(np.abs(self.unseen).max(axis=0, initial=0.0) > 0.1)
+        lost = np.flatnonzero(self.unseen.parts.any(axis=0))
         found[lost, lost] = np.inf
         return found
 
@@ -204,7 +199,7 @@ def assembled(ended: Ended) -> OutputFit:
         bounds=_pairs(names, ended.unknowns.lower, ended.unknowns.upper),
         fixed=_chosen(names, ended.unknowns.fixed, ~ended.unknowns.free),
         prior=_priors(ended.unknowns),
-        unseen=unseen_text(ended.unseen, names, ended.scale),
+        unseen=ended.unseen.texts(names),
         local=ended.whose.local,
         start=ended.begun,
         started=ended.start.named,

@@ -7,6 +7,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUTPUTS, SQUARES
+from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.identification import records_of
 from axisid.estimation.joint import Told
 from axisid.estimation.predictions import LoopPredictions
@@ -20,6 +21,7 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 from .assembly import Ended, assembled
+from .law_moves import first_failing
 from .losses import LOSSES as LOSS_FUNCTIONS
 from .losses import TUNING, deviation_by_median
 from .result import OutputFit
@@ -111,7 +113,7 @@ def fit(
     unknowns = unknowns_of(whose.form, whose.local, bounds or {}, prior or {}, fixed or {})
     predictions = LoopPredictions(whose.form, whose.axes, records, output)
     begins, why = starts_from(start, generated, records, sharing, whose.form)
-    run = _Run(predictions, unknowns, loss, progress)
+    run = _Run(whose.axes, records, predictions, unknowns, loss, progress)
     first, begun, lost = run.first(begins)
     ends = run.searches(first, begun, starts, np.random.default_rng(seed))
     return assembled(
@@ -140,6 +142,8 @@ def fit(
 class _Run:
     """The searches of one fit."""
 
+    axes: Sequence[GeneratedAxis]
+    records: Sequence[Record]
     predictions: LoopPredictions
     unknowns: Unknowns
     loss: str
@@ -163,7 +167,8 @@ class _Run:
                 self._weigh(lanes.errors[:, 0])
                 return begin, at, why
             why.append(Note(f"from {begin.named} values {lanes.failures[0]}"))
-        raise EstimationError(f"the fit cannot start: {why[0].text}", code="fit-start-lost")
+        said = Note.of("the fit cannot start: ", why[0], _law_fault(self.axes, self.records))
+        raise EstimationError(said.text, said.remedy, code="fit-start-lost")
 
     def searches(
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
@@ -223,6 +228,13 @@ class _Run:
     def _by_record(self) -> Iterator[slice]:
         for spans in self.predictions.spans:
             yield slice(spans[0].start, spans[-1].stop)
+
+
+def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note | None:
+    """What the control law's check says, where it fails."""
+    law = first_failing([check_law(*pair) for pair in zip(axes, records, strict=True)])
+    failed = isinstance(law, LawCheck) and not law.passed
+    return Note.of(" The control law: ", law.note, ".") if failed else None
 
 
 def _check(

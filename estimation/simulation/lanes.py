@@ -21,6 +21,9 @@ from .steps import (
 )
 from .two_clocks import at_log_samples
 
+#: What a batch calls the signals of the generated code.
+_GIVEN = {name: "direction_before" if name == "before" else name for name in SIGNALS}
+
 
 def simulate_lanes(
     axis: GeneratedAxis,
@@ -59,7 +62,7 @@ def simulate_lanes(
         injected=inputs.injected,
         signals=dict(zip(names, inputs.signals, strict=True)),
         substeps=substeps,
-        wanted=wanted if clocks is None else SIGNALS,
+        wanted=wanted if clocks is None else [*_GIVEN.values()],
     )
     if clocks is None:
         return batch
@@ -73,7 +76,7 @@ def simulate_lanes(
 
 
 def _of_lane(batch: BatchSimulation, lane: int) -> dict[str, Array]:
-    return {name: np.ascontiguousarray(v[:, lane]) for name, v in batch.signals.items()}
+    return {own: np.ascontiguousarray(batch[given][:, lane]) for own, given in _GIVEN.items()}
 
 
 def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
