@@ -48,7 +48,8 @@ def move_by_record(moves: Mapping[str, Array], laws: Sequence[LawCheck | Missing
     if not told or not moves:
         return None
     factors = {name: float(np.mean([each[name] for each in told])) for name in moves}
-    return np.sum([move * (factors[n] - 1) / _PERCENT for n, move in moves.items()], axis=0)
+    moved = [move * (factors[name] - 1) / _PERCENT for name, move in moves.items()]
+    return np.asarray(np.sum(moved, axis=0))
 
 
 def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
