@@ -159,7 +159,9 @@ def main() -> None:
     lines = [line for n, by in done.items() for o, of in by.items() for line in _lines(n, o, of)]
     lines += ["bias +- scatter (claimed deviation) in percent of the truth, intervals that hold it"]
     off = slopes_off()
-    lines += [f"slopes from those in closed form: {', '.join(f'{n} {v:.1e}' for n, v in off.items())}"]
+    lines += [
+        f"slopes from those in closed form: {', '.join(f'{n} {v:.1e}' for n, v in off.items())}"
+    ]
     measured = on_record(options.emps) if options.emps else {}
     lines += [f"EMPS, {output}: {of}" for output, of in measured.items()]
     give({"cases": done, "slopes_off": off, "emps": measured}, options.json, lines)

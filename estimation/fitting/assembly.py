@@ -21,7 +21,7 @@ from axisid.support.remedy import Note
 from .basis import FitBasis
 from .result import OutputFit, RecordError
 from .search import Found, Weighing
-from .spread import Autoregression, Scores
+from .spread import Autoregression, Scores, with_steps
 from .starting import FitStart, Searched
 from .unknowns import Unknowns
 from .unseen import Unseen, unseen_directions
@@ -99,8 +99,11 @@ class Ended:
         if not chosen.any():
             nothing = np.zeros((len(chosen), len(chosen)))
             return {"coloured": nothing, "iid": nothing}
+        coloured = self.scores.coloured(self.autoregressions)
+        if self.moved_by_steps is not None:
+            coloured = with_steps(coloured, self.moved_by_steps[chosen])
         inner = {
-            "coloured": self.scores.coloured(self.autoregressions),
+            "coloured": coloured,
             "iid": self.scores.independent(),
         }
         found = {name: self._whole(matrix, chosen) for name, matrix in inner.items()}
@@ -108,6 +111,13 @@ class Ended:
             moved = np.cov(self._twins()[chosen]).reshape(inner["iid"].shape)
             found["bootstrap"] = self._whole(moved, chosen)
         return found
+
+    @cached_property
+    def moved_by_steps(self) -> Array | None:
+        """What the steps of the encoders move the parameters by, (P, B); None without steps."""
+        with np.errstate(all="ignore"):
+            errors = self.predictions.by_steps(self.best.physical)
+        return None if errors is None else np.asarray(-self.influence @ errors)
 
     def _twins(self) -> Array:
         """What the noise of simulated twins moves the parameters by, (P, B)."""

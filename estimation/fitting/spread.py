@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 from scipy.signal import correlate, lfilter
 
+from axisid.estimation.regression import StepsError
 from axisid.support.arrays import Array
 
 _LONGEST = 0.1  # s, of the autoregression
@@ -153,3 +154,24 @@ class Scores:
     def _sandwich(self, meat: Array) -> Array:
         found = self.inverse @ meat @ self.inverse
         return np.asarray((found + found.T) / 2)
+
+
+def with_steps(covariance: Array, moved: Array) -> Array:
+    """A covariance with what an encoder's steps add to it, as `StepsError` has it.
+
+    Their error follows from the motion and comes again with it, so that it biases an estimate, and
+    no autoregression shows how far it makes one scatter.
+
+    Parameters
+    ----------
+    covariance : (k, k) array
+    moved : (k, B) array
+        What steps that begin elsewhere move the parameters by.
+    """
+    scatter, seen = np.var(moved, axis=1, ddof=1), np.diag(covariance)
+    ratio = np.divide(scatter, seen, out=np.ones_like(seen), where=seen > 0)
+    beyond = np.sqrt(np.maximum(ratio - 1, 0.0))
+    found = StepsError(
+        bias=moved.mean(axis=1), missing=np.outer(beyond, beyond) * covariance, loops=moved.shape[1]
+    )
+    return np.asarray(covariance + found.covariance)

@@ -1,6 +1,7 @@
 """Outputs of the simulated loop of each record, for many parameter sets in one batch."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -8,11 +9,12 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import loop_starts, position_noise, two_clocks
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Form, loop_reference
+from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
 from axisid.support.arrays import Array, covered
 
+from .disturbed import changed_by_noise, changed_by_steps
 from .lanes import Lanes
 from .law_slopes import slopes_by_law
 from .measured_output import measured_output
@@ -95,31 +97,27 @@ class LoopPredictions:
         blocks = []
         for first in range(0, count, _TWINS_AT_ONCE):
             size = min(_TWINS_AT_ONCE, count - first)
-            pieces = [
-                self._noise(stretch, physical, size, random, k)
-                for k, stretch in enumerate(self.stretches)
-            ]
-            blocks.append(np.concatenate(pieces))
+            changed = partial(changed_by_noise, count=size, random=random, signal=self._signal)
+            blocks.append(self._changed(physical, changed))
         errors = np.hstack(blocks)
         return np.asarray(errors[:, np.isfinite(errors).all(axis=0)])
 
-    def _noise(
-        self, stretch: Stretch, physical: Array, count: int, random: np.random.Generator, k: int
-    ) -> Array:
-        own = np.tile(self._form.own(physical, stretch.record), (count + 1, 1))
-        noise = random.normal(scale=stretch.noise, size=(len(stretch.measured), count + 1))
-        noise[:, -1] = 0.0
-        clocks = stretch.inputs.clocks
-        batch = simulate_lanes(
-            stretch.axis,
-            own,
-            stretch.inputs,
-            substeps=self._substeps[k],
-            wanted=[self._signal],
-            position_noise=noise if clocks is None else clocks.held(noise),
-        )
-        out = batch[self._signal] + (noise if self._signal == "position" else 0.0)
-        return np.where(stretch.counted[:, None], out[:, :-1] - out[:, -1:], 0.0)
+    def by_steps(self, physical: Array) -> Array | None:
+        """What the encoder's steps change in the output, (n, B), wherever they begin; else None.
+
+        None where no record has steps, or a loop cannot be simulated with them.
+        """
+        if not any(stretch.step for stretch in self.stretches):
+            return None
+        errors = self._changed(physical, partial(changed_by_steps, signal=self._signal))
+        return errors if np.all(np.isfinite(errors)) else None
+
+    def _changed(self, physical: Array, changed: Callable[..., Array]) -> Array:
+        pieces = [
+            changed(stretch, self._form.own(physical, stretch.record), substeps=substeps)
+            for stretch, substeps in zip(self.stretches, self._substeps, strict=True)
+        ]
+        return np.concatenate(pieces)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by the term's gains.
@@ -173,4 +171,5 @@ def _stretches(
             measured=measured[rows],
             counted=counted[rows],
             noise=position_noise(record.position[rows]),
+            step=sensor_steps(axis, record).position,
         )

@@ -26,6 +26,8 @@ class Stretch:
         Which samples are measurements.
     noise : float
         Standard deviation of the recorded position's noise.
+    step : float
+        Of the encoder; 0 where nothing is known of it.
     """
 
     axis: GeneratedAxis
@@ -34,3 +36,4 @@ class Stretch:
     measured: Array
     counted: NDArray[np.bool_]
     noise: float
+    step: float

@@ -33,6 +33,7 @@ def simulate_lanes(
     substeps: int | None = None,
     wanted: Sequence[str],
     position_noise: Array | None = None,
+    resolution: float = 0.0,
 ) -> BatchSimulation:
     """Loops with parameters (B, p), the signals that are wanted at the samples of the log.
 
@@ -46,6 +47,8 @@ def simulate_lanes(
     wanted : sequence of str
     position_noise : (M, B) array, optional
         At the law's evaluations.
+    resolution : float
+        Of the encoder.
     """
     count, start, clocks = len(parameters), inputs.start, inputs.clocks
     names = [signal.name for signal in axis.axis.signals]
@@ -59,6 +62,7 @@ def simulate_lanes(
         start_velocity=np.broadcast_to(start.velocity, count),
         memory=None if memory is None else np.broadcast_to(memory, (count, memory.shape[-1])),
         position_noise=position_noise,
+        resolution=resolution,
         injected=inputs.injected,
         signals=dict(zip(names, inputs.signals, strict=True)),
         substeps=substeps,
