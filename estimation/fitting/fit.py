@@ -8,10 +8,11 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUTPUTS, SQUARES
 from axisid.estimation.diagnostics.loop import LawCheck, check_law
-from axisid.estimation.identification import records_of
+from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
@@ -26,7 +27,7 @@ from .losses import LOSSES as LOSS_FUNCTIONS
 from .losses import TUNING, deviation_by_median
 from .result import OutputFit
 from .search import Found, Search, Weighing, best_of, cost_of
-from .starting import FitStart, Sharing, StartLike, searched, starts_from
+from .starting import FitStart, StartLike, searched, starts_from
 from .unknowns import End, Unknowns, unknowns_of
 
 _MOST_STARTS = 1000
@@ -102,24 +103,21 @@ def fit(
     ----------
     [Ljung1999]_, [Gautier2013]_.
     """
-    _check(output, loss, starts, bootstrap, seed, gain)
-    generated, records = as_generated(axis), records_of(record)
-    sharing = Sharing(
-        local=(local,) if isinstance(local, str) and local else tuple(local),
-        known=known or {},
-        identifies_gain=gain == "identified",
-    )
-    whose = searched(generated, records, sharing)
+    _check(output, loss, starts, bootstrap, seed)
+    generated, given = as_generated(axis), records_of(record)
+    default = Prefilter().at_rate_of(given[0].period)
+    shared = shared_records(generated, given, default, local, known, gain, skip_bad=False)
+    whose, records = searched(shared), shared.records
     unknowns = unknowns_of(whose.form, whose.local, bounds or {}, prior or {}, fixed or {})
     predictions = LoopPredictions(whose.form, whose.axes, records, output)
-    begins, why = starts_from(start, generated, records, sharing, whose.form)
+    begins, why = starts_from(start, shared, whose.form, gain)
     run = _Run(whose.axes, records, predictions, unknowns, loss, progress)
     first, begun, lost = run.first(begins)
     ends = run.searches(first, begun, starts, np.random.default_rng(seed))
     return assembled(
         Ended(
             axis=generated,
-            records=tuple(records),
+            records=records,
             whose=whose,
             output=output,
             loss=loss,
@@ -237,13 +235,10 @@ def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note
     return Note.of(" The control law: ", law.note, ".") if failed else None
 
 
-def _check(
-    output: object, loss: object, starts: object, bootstrap: object, seed: object, gain: object
-) -> None:
+def _check(output: object, loss: object, starts: object, bootstrap: object, seed: object) -> None:
     for value, names, what in (
         (output, tuple(n for n in OUTPUTS if n != OPEN_LOOP), "output"),
         (loss, tuple(LOSSES), "loss"),
-        (gain, ("identified", "declared"), "gain"),
     ):
         if not is_among(value, names):
             raise UsageError(

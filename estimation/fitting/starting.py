@@ -13,9 +13,8 @@ from axisid.estimation.choices.outputs import (
     NOMINAL_START,
 )
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.identification import identify, layout_for
-from axisid.estimation.joint import JointForm, Told
-from axisid.estimation.records import Record
+from axisid.estimation.identification import Shared, identify
+from axisid.estimation.joint import JointForm
 from axisid.estimation.regression import Form, InverseForm
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, UsageError
@@ -28,23 +27,6 @@ _METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
 
 #: As users give it: a name, parameters, or an estimate.
 StartLike = str | Mapping[str, float] | Estimate
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sharing:
-    """What records share, and what is each one's own.
-
-    Attributes
-    ----------
-    local : tuple of str
-    known : mapping of str to sequence
-        As `identify` takes it.
-    identifies_gain : bool
-    """
-
-    local: tuple[str, ...]
-    known: Mapping[str, Sequence[Told]]
-    identifies_gain: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,24 +66,17 @@ class FitStart:
     named: str
 
 
-def searched(axis: GeneratedAxis, records: Sequence[Record], sharing: Sharing) -> Searched:
-    """The parameters of an axis that so many records share.
-
-    Raises
-    ------
-    UsageError, ModelError
-        As `identify` does.
-    """
-    known = sharing.known or None
-    layout = layout_for(axis, records, sharing.local, known, gain=sharing.identifies_gain)
+def searched(shared: Shared) -> Searched:
+    """The parameters of an axis that records share."""
+    axis, layout = shared.axis, shared.own_layout
+    axes = tuple(shared.axes(axis, layout))
     if layout is None:
-        return Searched(form=InverseForm(axis), axes=(axis,) * len(records), local={})
-    axes = tuple(member.axis for member in layout.members)
+        return Searched(form=InverseForm(axis), axes=axes, local={})
     return Searched(form=JointForm(axis, layout=layout), axes=axes, local=layout.local)
 
 
 def starts_from(
-    asked: StartLike, axis: GeneratedAxis, records: Sequence[Record], sharing: Sharing, form: Form
+    asked: StartLike, shared: Shared, form: Form, gain: str
 ) -> tuple[list[FitStart], list[Note]]:
     """Starts in the order in which they are tried, and why others came to nothing.
 
@@ -109,7 +84,10 @@ def starts_from(
     ----------
     asked : str, mapping of str to float or Estimate
         Of a name of `FIT_STARTS`: that, and those that follow it.
-    axis, records, sharing, form
+    shared : Shared
+    form : Form
+    gain : str
+        As `identify` takes it.
 
     Raises
     ------
@@ -133,7 +111,7 @@ def starts_from(
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
         try:
             with np.errstate(all="ignore"):
-                estimate = _estimate(_METHODS[name], axis, records, sharing)
+                estimate = _estimate(_METHODS[name], shared, gain)
             found.append(_of_estimate(estimate, names, name))
             break
         except AxisidError as error:
@@ -141,16 +119,14 @@ def starts_from(
     return [*found, nominal], why
 
 
-def _estimate(
-    method: str, axis: GeneratedAxis, records: Sequence[Record], sharing: Sharing
-) -> Estimate:
+def _estimate(method: str, shared: Shared, gain: str) -> Estimate:
     result = identify(
-        axis,
-        records,
+        shared.axis,
+        shared.records,
         methods=[method],
-        local=sharing.local,
-        known=sharing.known or None,
-        gain="identified" if sharing.identifies_gain else "declared",
+        local=shared.local,
+        known=shared.known or None,
+        gain=gain,
     )
     return result[method]
 

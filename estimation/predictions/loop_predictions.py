@@ -102,12 +102,17 @@ class LoopPredictions:
         errors = np.hstack(blocks)
         return np.asarray(errors[:, np.isfinite(errors).all(axis=0)])
 
+    @property
+    def step(self) -> float:
+        """Of the coarsest encoder; 0 where nothing is known of any."""
+        return max(stretch.step for stretch in self.stretches)
+
     def by_steps(self, physical: Array) -> Array | None:
         """What the encoder's steps change in the output, (n, B), wherever they begin; else None.
 
         None where no record has steps, or a loop cannot be simulated with them.
         """
-        if not any(stretch.step for stretch in self.stretches):
+        if not self.step:
             return None
         errors = self._changed(physical, partial(changed_by_steps, signal=self._signal))
         return errors if np.all(np.isfinite(errors)) else None

@@ -29,7 +29,7 @@ from axisid.presentation.console import ProgressLine
     short_help="Fit a simulated output to the recorded one.",
     epilog="Examples: axisid fit emps2015, or "
     "axisid fit emps DATA_EMPS.mat --prior M=95+-2 --json fit.json, or "
-    "axisid fit stage.py run1.csv run2.csv --local tau0 --bound Fv=0..",
+    "axisid fit stage.py empty.csv loaded.csv --local tau0 --bound Fv=0..",
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
@@ -80,8 +80,8 @@ def fit(
         skip_bad=skip_bad,
         own_columns=columns_by_place(columns_of, len(record)),
     )
+    inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
-    shared = sharing.of(max(len(record), 1), inputs.used)
 
     from axisid.estimation.fitting import fit as run
 

@@ -35,7 +35,7 @@ from .identify_in_blocks import identify_streamed
 from .identify_outputs import put_identification
 
 if TYPE_CHECKING:
-    from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+    from axisid.codegen.artefacts import GeneratedAxis
     from axisid.estimation.records import Record
     from axisid.estimation.signals import Prefilter
 
@@ -243,7 +243,7 @@ def identify(
     )
     if further:
         sharing.check_validates()
-    shared = sharing.of(max(len(record), 1), inputs.used)
+    inputs, shared = sharing.of(inputs, len(record))
 
     from axisid.estimation.identification import identify as run
 

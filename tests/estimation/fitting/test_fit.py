@@ -307,7 +307,8 @@ def test_a_fit_is_equal_after_a_pickle(found: OutputFit) -> None:
     [
         ("fit-output", {"output": "speed"}),
         ("fit-loss", {"loss": "cubes"}),
-        ("fit-gain", {"gain": "free"}),
+        ("bad-gain-choice", {"gain": "free"}),
+        ("local-of-one", {"local": "Fc"}),
         ("fit-count", {"starts": 0}),
         ("fit-count", {"bootstrap": -1}),
         ("unknown-start", {"start": "here"}),

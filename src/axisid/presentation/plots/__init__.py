@@ -15,6 +15,7 @@ from .plot import TITLES as TITLES
 from .plot import Panel as Panel
 from .plot import Plot as Plot
 from .plot import Series as Series
+from .plot import Tone as Tone
 from .plot import drawable as drawable
 from .repeats import mean_residual_plot as mean_residual_plot
 from .repeats import repeats_plot as repeats_plot

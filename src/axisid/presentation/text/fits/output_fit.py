@@ -101,11 +101,17 @@ def _errors(fit: OutputFit) -> Table:
     return Table(columns=text_columns(heads), rows=rows)
 
 
+def _steps(fit: OutputFit) -> str:
+    step = fit.basis.predictions.step
+    unit = fit.axis.axis.coordinate.unit
+    return f"; with what the encoder's steps of {step:.3g} {unit} add to them" if step else ""
+
+
 def _notes(fit: OutputFit, wording: Wording) -> Iterator[str]:
     others = ", ".join(f"{n}: {_COVARIANCES[n]}" for n in fit.covariances if n != fit.chosen)
     yield (
         f"Standard deviations: {_COVARIANCES[fit.chosen]}; order by Akaike's criterion, up to "
-        f"0.1 s. Others in JSON: {others}."
+        f"0.1 s{_steps(fit)}. Others in JSON: {others}."
     )
     if fit.at_bound:
         yield (
