@@ -10,11 +10,11 @@ MIN_SHOWN = Threshold(
     "measured: slopes by differences agree to 1e-8",
 )
 MAX_LAW_SHIFT = Threshold(
-    1.0,
+    2.0,
     "deviations",
     "move of a parameter by what the record's control law is other than the declared one, beyond "
     "which it is not believed",
-    "chosen: the law's error is then as large as that of chance",
+    "measured: at most 1.2 on 120 right twins whose position is followed, 120 with kp 1 % wrong",
 )
 MAX_LAW_SENSITIVITY = Threshold(
     5.0,

@@ -78,6 +78,7 @@ _OPTIONS = (
     ),
     click.option(
         "--start",
+        "started_at",
         type=click.Choice(FIT_STARTS),
         default=FIT_STARTS[0],
         show_default=True,
@@ -121,7 +122,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
         *,
         output: str,
         loss: str,
-        start: str,
+        started_at: str,
         starts: int,
         bootstrap: int,
         bound: tuple[str, ...],
@@ -131,7 +132,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
         asked = Asked(
             output=output,
             loss=loss,
-            start=start,
+            start=started_at,
             starts=starts,
             bootstrap=bootstrap,
             bound=bound,
