@@ -7,6 +7,7 @@ from .diagnostics.loop import check_law as check_law
 from .diagnostics.loop import profile_alignment as profile_alignment
 from .estimates import Iterate as Iterate
 from .estimates import Value as Value
+from .fitting import OutputFit as OutputFit
 from .methods import METHODS as METHODS
 from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit

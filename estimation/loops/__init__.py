@@ -15,6 +15,7 @@ from .law_ticks import between as between
 from .law_ticks import law_ticks as law_ticks
 from .mean_control import mean_until_next as mean_until_next
 from .start import loop_starts as loop_starts
+from .start import moved_start as moved_start
 from .start_memory import first_memory as first_memory
 from .start_memory import start_of_law as start_of_law
 from .start_velocity import first_velocity as first_velocity
