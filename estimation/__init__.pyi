@@ -25,15 +25,15 @@ from .signals import SampledFilter as SampledFilter
 from .simulation import BatchSimulation as BatchSimulation
 from .simulation import Simulation as Simulation
 from .simulation import simulate_batch as simulate_batch
+from .streaming import StreamedEstimate as StreamedEstimate
+from .streaming import identify_stream as identify_stream
 from .studies import Candidate as Candidate
 from .studies import Comparison as Comparison
 from .studies import DriveTiming as DriveTiming
 from .studies import MethodValidation as MethodValidation
-from .studies import StreamedEstimate as StreamedEstimate
 from .studies import Sweep as Sweep
 from .studies import Validation as Validation
 from .studies import default_cutoffs as default_cutoffs
 from .studies import estimate_drive_timing as estimate_drive_timing
-from .studies import identify_stream as identify_stream
 from .tables import Provenance as Provenance
 from .tables import Repair as Repair

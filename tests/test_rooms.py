@@ -47,6 +47,7 @@ FLOORS = (
     ("estimation.diagnostics.loop", "estimation.diagnostics.estimates"),
     ("estimation.diagnostics.remainder",),
     ("estimation.diagnostics",),
+    ("estimation.streaming",),
     ("estimation.identification",),
     ("estimation.predictions",),
     ("estimation.fitting",),

@@ -9,7 +9,8 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
-from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
+from axisid.estimation.streaming import StreamedEstimate
+from axisid.estimation.studies import Comparison, Sweep, Validation
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.blocks import Document, plain_text
