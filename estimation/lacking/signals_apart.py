@@ -236,7 +236,8 @@ class _Rows:
         data, s = self._data, self._x.signals
         if data.record.force is not None or data.record.control is None:
             return np.zeros(len(s.position))
-        force = drive_force(data.axis, data.record.control, s.position, s.velocity, recorded)
+        motion = s.position, s.velocity, recorded
+        force = data.acting(drive_force(data.axis, data.record.control, *motion))
         if data.prefilter.hold != "zoh":
             return force
         return about_samples(force, [first for first, _ in data.record.spans])

@@ -202,7 +202,7 @@ class FilteredRecord(Exact):
             control=self._control,
             recorded=self.recorded,
         )
-        return force if record.force is not None else self._acting(force)
+        return force if record.force is not None else self.acting(force)
 
     @cached_property
     def signals(self) -> Signals:
@@ -225,7 +225,7 @@ class FilteredRecord(Exact):
             return self.signals.force
         position, velocity, _ = self.motion
         slope = self.axis.force_by_gain(control, position, velocity, self.recorded)
-        return self._beside(self._acting(slope)).force
+        return self._beside(self.acting(slope)).force
 
     @property
     def weights(self) -> Array:
@@ -290,7 +290,7 @@ class FilteredRecord(Exact):
         found.add(signals, self.kept, self.sampling.is_excluded, fastest)
         return found.remaining < MIN_INFORMATION_LEFT.value
 
-    def _acting(self, force: Array) -> Array:
+    def acting(self, force: Array) -> Array:
         """What acts of the force that the recorded control would make at once, (N,)."""
         ratio = law_ratio(self.axis.axis.control, self.period, clock_of(self.record)) or 1.0
         return acting_force(

@@ -310,7 +310,7 @@ def alignment_check(
         f"hold {hold} takes it {used:g} samples earlier{by_ls}"
     )
     other, moves = _other_hold(profile, data), f"A sample of delay moves {moved}"
-    advice = _of_drive(apart, data, remedy) if other is None else Remedy.of("Try ", other)
+    advice = _of_drive(profile, data, remedy) if other is None else Remedy.of("Try ", other)
     aligned = (
         abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
         and not profile.at_the_end
@@ -327,11 +327,11 @@ def alignment_check(
     )
 
 
-def _of_drive(apart: float, data: FilteredRecord, remedy: Remedy | None) -> Remedy | None:
+def _of_drive(profile: Alignment, data: FilteredRecord, remedy: Remedy | None) -> Remedy | None:
     """To declare what is between a command and its force, before what else there is to do."""
-    axis, record = data.axis.axis, data.record
+    axis, record, apart = data.axis.axis, data.record, profile.best - data.hold_delay
     sampled = axis.control is None or not axis.control.continuous
-    if record.force is not None or not sampled or apart <= 0:
+    if record.force is not None or not sampled or apart <= 0 or profile.at_the_end:
         return remedy
     more = "" if axis.drive.is_immediate else "more "
     said = (
