@@ -210,7 +210,9 @@ LOGGED |= {
         has_reference=False,
         logged_step=step,
         # What the filter moves is not known there: 0.03 % of the mass, nine deviations.
-        rightly=("residuals against the motion",) * (name == "fine encoder"),
+        rightly=("residuals against the motion", "normal residuals")
+        if name in ("fine encoder", "sines")
+        else (),
     )
     for name in ("fine encoder", "white control noise", "force of 50 ms", "sines")
     for log, step in (("0.1 um", 1e-7), ("0.5 um", 5e-7))
@@ -218,7 +220,7 @@ LOGGED |= {
 LOGGED |= {
     f"{name}, stamps {percent} % off": replace(RIGHT[name], jitter=percent / 100)
     for name in ("fine encoder", "white position noise", "force of 50 ms", "sines")
-    for percent in (2, 10)
+    for percent in (2, 4)
 }
 
 #: Of which DIDIM is asked for alone, and beside instruments as a second opinion.
