@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.loops import LawTicks, law_ticks, start_of_law, terms_along
+from axisid.estimation.loops import LawTicks, as_logged, law_ticks, start_of_law, terms_along
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter
 from axisid.estimation.thresholds.diagnostics import COMPARISON_CUTOFF, MAX_LIMIT_EXCESS
@@ -31,7 +31,7 @@ def compared_with_law(
     limited[:settle] = True
     ticks = law_ticks(axis, record, whole)
     terms = terms_along(axis, ticks, start_of_law(axis, record, whole, ticks))
-    terms = np.hstack([terms, _added(record, law, ticks)])
+    terms = np.hstack([terms, _added(axis, record, law, ticks)])
     if not law.takes_velocity:
         return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
@@ -58,8 +58,8 @@ def _cut(control: Array, terms: Array, limit: float) -> NDArray[np.bool_]:
     return np.asarray(there & (wanted * np.sign(control) > limit))
 
 
-def _added(record: Record, law: ControlLaw, ticks: LawTicks) -> Array:
+def _added(axis: GeneratedAxis, record: Record, law: ControlLaw, ticks: LawTicks) -> Array:
     """What was added to the control besides, as late as the law, (N, 1); (N, 0) for nothing."""
     if record.added_control is None:
         return np.empty((len(record), 0))
-    return ticks.added_at_samples(law.delay)[:, None]
+    return as_logged(axis, ticks.added_at_samples(law.delay)[:, None])

@@ -7,6 +7,7 @@ from typing import Any
 
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, Sweep, Validation
@@ -129,6 +130,22 @@ def _of_diagnosis(result: Diagnosis) -> Mapping[str, Any]:
     )
 
 
+def _of_fit(result: OutputFit) -> Mapping[str, Any]:
+    return _columns(
+        {
+            "parameter": name,
+            "unit": value.unit,
+            "value": value.value,
+            "sd": value.deviation,
+            "lower_95": value.interval[0],
+            "upper_95": value.interval[1],
+            "at_bound": result.at_bound.get(name, ""),
+            "fixed": name in result.fixed,
+        }
+        for name, value in result.values.items()
+    )
+
+
 def _of_record(result: Record) -> Mapping[str, Any]:
     return result.channels()
 
@@ -141,6 +158,7 @@ columns_of.register(Sweep, _of_sweep)
 columns_of.register(Comparison, _of_comparison)
 columns_of.register(Validation, _of_validation)
 columns_of.register(Diagnosis, _of_diagnosis)
+columns_of.register(OutputFit, _of_fit)
 columns_of.register(Record, _of_record)
 
 

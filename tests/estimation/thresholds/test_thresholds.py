@@ -41,6 +41,8 @@ IMPLEMENTATION = {
     "measured_motion._FARTHEST": "how far a search goes",
     "measured_motion._TINY": "what there is to divide by",
     "start_position._STEP": "step of a difference",
+    "signals_apart._STEP": "step of a difference",
+    "signals_apart._TOLERANCE": "where a search ends",
     "law_between._COINCIDES": "rounding of a time",
     "start_memory._LINEAR": "rounding of a control",
     "virtual_loop._JUST_LEFT": "where an event's time is rounded",

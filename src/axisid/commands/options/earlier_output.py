@@ -22,6 +22,7 @@ _MARKS = {
     "identify": _SCHEMA % b"identification|stream",
     "sweep": _SCHEMA % b"sweep",
     "compare": _SCHEMA % b"comparison",
+    "fit": _SCHEMA % b"fit",
     "compare-results": _SCHEMA % b"result_comparison",
     "report": rb'<meta name="generator" content="axisid ',
     "figure": _FIGURE,
@@ -39,8 +40,8 @@ def is_earlier(file: Path, kind: str) -> bool:
     file : Path
         A regular file.
     kind : str
-        ``identify``, ``sweep``, ``compare``, ``compare-results``, ``export``, ``generate`` or
-        ``paper``, of the command's own document; ``report`` or ``figure``.
+        ``identify``, ``fit``, ``sweep``, ``compare``, ``compare-results``, ``export``,
+        ``generate`` or ``paper``, of the command's own document; ``report`` or ``figure``.
 
     Raises
     ------

@@ -6,9 +6,10 @@ from typing import Any
 from msgspec import json
 
 from .comparison import WrittenComparison
+from .estimate import WrittenStream
 from .identification import WrittenIdentification, WrittenSweep
+from .output_fit import WrittenOutputFit
 from .result_comparison import WrittenResultComparison
-from .stream import WrittenStream
 
 _DOCUMENTS = (
     WrittenIdentification,
@@ -16,6 +17,7 @@ _DOCUMENTS = (
     WrittenComparison,
     WrittenResultComparison,
     WrittenStream,
+    WrittenOutputFit,
 )
 _REFERENCE = "#/$defs/{name}"
 

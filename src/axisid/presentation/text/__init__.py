@@ -16,6 +16,7 @@ from .identification import shared_remarks as shared_remarks
 from .identification import verdict_block as verdict_block
 from .moves import moves_notes as moves_notes
 from .physical import physical_notes as physical_notes
+from .quantity import quantity as quantity
 from .record import listed_facts as listed_facts
 from .record import record_document as record_document
 from .record import record_facts as record_facts
