@@ -18,11 +18,14 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.problems import Reach, check_identifiable, check_visible
-<<<<<<< HEAD:estimation/studies/streaming.py
-from axisid.estimation.records import Extent, LogBlocks, extent, hold_delay, other_period
-=======
-from axisid.estimation.records import Extent, extent, hold_delay, law_ratio, other_period
->>>>>>> 353cc82141deac2a2341f63f4c83692f397fae19:estimation/streaming/identify_stream.py
+from axisid.estimation.records import (
+    Extent,
+    LogBlocks,
+    extent,
+    hold_delay,
+    law_ratio,
+    other_period,
+)
 from axisid.estimation.regression import (
     Equations,
     Hac,

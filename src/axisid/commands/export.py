@@ -41,11 +41,7 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
     "number",
     type=click.IntRange(min=1),
     metavar="N",
-<<<<<<< HEAD
     help="One of several records, whose parameters (by --local and --known) are wanted.",
-=======
-    help="One of several records, whose own parameters (--local, or by --known) are wanted.",
->>>>>>> 353cc82141deac2a2341f63f4c83692f397fae19
 )
 @click.option(
     "--dead-zone",
