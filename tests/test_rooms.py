@@ -15,6 +15,7 @@ FLOORS = (
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
+    ("modeling.laws",),
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.text",),
@@ -88,7 +89,7 @@ NO_ROOMS = ("axes", "axisid", "benchmarks", "faults", "fuzz", "golden", "integra
 #: Rooms without tests of their own, and where they are tested.
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
-    "control": "modeling.declaration",
+    "control": "modeling.laws",
     "modeling.wording": "modeling.derivation",
     "codegen.thresholds": "estimation.thresholds",
     "estimation.checks": "estimation.diagnostics",

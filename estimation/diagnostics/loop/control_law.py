@@ -30,7 +30,8 @@ from axisid.estimation.thresholds.diagnostics import (
     MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
-from axisid.modeling.declaration import ControlLaw, velocity_variants
+from axisid.modeling.declaration import ControlLaw
+from axisid.modeling.laws import velocity_variants
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
