@@ -132,7 +132,7 @@ def pll_velocity(*, bandwidth: Amount, name: str = "pll") -> Block:
     Parameters
     ----------
     bandwidth : expression
-        b, rad/s; the loop needs ``b T`` below 1.
+        b, rad/s; the loop is stable with ``b T`` below 0.828.
     name : str
         Its memories are this with ``_position`` and ``_velocity`` behind.
 

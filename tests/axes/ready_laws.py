@@ -34,7 +34,7 @@ LAWS: Mapping[str, Callable[[], ControlLaw]] = {
         acceleration_feed_forward=2.0,
     ),
     "cascade_p_pi, phase-locked loop": lambda: cascade_p_pi(
-        kp=40.0, kv=KV, tn=0.05, period=PERIOD, velocity="pll", pll_bandwidth=800.0
+        kp=40.0, kv=KV, tn=0.05, period=PERIOD, velocity="pll", pll_bandwidth=500.0
     ),
     "cascade_p_pi, filter and speed limit": lambda: cascade_p_pi(
         kp=60.0, kv=KV, tn=0.05, period=PERIOD, velocity_filter=2e-3, speed_limit=0.16

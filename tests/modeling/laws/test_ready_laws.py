@@ -132,7 +132,7 @@ BY_HAND: dict[str, Callable[[Array, Array, float], list[float]]] = {
         r, q, limit, kp=40.0, ahead=0.9, accelerated=2.0, averaged=True
     ),
     "cascade_p_pi, phase-locked loop": lambda r, q, limit: _cascade_p_pi(
-        r, q, limit, kp=40.0, tn=0.05, bandwidth=800.0
+        r, q, limit, kp=40.0, tn=0.05, bandwidth=500.0
     ),
     "cascade_p_pi, filter and speed limit": lambda r, q, limit: _cascade_p_pi(
         r, q, limit, tn=0.05, smooth=2e-3, most=0.16
