@@ -74,6 +74,8 @@ class Case:
         Whether the reference is recorded.
     logged_step : float
         What the log rounds the position to, which the law does not have, m; 0 for nothing.
+    logged_zero : float
+        How far the logged position is from where the law reads it, m.
     """
 
     machine: Machine
@@ -85,6 +87,7 @@ class Case:
     methods: tuple[str, ...] | None = None
     has_reference: bool = True
     logged_step: float = 0.0
+    logged_zero: float = 0.0
 
 
 @dataclass(kw_only=True)
@@ -229,6 +232,9 @@ WRONG: dict[str, Case] = {
     "log of 11 bit, no reference": Case(
         machine=_QUIET, has_reference=False, logged_step=0.09 / 2**11, named=r"M by about -\d"
     ),
+    "position 10 um from its zero": Case(
+        machine=_QUIET, logged_zero=1e-5, named=r"\+1e-05 m away from its zero"
+    ),
     "position noise, least squares": Case(
         machine=_with(position_noise=white(1e-6)), methods=("idm-ls",), named=r"\bM misses for it"
     ),
@@ -312,6 +318,7 @@ def _recorded(columns: dict[str, Array], case: Case) -> dict[str, Array]:
     kept = {n: each for n, each in columns.items() if case.has_reference or n != "reference"}
     if case.logged_step:
         kept["position"] = case.logged_step * np.round(kept["position"] / case.logged_step)
+    kept["position"] = kept["position"] + case.logged_zero
     return kept
 
 

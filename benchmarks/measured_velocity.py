@@ -2,13 +2,15 @@
 
 Right ones have a tachometer with white noise, with ripple that goes with the position, with coarse
 steps, and beside a noisy encoder; wrong ones are scaled by 1.05, three samples late, or off zero
-by 3 % of the velocity's root mean square. Counted is how often `measured velocity` fails. Coverage
-is of instruments under the default filter; of the twins of `ALONE` the position is left out too.
+by 3 % of the velocity's root mean square. Counted is how often `measured velocity` fails; with
+`--judged`, how often any check of a right one does. Coverage is of instruments under the default
+filter; of the twins of `ALONE` the position is left out too.
 
     python benchmarks/measured_velocity.py            tables
     python benchmarks/measured_velocity.py --json -   one JSON object
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -101,6 +103,15 @@ def alarms(runs: int) -> dict[str, dict[str, float]]:
     return found
 
 
+def judged(kind: str, name: str, runs: int) -> dict[str, float]:
+    """Share of right twins on which each check fails, by instruments."""
+    axis, failed = build(load_axis(name)), Counter[str]()
+    for seed in _seeds(runs):
+        result = identify(axis, RIGHT[kind](name, seed), methods=("idm-iv",))
+        failed.update(check.name for check in result.verdict if check.status == "fail")
+    return {check: count / runs for check, count in failed.items()}
+
+
 def _seeds(runs: int) -> range:
     return range(1, runs + 1)
 
@@ -140,6 +151,7 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=40, help="of each kind and axis (default 40)")
     parser.add_argument("--covered", type=int, default=0, help="of coverage (default none)")
+    parser.add_argument("--judged", type=int, default=0, help="of whole verdicts (default none)")
     options = parser.parse_args()
     checked = alarms(options.runs)
     lines = [
@@ -158,7 +170,16 @@ def main() -> None:
                     covered[label] = coverage(name, kind, options.covered, alone=alone)
                     listed = "  ".join(f"{p} {100 * s:3.0f}" for p, s in covered[label].items())
                     lines.append(f"{label:<50}{listed}")
-    give({"alarms": checked, "coverage": covered, "runs": options.runs}, options.json, lines)
+    verdicts: dict[str, dict[str, float]] = {}
+    if options.judged:
+        lines.append(f"share of {options.judged} right twins on which a check fails, %")
+        for kind in RIGHT:
+            for name in AXES:
+                found = verdicts[f"{name}, {kind}"] = judged(kind, name, options.judged)
+                listed = "  ".join(f"{c} {100 * s:.0f}" for c, s in found.items()) or "none"
+                lines.append(f"{name + ', ' + kind:<50}{listed}")
+    tree = {"alarms": checked, "coverage": covered, "verdicts": verdicts, "runs": options.runs}
+    give(tree, options.json, lines)
 
 
 if __name__ == "__main__":

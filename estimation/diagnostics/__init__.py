@@ -16,3 +16,5 @@ from .diagnosis import preferred_method as preferred_method
 from .records_alike import Alike as Alike
 from .records_alike import Apart as Apart
 from .records_alike import records_alike as records_alike
+from .repeated_samples import Overlap as Overlap
+from .repeated_samples import overlaps as overlaps

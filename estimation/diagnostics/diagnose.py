@@ -6,6 +6,7 @@ where its threshold comes from.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -46,6 +47,7 @@ from axisid.estimation.diagnostics.remainder import (
     residuals_against_motion,
     ripple_check,
     sign_runs,
+    tails_as_measured,
     terms_check,
 )
 from axisid.estimation.estimates import Estimate
@@ -57,7 +59,8 @@ from axisid.support.missing import Missing
 from .beside import without_instruments
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .joined import joined
-from .records_alike import alike_check, repeated_check
+from .records_alike import alike_check
+from .repeated_samples import repeated_check
 
 _LAST = 100
 
@@ -177,7 +180,8 @@ def _residuals_against_motion(case: Case) -> Check:
 
 def _normality(case: Case) -> Check:
     away = np.concatenate([~data.rows_near_turns for data in case.problem.data])
-    return normality(case.residuals, case.preferred, away)
+    by_loops = partial(tails_as_measured, case.problem, case.preferred)
+    return normality(case.residuals, case.preferred, away, by_loops)
 
 
 def _filter_bias(case: Case) -> Check | Missing:
@@ -310,7 +314,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="changes in time", check=_changes_in_time, rank=8, by_record=True),
         Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),
         Diagnostic(name="drive gain", check=_drive_gain, several=True),
-        Diagnostic(name="records alike", check=_records_alike, rank=8, several=True),
+        Diagnostic(name="records alike", check=_records_alike, rank=8, grave=True, several=True),
         Diagnostic(name="repeated records", check=_repeated_records, rank=10, several=True),
     )
 }

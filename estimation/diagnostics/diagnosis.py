@@ -45,7 +45,13 @@ from axisid.estimation.noise import (
     second_opinion,
 )
 from axisid.estimation.problems import Problem, Reach, noise_free_record
-from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, quiet_loops
+from axisid.estimation.regression import (
+    DirectForm,
+    InverseForm,
+    ResidualTests,
+    quiet_loops,
+    sensor_steps,
+)
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError
@@ -238,9 +244,14 @@ class Case:
 
     @property
     def following_as_measured(self) -> float:
-        """How far such residuals follow the motion on loops as measured; 0 where nobody asks."""
+        """How far such residuals follow the motion on loops as measured; 0 where nobody asks.
+
+        A regressor of a noisy motion hides it, unless that motion was measured in steps.
+        """
         tests, estimate = self.residuals, self.preferred
-        if not estimate.by_output_error or tests.cross_z <= tests.cross_limit:
+        steps = [sensor_steps(data.axis, data.record) for data in self.problem.data]
+        asked = estimate.by_output_error or any(step.velocity for step in steps)
+        if not asked or tests.cross_z <= tests.cross_limit:
             return 0.0
         return following_as_measured(self.problem, estimate)
 

@@ -16,7 +16,6 @@ import numpy as np
 from axisid.estimation.checks import Check
 from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.problems import Problem
-from axisid.estimation.records import Record, record_labels
 from axisid.estimation.regression import (
     Hac,
     Solution,
@@ -33,6 +32,9 @@ from axisid.estimation.thresholds.diagnostics import (
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy
+
+from .differing import Difference, Differing
 
 NAME = "records alike"
 
@@ -95,12 +97,16 @@ class Alike:
     rejected : bool
         Whether chance explains it no more; then `against` may still be empty of differences that
         make no force to speak of.
+    differing : Differing or None
+        The parameters of the first that speaks against the rest that are not theirs; None where
+        none is told.
     """
 
     records: tuple[Apart | Missing, ...]
     against: tuple[int, ...]
     p_value: float
     rejected: bool
+    differing: Differing | None = None
 
 
 def records_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
@@ -135,6 +141,7 @@ def records_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
         against=tuple(against),
         p_value=_allowed(min(each.p_value for each in tested), len(tested)),
         rejected=rejected,
+        differing=rows.differing(against[0], left) if against else None,
     )
 
 
@@ -155,28 +162,7 @@ def alike_check(found: Alike | Missing, names: Sequence[str]) -> Check | Missing
         "those of all; fails where that is more, and chance would make as much in less than 1 % "
         "(Wald's test, HAC, allowed for the number of records)",
         meaning=_meaning(found, names) + also,
-    )
-
-
-def repeated_check(records: Sequence[Record]) -> Check | None:
-    """Whether a record is given more than once, which says nothing new; None where none is."""
-    names = record_labels(records)
-    by_samples: dict[str, list[str]] = {}
-    for name, record in zip(names, records, strict=True):
-        by_samples.setdefault(record.digest, []).append(name)
-    again = [of_one for of_one in by_samples.values() if len(of_one) > 1]
-    if not again:
-        return None
-    listed = "; ".join(" and ".join(of_one) for of_one in again)
-    most = max(map(len, again))
-    return Check(
-        name="repeated records",
-        status="fail",
-        figure=float(most),
-        threshold=1.0,
-        source="how often the same samples are among the records",
-        meaning=f"{listed} have the same samples: what is given {most} times counts as often, and "
-        f"deviations are up to {most**0.5:.2g} times too small; give each record once",
+        remedy=_remedy(found),
     )
 
 
@@ -193,12 +179,25 @@ def _meaning(found: Alike, names: Sequence[str]) -> str:
     else:
         of = " and ".join(names[i] for i in found.against)
         lead = f"{of} {'speaks' if len(found.against) == 1 else 'speak'} against the rest"
+    differing, whose = found.differing, names[found.against[0]]
+    if differing is not None:
+        rest = next(n for n in names if n != whose) if len(names) == 2 else "the rest"
+        return (
+            f"{lead}: {differing.told(whose, rest)}. What is estimated of all is no record's, "
+            "nor need the other parameters be"
+        )
     first = found.records[found.against[0]]
-    said = f": {names[found.against[0]]} has {first.told()}" if isinstance(first, Apart) else ""
+    said = f": {whose} has {first.told()}" if isinstance(first, Apart) else ""
     return (
         f"{lead}{said}; check its load, its columns and what has changed, or declare what is each "
         "record's own or known of it"
     )
+
+
+def _remedy(found: Alike) -> Remedy | None:
+    if found.differing is None:
+        return None
+    return Remedy.of("; ", found.differing.remedy)
 
 
 def _allowed(p_value: float, tests: int) -> float:
@@ -256,6 +255,38 @@ class _Rows:
             freedom=(float(k), max(freedom - k + 1, 1.0)),
             p_value=joint_p(statistic, k, freedom),
             share_percent=relative_error_percent(force, part.y),
+        )
+
+    def differing(self, record: int, others: Sequence[int]) -> Differing | None:
+        """What of a record is otherwise than in others that it is not among."""
+        try:
+            return self._beside(record, others).explained()
+        except EstimationError:
+            return None
+
+    def _beside(self, record: int, others: Sequence[int]) -> Difference:
+        part, to_own = self._parts[record], self._estimate.form.slopes(record)
+        inside = np.zeros(len(self._residuals), dtype=bool)
+        for i in others:
+            inside[self._problem.spans[i]] = True
+        theirs, moved = self._common(inside)
+        own = self._alone(part)
+        influence = (theirs.influence @ to_own.T) * self._weights[:, None]
+        change = theirs.influence.T @ (self._weights * moved)
+        left = moved - np.where(inside, self._estimate.X @ change, 0.0)
+        rest = replace(theirs, influence=influence, residuals=left)
+        covariances = Hac().matrix(own), Hac().matrix(rest)
+        freedom = min(float(np.min(Hac().freedom(each))) for each in (own, rest))
+        return Difference(
+            names=tuple(q.name for q in part.quantities),
+            units=tuple(q.unit for q in part.quantities),
+            own=part.corrected + own.influence.T @ part.net_residuals,
+            others=part.corrected + influence.T @ moved,
+            covariance=covariances[0],
+            others_covariance=covariances[1],
+            freedom=freedom,
+            regressor=part.X,
+            force=part.y,
         )
 
     def _common(self, inside: Array) -> tuple[Solution, Array]:

@@ -5,12 +5,18 @@ Knows nothing of how it is shown.
 """
 
 from .bound import bound_records as bound_records
+from .bound import layout_for as layout_for
+from .bound import tells_gain as tells_gain
 from .bound import weighted as weighted
-from .identify import check_bad as check_bad
 from .identify import identify as identify
 from .identify import identify_filtered as identify_filtered
 from .identify import identify_problem as identify_problem
 from .identify import records_of as records_of
 from .result import Identification as Identification
+from .set_aside import check_bad as check_bad
+from .set_aside import of_used as of_used
+from .set_aside import with_what_is_lost as with_what_is_lost
 from .several import OfRecord as OfRecord
 from .several import RecordInfo as RecordInfo
+from .shared import Shared as Shared
+from .shared import shared_records as shared_records

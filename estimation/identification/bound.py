@@ -17,24 +17,27 @@ from axisid.support.errors import AxisidError
 
 def layout_for(
     axis: GeneratedAxis,
-    records: Sequence[Record],
+    records: int,
     local: Sequence[str],
     known: Mapping[str, Sequence[Told]] | None,
     *,
-    gain: bool,
+    commanded: bool,
 ) -> Layout | None:
     """How the parameters are shared; None where all are, of all records.
 
     Raises
     ------
     UsageError, ModelError
-        As `known_of` and `layout_of` do; or there is one record, which shares nothing.
+        As `known_of` and `layout_of` do.
     """
     if not local and not known:
         return None
-    commanded = gain and all(record.force is None for record in records)
-    told = known_of(known, len(records))
-    return layout_of(axis, len(records), told, local, commanded=commanded)
+    return layout_of(axis, records, known_of(known, records), local, commanded=commanded)
+
+
+def tells_gain(records: Sequence[Record], gain: str) -> bool:
+    """Whether a known force may tell the drive gain of the records, and is to."""
+    return gain == "identified" and all(record.force is None for record in records)
 
 
 def bound_records(

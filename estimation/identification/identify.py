@@ -2,26 +2,26 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import STARTS, default_methods
 from axisid.estimation.estimates import COVARIANCES, Estimate
-from axisid.estimation.joint import Told, prefilters_of
+from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS, estimate_by
 from axisid.estimation.problems import Problem
-from axisid.estimation.records import Record, check_record, record_labels
+from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
-from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
-from .bound import bound_records, layout_for, weighted
+from .bound import weighted
 from .result import Identification
+from .shared import shared_records
 
 
 def identify(
@@ -88,18 +88,11 @@ def identify(
     records = records_of(record)
     _check_covariance(covariance)
     requested = _requested(methods)
-    own = _names("local", local)
-    identifies_gain = _identifies_gain(gain)
     _check_start(start)
     as_given = _at_rate(prefilter, records[0].period)
-    layout = layout_for(generated, records, own, known, gain=identifies_gain)
-    usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
-    if aside:
-        records = [records[i] for i in usable]
-        known = known and {n: [values[i] for i in usable] for n, values in known.items()}
-        layout = layout_for(generated, records, own, known, gain=identifies_gain)
-    axes = [generated] * len(records) if layout is None else [m.axis for m in layout.members]
-    data = bound_records(axes, records, as_given)
+    shared = shared_records(generated, records, as_given, local, known, gain, skip_bad=skip_bad)
+    layout = shared.layout(generated)
+    data = shared.bound(generated, layout, as_given)
     problem = weighted(Problem(axis=generated, data=data, layout=layout))
     return identify_problem(
         problem,
@@ -107,7 +100,7 @@ def identify(
         requested,
         lags=lags,
         covariance=covariance,
-        set_aside=aside,
+        set_aside=shared.set_aside,
         start=start,
     )
 
@@ -132,82 +125,10 @@ def records_of(record: object) -> list[Record]:
     return [each for each in records if isinstance(each, Record)]
 
 
-def _usable(
-    axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter, *, skip_bad: bool
-) -> tuple[list[int], dict[str, Note]]:
-    """Which of several records the filter serves, and why not the others; one is refused later.
-
-    Raises
-    ------
-    UsageError
-        Some cannot be used, and are not to be skipped; or none is left.
-    """
-    if len(records) == 1:
-        return [0], {}
-    filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
-    usable, bad = [], dict[str, Note]()
-    pairs = zip(record_labels(records), records, filters, strict=True)
-    for i, (name, record, prefilter) in enumerate(pairs):
-        try:
-            with np.errstate(all="ignore"):
-                _ = FilteredRecord.bind(axis, record, prefilter).force
-            usable.append(i)
-        except AxisidError as error:
-            bad[name] = error.note
-    check_bad(bad, len(records), skip_bad=skip_bad)
-    return usable, bad
-
-
-def check_bad(bad: Mapping[str, Note], count: int, *, skip_bad: bool) -> None:
-    """Refuse records that cannot be used, all of them at once, each with its reason.
-
-    Raises
-    ------
-    UsageError
-        They are not to be skipped, or all are bad.
-    """
-    if not bad or (skip_bad and len(bad) < count):
-        return
-    reasons = Note.joined(
-        "; ", (Note.of(f"{name}: ", _unnamed(name, note)) for name, note in bad.items())
-    )
-    said = Note.of(f"{len(bad)} of {count} records cannot be used: ", reasons)
-    if len(bad) < count:
-        advice = Remedy.of(" Mend them, or go on without them: ", Setting("skip-bad"), ".")
-        said = Note(said.text, Remedy.of(said.remedy or "", advice))
-    raise UsageError(said.text, said.remedy, code="bad-records")
-
-
-def _unnamed(name: str, note: Note) -> Note:
-    """A reason that does not begin with the record's name once more."""
-    text = note.text.removeprefix(f"{name}: ").removeprefix(f"{Path(name).name}: ")
-    return Note(text, note.remedy)
-
-
-def _identifies_gain(gain: object) -> bool:
-    """Whether the drive gain is a parameter where a known force tells it."""
-    if not is_among(gain, ("identified", "declared")):
-        raise UsageError(
-            f"the gain is {quoted(gain)}; give identified or declared.", code="bad-gain-choice"
-        )
-    return gain == "identified"
-
-
 def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
     """The prefilter as given, what follows the rate chosen; what is none is refused later."""
     as_given = Prefilter() if prefilter is None else prefilter
     return as_given.at_rate_of(period) if isinstance(as_given, Prefilter) else as_given
-
-
-def _names(what: str, names: object) -> tuple[str, ...]:
-    """Names that were given as one text or several."""
-    if isinstance(names, str):
-        return (names,) if names else ()
-    if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
-        raise UsageError(
-            f"{what} is {quoted(names)}; give the names of parameters.", code="names-type"
-        )
-    return tuple(names)
 
 
 def identify_filtered(

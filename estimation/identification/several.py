@@ -35,6 +35,10 @@ class RecordInfo(Protocol):
         """Of the samples."""
 
     @property
+    def windows(self) -> tuple[tuple[float, float], ...]:
+        """First and last time, s, of each part of a log that it is; empty for the whole."""
+
+    @property
     def size(self) -> str:
         """Samples and sampling period, in words."""
 

@@ -10,7 +10,11 @@ from axisid.estimation.simulation import TwoClocks
 from axisid.estimation.thresholds.simulation import MIN_PHASE_AGREEMENT
 from axisid.support.arrays import Array
 
+from .kept import KeptByRecord
 from .law_of import law_of
+
+#: With the reference that they took to the law's evaluations.
+_KNOWN: KeptByRecord[tuple[GeneratedAxis, tuple[int, int]], TwoClocks | None] = KeptByRecord()
 
 
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
@@ -24,6 +28,13 @@ def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Tw
     span : tuple of int
         First row and the one after the last.
     """
+    known = _KNOWN.of(record)
+    if (axis, span) not in known:
+        known[axis, span] = _two_clocks(axis, record, span)
+    return known[axis, span]
+
+
+def _two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
     law = law_of(axis)
     ratio = law_ratio(law, record.period, clock_of(record)) or 1.0
     if ratio == 1.0:

@@ -1,8 +1,6 @@
 """Where the loop of a record starts: its motion there, and what its drive remembers."""
 
-import weakref
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -11,14 +9,12 @@ from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record
 from axisid.estimation.signals import recorded_signals
 
+from .kept import KeptByRecord
 from .start_memory import first_memory
 from .start_position import placed
 from .start_velocity import first_value, first_velocity
 
-_Starts = dict[GeneratedAxis, tuple[LoopStart, ...]]
-
-#: Those of the records that are alive, by their identity: they are asked for in every iteration.
-_KNOWN: dict[int, tuple["weakref.ref[Record]", _Starts]] = {}
+_KNOWN: KeptByRecord[GeneratedAxis, tuple[LoopStart, ...]] = KeptByRecord()
 
 
 def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple[LoopStart, ...]:
@@ -34,11 +30,7 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
         Of the positions that the law reads, from those of the record; what it remembers of them is
         as far away.
     """
-    of_record = _KNOWN.get(id(record))
-    if of_record is None:
-        kept = weakref.ref(record, partial(_forget, id(record)))
-        of_record = _KNOWN[id(record)] = (kept, {})
-    starts = of_record[1]
+    starts = _KNOWN.of(record)
     if axis not in starts:
         starts[axis] = tuple(_start(axis, record, span) for span in record.spans)
     if not away:
@@ -61,10 +53,6 @@ def _moved(
     change = at_rest(reference + away, position + away, *first)
     change -= at_rest(reference, position, *first)
     return replace(start, memory=start.memory + change.full().ravel())
-
-
-def _forget(record: int, _: object) -> None:
-    _KNOWN.pop(record, None)
 
 
 def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:

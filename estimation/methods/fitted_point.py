@@ -163,7 +163,7 @@ class FittedPoint:
 
     def _name(self, name: str, stepped: StepsError | None) -> str:
         """A covariance with what it holds besides, for notes."""
-        said = self.applied[name].description
+        said = f"{self.applied[name].description}{self._widened(name)}"
         if stepped is None or not COVARIANCES[name].allows_autocorrelation:
             return said
         every = [sensor_steps(self.problem.axis, data.record) for data in self.problem.data]
@@ -173,6 +173,18 @@ class FittedPoint:
         )
         unit = self.problem.axis.axis.coordinate.unit
         return f"{said}, with what {stepped.loops} simulated loops have by {steps.told(unit)}"
+
+    def _widened(self, name: str) -> str:
+        """Whose deviations are those of autoregressive residuals, as scores are few; for notes."""
+        widened = self.applied[name].widened
+        if widened is None or not np.any(widened):
+            return ""
+        of_some = np.any(self.jacobian[:, widened] != 0, axis=1)
+        named = [p.name for p, yes in zip(self.form.declared, of_some, strict=True) if yes]
+        return (
+            f"; {', '.join(named)}: the larger deviation of residuals that are an AR(1), as few "
+            "scores are independent"
+        )
 
 
 def gain_relative_sd(problem: Problem) -> float:

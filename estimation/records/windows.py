@@ -50,7 +50,14 @@ def _checked(window: object) -> Window:
         raise UsageError(f"a window is {quoted(window)}; {_GIVE}.", code="window")
     start = -math.inf if pair[0] is None else float(pair[0])
     stop = math.inf if pair[1] is None else float(pair[1])
-    if not start < stop or start == math.inf or stop == -math.inf:
+    for end, where, open_end in ((start, "begins", -math.inf), (stop, "ends", math.inf)):
+        if not math.isfinite(end) and end != open_end:
+            raise UsageError(
+                f"a window {where} at {end} s, which is no time of a log; give seconds, or leave "
+                "that end out.",
+                code="window-time",
+            )
+    if not start < stop:
         raise UsageError(
             f"the window {windows_text([(start, stop)])} does not end after it begins; give the "
             "earlier time first.",

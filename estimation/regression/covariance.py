@@ -7,16 +7,18 @@ differ in what they assume of e.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import MAX_AUTOREGRESSION
+from axisid.estimation.thresholds.regression import FEW_SCORES, MAX_AUTOREGRESSION
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
+from .autoregressive import autoregressive_covariance
 from .linear import Solution
 
 
@@ -61,11 +63,15 @@ class Applied:
         Degrees of freedom of each variance.
     description : str
         Name with lags and small-sample correction.
+    widened : (k,) array of bool or None
+        Parameters whose deviation is that of autoregressive residuals, the larger where scores are
+        few; None where they are not.
     """
 
     matrix: Array
     freedom: Array
     description: str
+    widened: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,11 +166,15 @@ class Hac(Covariance):
         None does so where the lags are not given, which are else those of the scores themselves.
     corrected : bool
         Multiply by ``n/(n - k)``, for small samples.
+    widened : bool or None
+        Where few scores are independent, make no deviation smaller than `autoregressive_covariance`
+        has it; None does so where the lags are not given.
     """
 
     lags: int | None = None
     prewhitened: bool | None = None
     corrected: bool = True
+    widened: bool | None = None
 
     def __post_init__(self) -> None:
         whole = isinstance(self.lags, (int, np.integer))
@@ -190,11 +200,14 @@ class Hac(Covariance):
         """See `Covariance.applied`: the long-run covariance is worked out once."""
         products = partial(score_products, _scores(solution), solution.neighbours)
         found = self.long_run(products, len(solution.residuals))
-        return Applied(
+        applied = Applied(
             matrix=_correction(solution, corrected=self.corrected) * found.covariance,
             freedom=np.minimum(found.freedom, Covariance.freedom(self, solution)),
             description=f"{found.description}{_named_correction(corrected=self.corrected)}",
         )
+        widens = self.lags is None if self.widened is None else self.widened
+        few = widens and float(applied.freedom.min()) < FEW_SCORES.value
+        return _at_least(applied, autoregressive_covariance(solution)) if few else applied
 
     def long_run(self, products: Callable[[int], Array], rows: int) -> "LongRun":
         """The long-run covariance of scores, from their products up to so many lags.
@@ -288,6 +301,15 @@ class LongRun:
         rule = "as given" if self.given else f"plug-in rule{', capped' * capped}"
         whitened = "scores prewhitened by AR(1), " * self.prewhitened
         return f"HAC, {whitened}Bartlett kernel, {self.lags} lags ({rule})"
+
+
+def _at_least(applied: Applied, other: Array) -> Applied:
+    """A covariance with no deviation smaller than another has it, (k, k); its correlations stay."""
+    own, least = np.diag(applied.matrix), np.diag(other)
+    ratio = np.divide(least, own, out=np.ones_like(own), where=own > 0)
+    scale = np.sqrt(np.maximum(ratio, 1.0))
+    widened = np.outer(scale, scale) * applied.matrix
+    return replace(applied, matrix=np.asarray(widened, dtype=float), widened=ratio > 1)
 
 
 def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:

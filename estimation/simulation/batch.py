@@ -17,14 +17,13 @@ from axisid.support.real_numbers import is_whole, real_array
 from axisid.support.user_values import quoted
 
 from .loop_start import lane_starts
-from .recorded import checked_signals, first_values, lines
+from .recorded import at_law, checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
     VISITED,
     bounds_refusal,
     check_loop,
-    check_period,
     failure,
     has_constant_substeps,
     has_inertia,
@@ -35,8 +34,11 @@ from .steps import (
     substeps_at_start,
     too_stiff,
 )
+from .two_clocks import TwoClocks, at_log_samples, clocks_of
 
 _MOST_THREADS = 1024
+#: What is needed between the evaluations of a law.
+_OF_THE_LAW = ("position", "velocity", "acceleration", "force", "direction", "before")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,7 +89,7 @@ def simulate_batch(
     reference : (N,) or (N, B) array_like
         Shared, or one column a lane.
     period : float
-        Sampling period, s.
+        Sampling period of the reference, s; where it is not the law's, as in `simulate`.
     start : (B,) array_like, optional
         First positions; the first references by default.
     start_velocity : (B,) array_like, optional
@@ -121,18 +123,24 @@ def simulate_batch(
     theta = np.ascontiguousarray(real_array(parameters, "the parameters"))
     ref = _aligned(reference, "the reference")
     check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
-    check_period(axis, period)
     lanes = len(theta)
     _check_lanes(theta, ref)
     noise = _lane_noise(position_noise, (len(ref), lanes))
-    off = np.zeros(lanes) if noise is None else noise[0]
+    added = _lane_injected(injected, (len(ref), lanes))
     names = _wanted(wanted)
     given_signals = checked_signals(axis, signals, len(ref), lanes)
+    clocks = clocks_of(axis.axis.control, len(ref), period)
+    if clocks is not None:
+        ref, period = clocks.reference(ref), clocks.law_period
+        noise, added = (None if each is None else clocks.held(each) for each in (noise, added))
+        given_signals = at_law(axis, given_signals, clocks)
+    off = np.zeros(lanes) if noise is None else noise[0]
     recorded = lines(axis, given_signals, period)
     at_first = first_values(recorded)
     first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory, at_first)
     _check_threads(threads)
     looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
+    between = () if clocks is None else _OF_THE_LAW
     away = np.abs(first.position - ref[0])
     spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
     batch = _Batch(
@@ -140,21 +148,40 @@ def simulate_batch(
         parameters=theta,
         reference=ref,
         noise=noise,
-        injected=_lane_injected(injected, (len(ref), lanes)),
+        injected=added,
         start=first,
         period=period,
         resolution=resolution,
         allowed=np.array([allowed_distance(*each) for each in zip(spans, away, strict=True)]),
-        wanted=list(dict.fromkeys([*names, *looked_at])),
+        wanted=list(dict.fromkeys([*names, *looked_at, *between])),
         threads=threads,
         signals=given_signals,
         recorded=recorded,
     )
     out, failures = batch.run(substeps)
+    if clocks is not None:
+        out = _at_log_samples(batch, out, clocks)
     return BatchSimulation(
         signals=dict(zip(wanted, (out[name] for name in names), strict=True)),
         failures=dict(sorted(failures.items())),
     )
+
+
+def _at_log_samples(
+    batch: "_Batch", signals: Mapping[str, Array], clocks: TwoClocks
+) -> dict[str, Array]:
+    """The signals of all lanes, (M, B) as the law runs, at the samples of the reference, (N, B)."""
+    lanes = [
+        at_log_samples(
+            batch.axis,
+            batch.parameters[lane],
+            {name: values[:, lane] for name, values in signals.items()},
+            clocks,
+            _lines_of(batch.recorded, lane),
+        )
+        for lane in range(len(batch.parameters))
+    ]
+    return {name: np.column_stack([lane[name] for lane in lanes]) for name in signals}
 
 
 def _check_lanes(parameters: Array, reference: Array) -> None:

@@ -29,7 +29,6 @@ from .steps import (
     MOST_SUBSTEPS,
     bounds_refusal,
     check_loop,
-    check_period,
     failure,
     has_constant_substeps,
     has_inertia,
@@ -40,7 +39,7 @@ from .steps import (
     substeps_at_start,
     too_stiff,
 )
-from .two_clocks import TwoClocks, at_log_samples
+from .two_clocks import TwoClocks, at_log_samples, clocks_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -129,7 +128,9 @@ def simulate(
     reference : (N,) array_like
         Commanded position.
     period : float
-        Sampling period, s.
+        Sampling period of the reference and of what is given back, s. Where it is not the control
+        law's, the loop runs at the law's own: the reference runs between its samples as the law
+        declares (``reference_between``), or smoothly, and the loop is sampled as the reference is.
     start : float, optional
         First position; the first reference by default.
     start_velocity : float
@@ -139,7 +140,7 @@ def simulate(
         controls that it has computed but not applied, the newest first. By default what the law
         declares for an axis at rest.
     position_noise : (N,) array_like, optional
-        Added to the position that the law measures.
+        Added to the position that the law measures; with two clocks held between samples.
     injected : (N,) array_like, optional
         Test signal in the drive's unit, added to what the law gives before the drive's limit and
         the law's delay; held from a sample to the next. One that is added to the reference is
@@ -164,32 +165,29 @@ def simulate(
         The axis has no control law.
     UsageError
         An argument has the wrong shape or value, a parameter is beyond its declared bounds, or the
-        period is not that of the control law.
+        period and the control law's are more than 400 times apart.
     EstimationError
         The inertia is not positive, friction drives the axis, or the loop diverges, chatters or is
         too fast to follow; the sample is named.
     """
     axis, commanded = as_generated(axis), _vector(reference, "the reference")
+    theta = _vector(parameters, "the parameters")
+    check_loop(axis, theta.shape, commanded, period, resolution, substeps)
     loop = _loop(
         axis,
-        parameters,
+        theta,
         commanded,
         period,
         position_noise,
         injected,
         resolution,
-        substeps,
         checked_signals(axis, signals, len(commanded)),
         start=start,
         start_velocity=start_velocity,
         memory=memory,
+        clocks=clocks_of(axis.axis.control, len(commanded), period),
     )
-    if refusal := bounds_refusal(axis, loop.parameters):
-        raise UsageError(refusal)
-    check_period(axis, period)
-    first = first_values(loop.recorded)
-    if not holds(axis, loop.parameters[None, :], np.array([loop.start.position]), first).all():
-        raise EstimationError(pushes(axis, loop.parameters))
+    loop.check_friction()
     return loop.simulated(substeps)
 
 
@@ -211,14 +209,7 @@ def simulate_estimate(
     The period is the record's, and with two clocks the law's is its own; recorded signals come in
     the axis's order. Otherwise as `simulate`.
     """
-    logged = signals
-    if clocks is not None:
-        reference, period = clocks.reference(reference), clocks.law_period
-        injected = None if injected is None else clocks.held(injected)
-        position_noise = None if position_noise is None else clocks.held(position_noise)
-        signals = at_law(axis, signals, clocks)
-        moved = start.position + start.velocity * clocks.first
-        start = replace(start, position=moved)
+    check_loop(axis, parameters.shape, reference, period, resolution, None)
     loop = _loop(
         axis,
         parameters,
@@ -227,18 +218,62 @@ def simulate_estimate(
         position_noise,
         injected,
         resolution,
-        None,
         signals,
         start=start.position,
         start_velocity=start.velocity,
         memory=start.memory,
+        clocks=clocks,
     )
-    return replace(loop.simulated(None, clocks), recorded=logged)
+    return loop.simulated(None)
+
+
+def simulate_sampled(
+    axis: GeneratedAxis,
+    parameters: Array,
+    reference: Array,
+    clocks: TwoClocks,
+    *,
+    position_noise: Array,
+    logged_noise: Array,
+    injected: Array | None,
+    signals: tuple[Array, ...],
+) -> Simulation:
+    """Simulate a loop that is given where its law is evaluated, and sample it as a log is.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    reference, position_noise : (M,) array
+        At the evaluations.
+    clocks : TwoClocks
+    logged_noise, injected : (N,) array
+        At the samples of the log: of the positions in it, and added to the control.
+    signals : tuple of (N,) array
+        Likewise, in the axis's order.
+    """
+    loop = _loop(
+        axis,
+        parameters,
+        reference,
+        clocks.law_period,
+        position_noise,
+        None if injected is None else clocks.held(injected),
+        0.0,
+        at_law(axis, signals, clocks),
+        start=float(reference[0]),
+        start_velocity=0.0,
+        memory=None,
+        clocks=None,
+    )
+    loop.check_friction()
+    sampled = replace(loop, clocks=clocks, logged_noise=logged_noise, logged_signals=signals)
+    return sampled.simulated(None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Loop:
-    """What one simulation is given, checked."""
+    """What one simulation is given, checked: where its law is evaluated, but for the last three."""
 
     axis: GeneratedAxis
     parameters: Array
@@ -250,8 +285,19 @@ class _Loop:
     resolution: float
     signals: tuple[Array, ...]
     recorded: Array | None
+    clocks: TwoClocks | None
+    logged_noise: Array | None
+    logged_signals: tuple[Array, ...]
 
-    def simulated(self, substeps: int | None, clocks: TwoClocks | None = None) -> Simulation:
+    def check_friction(self) -> None:
+        """Refuse parameters beyond their bounds, and friction that drives the axis."""
+        if refusal := bounds_refusal(self.axis, self.parameters):
+            raise UsageError(refusal)
+        first, start = first_values(self.recorded), np.array([self.start.position])
+        if not holds(self.axis, self.parameters[None, :], start, first).all():
+            raise EstimationError(pushes(self.axis, self.parameters))
+
+    def simulated(self, substeps: int | None) -> Simulation:
         """Run it, with as many steps as it needs unless they are given."""
         away = abs(self.start.position - self.reference[0])
         settings = LoopSettings(
@@ -279,16 +325,15 @@ class _Loop:
                 failure(self.axis, self.parameters, status, stopped, self.period),
                 code="loop-diverges",
             )
-        period, noise = self.period, self.noise
-        if clocks is not None:
-            period = clocks.log_period
-            noise = None if noise is None else noise[clocks.elapsed[0]]
-            out = at_log_samples(self.axis, self.parameters, out, clocks, self.recorded)
+        period = self.period
+        if self.clocks is not None:
+            period = self.clocks.log_period
+            out = at_log_samples(self.axis, self.parameters, out, self.clocks, self.recorded)
         return Simulation(
             time=period * np.arange(len(out["position"]), dtype=np.float64),
             direction_before=out.pop("before"),
-            measured_position=_measured(out["position"], noise, self.resolution),
-            recorded=self.signals,
+            measured_position=_measured(out["position"], self.logged_noise, self.resolution),
+            recorded=self.logged_signals,
             **out,
         )
 
@@ -333,24 +378,30 @@ class _Loop:
 
 def _loop(
     axis: GeneratedAxis,
-    parameters: ArrayLike,
-    reference: ArrayLike,
+    theta: Array,
+    reference: Array,
     period: float,
     position_noise: ArrayLike | None,
     injected: ArrayLike | None,
     resolution: float,
-    substeps: int | None,
     signals: tuple[Array, ...],
     *,
     start: float | None,
     start_velocity: float,
     memory: ArrayLike | None,
+    clocks: TwoClocks | None,
 ) -> _Loop:
-    """Check what a simulation is given, but for bounds and the law's period."""
-    theta, ref = _vector(parameters, "the parameters"), _vector(reference, "the reference")
-    check_loop(axis, theta.shape, ref, period, resolution, substeps)
+    """Check what a loop is given at its samples, but for bounds; take it to the law's clock."""
+    theta, ref = _vector(theta, "the parameters"), _vector(reference, "the reference")
     noise = checked_signal(position_noise, ref, "the noise")
     added = checked_signal(injected, ref, "the injected signal")
+    logged_noise, logged_signals = noise, signals
+    if clocks is not None:
+        ref, period = clocks.reference(ref), clocks.law_period
+        noise, added = (None if each is None else clocks.held(each) for each in (noise, added))
+        signals = at_law(axis, signals, clocks)
+        if start is not None and clocks.first:  # it is told of the first sample
+            start += start_velocity * clocks.first
     off = 0.0 if noise is None else float(noise[0])
     recorded = lines(axis, signals, period)
     at_first = first_values(recorded)
@@ -368,6 +419,9 @@ def _loop(
         resolution=resolution,
         signals=signals,
         recorded=recorded,
+        clocks=clocks,
+        logged_noise=logged_noise,
+        logged_signals=logged_signals,
     )
 
 

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import PASSED, PROBE, PROBED, RESOLVED, STATUSES
-from axisid.estimation.records import is_same_period
 from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest
 from axisid.support.arrays import Array
@@ -75,23 +74,6 @@ def check_loop(
         raise UsageError(
             f"the substeps are {quoted(substeps)}; give 1 to {MOST_SUBSTEPS}.", code="bad-substeps"
         )
-
-
-def check_period(axis: GeneratedAxis, period: float) -> None:
-    """Refuse a period that is not that of the axis's sampled law; a continuous one has none.
-
-    Raises
-    ------
-    UsageError
-        The periods differ by more than 0.05 %.
-    """
-    law = axis.axis.control
-    if law is None or law.continuous or is_same_period(period, law.period):
-        return
-    raise UsageError(
-        f"the period is {period:g} s, but the control law of axis {axis.axis.name!r} is evaluated "
-        f"every {law.period:g} s; give that, or declare the law with the other."
-    )
 
 
 def bounds_refusal(axis: GeneratedAxis, parameters: Array) -> str:

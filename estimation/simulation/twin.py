@@ -1,7 +1,8 @@
 """The twin: a simulated record of an axis whose parameters are known."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +18,15 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .closed_loop import Simulation, checked_signal, simulate
+from .closed_loop import (
+    Simulation,
+    checked_signal,
+    signals_before,
+    simulate,
+    simulate_sampled,
+)
+from .recorded import checked_signals
+from .two_clocks import TwoClocks, clocks_of
 
 _MOST_SAMPLES = 2e6
 
@@ -60,6 +69,7 @@ def twin_record(
     injected: ArrayLike | None = None,
     injected_at: str | None = None,
     signals: Mapping[str, ArrayLike] | None = None,
+    sample_period: float | None = None,
 ) -> Record:
     """Simulate the axis's own experiment with its true parameters.
 
@@ -80,18 +90,25 @@ def twin_record(
         What it is added to, ``"control"`` or ``"reference"``; what the axis says by default.
     signals : mapping of str to (N,) array_like, optional
         The recorded signals that the axis declares, likewise; those of the experiment by default.
+    sample_period : float, optional
+        Of the log, s; the law's by default. A sampled law runs at its own period all the same, by a
+        set point that is made whenever it is evaluated, unless it declares how its reference runs
+        between the samples of the log. The noise of a position is drawn anew for each evaluation,
+        or for each sample where these are more.
 
     Raises
     ------
     UsageError
-        The seed is no whole number.
+        The seed is no whole number, or the sample period is far from the law's.
     ModelError
         The axis has no experiment or no control law.
     """
     generated = as_generated(axis)
     declared = generated.axis
-    experiment, law = _planned(declared)
-    reference = trajectory(experiment.moves, law.period)
+    experiment, law = _planned(declared, sample_period)
+    period = law.period if sample_period is None else sample_period
+    reference = trajectory(experiment.moves, period)
+    clocks = clocks_of(law, len(reference), period)
     truth = [_true(declared, p) for p in declared.parameters]
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
@@ -99,10 +116,9 @@ def twin_record(
         raise UsageError(
             f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin-seed"
         )
-    noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
     place = injected_at or declared.injected_at or None
     added = None if injected is None else checked_signal(injected, reference, "the injected signal")
-    of_time = generated.experiment_signals(law.period * np.arange(float(len(reference))))
+    of_time = generated.experiment_signals(period * np.arange(float(len(reference))))
     recorded = {**of_time, **(signals or {})}
     if untold := [s.name for s in declared.signals if s.name not in recorded]:
         raise UsageError(
@@ -111,19 +127,19 @@ def twin_record(
             "experiment.",
             code="twin-signals",
         )
-    loop = simulate(
-        generated,
-        np.array(truth),
-        reference if added is None or place != "reference" else reference + added,
-        law.period,
-        start=float(reference[0]),
-        position_noise=noise,
-        injected=added if place == "control" else None,
+    plan = _Plan(
+        axis=generated,
+        truth=np.array(truth),
+        reference=reference,
+        period=period,
+        added={place: added} if added is not None and place else {},
         signals=recorded,
     )
-    velocity, acceleration = _sensed(loop, chosen, velocity_noise, acceleration_noise, law)
+    noise = _noise(np.random.default_rng(chosen), deviation)
+    loop = plan.simulated(noise) if clocks is None else plan.sampled(noise, clocks, experiment)
+    velocity, acceleration = _sensed(plan, loop, chosen, velocity_noise, acceleration_noise)
     return Record(
-        time=law.period * np.arange(len(reference), dtype=np.float64),
+        time=period * np.arange(len(reference), dtype=np.float64),
         position=loop.measured_position,
         velocity=velocity,
         acceleration=acceleration,
@@ -132,7 +148,7 @@ def twin_record(
         injected=added,
         injected_at=place,
         signals=dict(zip((s.name for s in declared.signals), loop.recorded, strict=True)),
-        sample_period=law.period,
+        sample_period=period,
         provenance=Provenance(
             source=f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
             f"{declared.coordinate.unit}",
@@ -144,25 +160,87 @@ def twin_record(
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Plan:
+    """What the loop of a twin is given at the samples of its log."""
+
+    axis: GeneratedAxis
+    truth: Array
+    reference: Array
+    period: float
+    added: Mapping[str, Array]
+    signals: Mapping[str, ArrayLike]
+
+    def simulated(self, noise: Callable[[int], Array]) -> Simulation:
+        """The loop of a law that is evaluated at each sample."""
+        added = self.added.get("reference")
+        return simulate(
+            self.axis,
+            self.truth,
+            self.reference if added is None else self.reference + added,
+            self.period,
+            start=float(self.reference[0]),
+            position_noise=noise(len(self.reference)),
+            injected=self.added.get("control"),
+            signals=self.signals,
+        )
+
+    def sampled(
+        self, noise: Callable[[int], Array], clocks: TwoClocks, experiment: Experiment
+    ) -> Simulation:
+        """The loop of a law with a clock of its own."""
+        count, added = len(clocks.times), self.added.get("reference")
+        law = self.axis.axis.control
+        if law is not None and law.reference_between:
+            commanded = clocks.reference(self.reference)
+        else:
+            made = trajectory(experiment.moves, clocks.law_period)
+            commanded = made[np.minimum(np.arange(count), len(made) - 1)]
+        if clocks.law_period < clocks.log_period:
+            measured = noise(count)
+            logged = measured[clocks.elapsed[0]]
+        else:
+            logged = noise(clocks.samples)
+            measured = clocks.held(logged)
+        return simulate_sampled(
+            self.axis,
+            self.truth,
+            commanded if added is None else commanded + clocks.held(added),
+            clocks,
+            position_noise=measured,
+            logged_noise=logged,
+            injected=self.added.get("control"),
+            signals=checked_signals(self.axis, self.signals, clocks.samples),
+        )
+
+
+def _noise(generator: np.random.Generator, deviation: float) -> Callable[[int], Array]:
+    return lambda count: generator.normal(0.0, deviation, count)
+
+
 def _sensed(
+    plan: _Plan,
     loop: Simulation,
     seed: int,
     velocity_noise: float | None,
     acceleration_noise: float | None,
-    law: ControlLaw,
 ) -> tuple[Array | None, Array | None]:
     """What sensors beside the loop have of velocity and acceleration, where there are any."""
     rng = np.random.default_rng([seed, 1])  # the position's noise stays what it is without them
     noise = rng.normal(size=(2, len(loop.velocity)))
-    jumps = not law.continuous
-    acceleration = about_samples(loop.acceleration, [0]) if jumps else loop.acceleration
+    law, acceleration = plan.axis.axis.control, loop.acceleration
+    if loop.held is not None:
+        before = signals_before(plan.axis, plan.truth, loop).acceleration
+        acceleration = (loop.acceleration + before) / 2
+    elif law is not None and not law.continuous:  # it jumps
+        acceleration = about_samples(loop.acceleration, [0])
     return (
         None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
         None if acceleration_noise is None else acceleration + acceleration_noise * noise[1],
     )
 
 
-def _planned(axis: Axis) -> tuple[Experiment, ControlLaw]:
+def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw]:
     """The axis's experiment and law; refused where one is missing, or it takes too long."""
     experiment, law = axis.experiment, axis.control
     if experiment is None or law is None:
@@ -172,11 +250,14 @@ def _planned(axis: Axis) -> tuple[Experiment, ControlLaw]:
             f"declare {'experiment' if experiment is None else 'control'}=...",
             code="no-experiment",
         )
-    samples = sum(move.duration for move in experiment.moves) / law.period
+    period = law.period
+    if sample_period is not None and is_real(sample_period) and sample_period > 0:
+        period = min(period, sample_period)
+    samples = sum(move.duration for move in experiment.moves) / period
     if not samples <= _MOST_SAMPLES:
         raise ModelError(
             f"axis {axis.name!r}: its experiment would take {samples:.3g} samples of "
-            f"{law.period:g} s; declare at most {_MOST_SAMPLES:g} (shorter moves, or the period of "
+            f"{period:g} s; declare at most {_MOST_SAMPLES:g} (shorter moves, or the period of "
             "the drive in seconds).",
             code="long-experiment",
         )

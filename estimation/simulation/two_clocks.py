@@ -6,14 +6,19 @@ err by (rate of the plant times period)^2 / 384 of the way that an acceleration 
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import is_same_period
+from axisid.estimation.thresholds.simulation import MAX_CLOCK_RATIO
+from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
 
 _COINCIDES = 1e-6  # of a period, from an evaluation
 _FEWEST_OF_A_SPLINE = 4  # samples
@@ -40,6 +45,9 @@ class TwoClocks:
     law_period: float
     first: float = 0.0
     between: str = "spline"
+    _smooth: list[tuple[Array, Array]] = field(
+        init=False, default_factory=list, repr=False, compare=False
+    )
 
     @property
     def times(self) -> Array:
@@ -57,23 +65,37 @@ class TwoClocks:
         return last, np.where(since > _COINCIDES * self.law_period, since, 0.0)
 
     def reference(self, values: Array) -> Array:
-        """A reference of the log, (N,), where the law is evaluated, (M,)."""
+        """A reference of the log, (N,), where the law is evaluated, (M,); (N, B) likewise.
+
+        The last smooth one is kept: a record's loop is simulated many times with it.
+        """
         if self.between == "held":
             return self.held(values)
         if self.between == "linear" or len(values) < _FEWEST_OF_A_SPLINE:
             return self.linear(values)
+        if not (self._smooth and np.array_equal(self._smooth[0][0], values)):
+            self._smooth[:] = [(values.copy(), self._splined(values))]
+        return self._smooth[0][1]
+
+    def _splined(self, values: Array) -> Array:
         samples = np.arange(len(values))
         smooth = CubicSpline(samples, values)
-        return np.asarray(smooth(np.clip(self.times, 0, samples[-1])), dtype=float)
+        found = np.asarray(smooth(np.clip(self.times, 0, samples[-1])), dtype=float)
+        found.flags.writeable = False
+        return found
 
     def linear(self, values: Array) -> Array:
         """What runs straight between the samples of the log, where the law is evaluated, (M,)."""
+        if values.ndim > 1:
+            return _by_column(self.linear, values)
         return np.interp(self.times, np.arange(len(values)), values)
 
     def mean_held(self, values: Array) -> Array:
         """Mean until the next evaluation of what is held between samples of the log, (M,)."""
         if self.law_period <= self.log_period:
             return self.held(values)
+        if values.ndim > 1:
+            return _by_column(self.mean_held, values)
         until = np.concatenate([[0.0], np.cumsum(values)])
         edges = np.append(self.times, self.times[-1] + self.law_period / self.log_period)
         inside = np.clip(edges, 0, len(values))
@@ -84,6 +106,45 @@ class TwoClocks:
         """What is held from a sample of the log to the next, where the law is evaluated, (M,)."""
         row = np.floor(self.times + _COINCIDES).astype(np.intp)
         return np.asarray(values[np.clip(row, 0, len(values) - 1)])
+
+
+def _by_column(read: Callable[[Array], Array], values: Array) -> Array:
+    return np.column_stack([read(column) for column in values.T])
+
+
+def clocks_of(law: ControlLaw | None, samples: int, period: float) -> TwoClocks | None:
+    """When a law is evaluated along a reference whose period is not the law's; None where it is.
+
+    The first evaluation is at the first sample. A continuous law has no clock.
+
+    Parameters
+    ----------
+    law : ControlLaw or None
+    samples : int
+    period : float
+        Of the reference, s.
+
+    Raises
+    ------
+    UsageError
+        One period is so many times the other that it is in another unit.
+    """
+    if law is None or law.continuous or is_same_period(period, law.period):
+        return None
+    ratio, most = period / law.period, MAX_CLOCK_RATIO.value
+    if not 1 / most <= ratio <= most:
+        raise UsageError(
+            f"the period is {period:g} s, but the control law is evaluated every {law.period:g} s; "
+            f"give one that is at most {most:g} times as long or as short, in seconds, or declare "
+            "the law with another.",
+            code="two-periods",
+        )
+    return TwoClocks(
+        samples=samples,
+        log_period=period,
+        law_period=law.period,
+        between=law.reference_between or "spline",
+    )
 
 
 def at_log_samples(

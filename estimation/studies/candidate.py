@@ -9,6 +9,7 @@ from scipy.special import stdtr
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.joint import GAIN
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Hac, InverseForm, Solution
 from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
@@ -177,6 +178,11 @@ class _Checks:
         name = self.rows.names[column]
         if name in self.rows.nonlinear:
             why = "it enters nonlinearly, so that a model without it is none with it at zero"
+            return ParameterCheck(
+                name=name, p_value=None, without_percent=None, informed=None, not_tested=why
+            )
+        if name == GAIN:
+            why = "it is the drive's, and no term of the model"
             return ParameterCheck(
                 name=name, p_value=None, without_percent=None, informed=None, not_tested=why
             )

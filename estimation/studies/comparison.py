@@ -16,11 +16,13 @@ from axisid.estimation.diagnostics import Case
 from axisid.estimation.diagnostics.loop import LawCheck, first_law
 from axisid.estimation.identification import (
     Identification,
-    bound_records,
+    Shared,
     identify_problem,
     records_of,
+    shared_records,
     weighted,
 )
+from axisid.estimation.joint import Known, Told
 from axisid.estimation.noise import NoiseBias
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
@@ -74,6 +76,8 @@ class Comparison(Presentable, Exact):
     noise_biases : mapping of str to NoiseBias
         Of the recommended candidate, where it is by least squares: less instruments of the same
         form, by parameter; empty where these tell nothing.
+    set_aside : mapping of str to Note
+        Records that could not be used, with the reason.
     """
 
     problem: Problem
@@ -89,6 +93,16 @@ class Comparison(Presentable, Exact):
     reason: str
     law: LawCheck | Missing
     noise_biases: Mapping[str, NoiseBias] = field(default_factory=dict)
+    set_aside: Mapping[str, Note] = field(default_factory=dict)
+
+    def with_set_aside(self, unread: Mapping[str, Note]) -> "Comparison":
+        """The same with records that could not even be read."""
+        return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
+
+    @property
+    def known(self) -> tuple[Known, ...]:
+        """What is known of each record."""
+        return () if self.problem.layout is None else self.problem.layout.known
 
     @property
     def data(self) -> FilteredRecord:
@@ -126,6 +140,10 @@ def compare(
     method: str = "idm-ls",
     *,
     progress: Progress | None = None,
+    local: str | Sequence[str] = (),
+    known: Mapping[str, Sequence[Told]] | None = None,
+    gain: str = "identified",
+    skip_bad: bool = False,
     start: str = STARTS[0],
 ) -> Comparison:
     """Fit several models of one axis to the same rows and recommend one.
@@ -143,6 +161,8 @@ def compare(
         Estimator of the tables, of the held-out errors and of the Wald tests.
     progress : callable, optional
         Told before each step how many are done, of how many, and which it is.
+    local, known, gain, skip_bad
+        As in `identify`, of several records, and of every candidate.
     start : str
         Of instruments, as in `identify`.
 
@@ -169,10 +189,11 @@ def compare(
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
     suited = (Prefilter() if prefilter is None else prefilter).at_rate_of(records[0].period)
-    problem = weighted(
-        Problem(axis=first, data=bound_records([first] * len(records), records, suited))
-    )
-    fits, failures = _fits(named, problem, method, progress, start)
+    owner = _with_own(named, first, local)
+    shared = shared_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
+    layout = shared.layout(first)
+    problem = weighted(Problem(axis=first, data=shared.bound(first, layout, suited), layout=layout))
+    fits, failures = _fits(named, problem, shared, method, progress, start)
     gap = max(data.sampling.filter.memory for data in problem.data)
     estimates = [result[method] for result in fits.values()]
     most = max(len(estimate.physical) for estimate in estimates)
@@ -196,9 +217,20 @@ def compare(
         recommended=recommended,
         tied=tied,
         reason=reason,
-        law=first_law(next(iter(named.values())), records),
+        law=first_law([(d.axis, d.record) for d in next(iter(fits.values())).problem.data]),
         noise_biases={} if recommended is None else _noise_biases(fits[recommended], method),
+        set_aside=shared.set_aside,
     )
+
+
+def _with_own(
+    named: Mapping[str, GeneratedAxis], first: GeneratedAxis, local: str | Sequence[str]
+) -> GeneratedAxis:
+    """A candidate that has the parameters which are each record's own; the first if none has."""
+    names = {local} if isinstance(local, str) else {*local}
+    names.discard("")
+    found = (a for a in named.values() if names <= {p.name for p in a.declared.parameters})
+    return next(found, first) if names else first
 
 
 def _noise_biases(fit: Identification, method: str) -> Mapping[str, NoiseBias]:
@@ -210,6 +242,7 @@ def _noise_biases(fit: Identification, method: str) -> Mapping[str, NoiseBias]:
 def _fits(
     named: Mapping[str, GeneratedAxis],
     problem: Problem,
+    shared: Shared,
     method: str,
     progress: Progress | None,
     start: str,
@@ -219,8 +252,10 @@ def _fits(
     failures: dict[str, Note] = {}
     for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         try:
-            data = tuple(replace(each, axis=axis) for each in problem.data)
-            own = replace(problem, axis=axis, data=data)
+            layout = shared.layout(axis)
+            pairs = zip(problem.data, shared.axes(axis, layout), strict=True)
+            data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
+            own = replace(problem, axis=axis, data=data, layout=layout)
             fits[name] = identify_problem(own, data[0].prefilter, [method], start=start)
         except (EstimationError, ModelError) as error:
             failures[name] = error.note

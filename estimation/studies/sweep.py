@@ -80,6 +80,10 @@ class Sweep(Presentable, Exact):
         """Of the results, Hz."""
         return tuple(result.prefilter.cutoff for result in self.results)
 
+    def with_set_aside(self, unread: Mapping[str, Note]) -> "Sweep":
+        """The same with records that could not even be read."""
+        return replace(self, results=tuple(each.with_set_aside(unread) for each in self.results))
+
     @property
     def methods(self) -> tuple[str, ...]:
         """Of the results, without one that gives the same estimate as another of them."""

@@ -7,9 +7,11 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.methods import is_output_error
+from axisid.estimation.diagnostics import overlaps
 from axisid.estimation.diagnostics.loop import check_law
 from axisid.estimation.identification import Identification, OfRecord
 from axisid.estimation.methods import METHODS, Instruments, bound_record
@@ -82,6 +84,10 @@ class OwnRecord(Protocol):
     def digest(self) -> str:
         """Of the samples."""
 
+    @property
+    def windows(self) -> tuple[tuple[float, float], ...]:
+        """First and last time, s, of each part of a log that it is; empty for the whole."""
+
 
 class FrozenResult(Protocol):
     """An identification: a live one, or what a file holds of one."""
@@ -152,7 +158,7 @@ def validate(result: FrozenResult, record: Record) -> Validation:
         record=record,
         unit=result.axis.axis.coordinate.unit,
         methods=methods,
-        same_record=any(_is_same(own, record) for own in _own_records(result)),
+        known_share=_known_share(_own_records(result), record),
         time_base=apart.note if apart is not None and not apart.confirmed else None,
         law=law,
     )
@@ -176,10 +182,33 @@ def _own_records(result: FrozenResult) -> Sequence[OwnRecord]:
     return [of_one.record for of_one in result.of_records] or [result.record]
 
 
-def _is_same(own: OwnRecord, other: Record) -> bool:
-    """Whether two records are of the same samples, or read from the same file."""
-    file = own.provenance.sha256
-    return own.digest == other.digest or (bool(file) and file == other.provenance.sha256)
+def _known_share(own: Sequence[OwnRecord], record: Record) -> float:
+    """Part of a record's samples that are among those of others: by what they are, or their file.
+
+    A file has no samples of the records that a result was made from; of them the whole is known by
+    its digest, and parts of one log by their windows.
+    """
+    known = np.zeros(len(record), dtype=bool)
+    for each in own:
+        if each.digest == record.digest:
+            return 1.0
+        file = each.provenance.sha256
+        if file and file == record.provenance.sha256:
+            known |= _within(each.windows, record.time)
+        elif isinstance(each, Record):
+            for overlap in overlaps([each, record]):
+                known |= overlap.samples[1]
+    return float(np.mean(known))
+
+
+def _within(windows: Sequence[tuple[float, float]], time: Array) -> NDArray[np.bool_]:
+    """Which times are in a window; all where there is none."""
+    if not windows:
+        return np.ones(len(time), dtype=bool)
+    inside = np.zeros(len(time), dtype=bool)
+    for start, stop in windows:
+        inside |= (time >= start) & (time <= stop)
+    return inside
 
 
 def _validation(

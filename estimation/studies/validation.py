@@ -5,7 +5,9 @@ from dataclasses import dataclass, field
 
 from axisid.estimation.diagnostics.loop import LawCheck
 from axisid.estimation.records import Record
+from axisid.estimation.thresholds.diagnostics import MIN_COMMON_SAMPLES
 from axisid.estimation.thresholds.studies import (
+    MAX_KNOWN_SHARE,
     MAX_VALIDATION_ERROR,
     MAX_VALIDATION_ERROR_RATIO,
     MAX_VALIDATION_TRACKING,
@@ -110,8 +112,8 @@ class Validation(Presentable, Exact):
         Of the position.
     methods : tuple of MethodValidation
         In the order of the result's estimates; the object iterates over them.
-    same_record : bool
-        Whether it is the record that the estimates were made from.
+    known_share : float
+        Part of its samples that the estimates were made from, which says nothing new of them.
     time_base : Note or None
         What speaks against the record's sampling period.
     law : LawCheck or Missing
@@ -121,7 +123,7 @@ class Validation(Presentable, Exact):
     record: Record
     unit: str
     methods: tuple[MethodValidation, ...]
-    same_record: bool = False
+    known_share: float = 0.0
     time_base: Note | None = None
     law: LawCheck | Missing = field(default_factory=lambda: Missing("it was not looked at"))
 
@@ -165,7 +167,19 @@ class Validation(Presentable, Exact):
         notes = [Note.of("no simulation: ", reason) for reason in reasons]
         if self.time_base:
             notes.append(Note.of("believe nothing before this is mended: ", self.time_base))
+        if not self.same_record and self.known_share > MAX_KNOWN_SHARE.value:
+            notes.append(
+                Note(
+                    f"{100 * self.known_share:.0f} % of its samples are among those that the "
+                    "estimates were made from, which say nothing new; validate on the others"
+                )
+            )
         return (*notes, *self._whether_it_holds())
+
+    @property
+    def same_record(self) -> bool:
+        """Whether it is the record that the estimates were made from, or a part of it."""
+        return self.known_share >= MIN_COMMON_SAMPLES.value
 
     @property
     def has_declared_law(self) -> bool:

@@ -421,3 +421,30 @@ MIN_RECORD_DIRECTION = Threshold(
     "which the direction is told by that record alone",
     "chosen: rounding leaves 1e-12",
 )
+MIN_COMMON_WORDS = Threshold(
+    25,
+    "1",
+    "runs of eight samples, each once in either record and equally far apart, from which on two "
+    "records have samples in common",
+    "chosen: other records have none, whose control or position is noisy",
+)
+MIN_COMMON_SAMPLES = Threshold(
+    0.99,
+    "1",
+    "part of the samples between the first and the last of these that has to be the same",
+    "chosen: runs of one motion before a coarse encoder have others between",
+)
+MAX_WRITTEN_APART = Threshold(
+    1e-6,
+    "1",
+    "difference of two numbers, by the column's largest, up to which they are one, written with "
+    "other digits or in another unit",
+    "chosen: files have six digits or more",
+)
+MAX_REPEATED_SAMPLES = Threshold(
+    1.02,
+    "1",
+    "how often a sample is among the records, on average, beyond which deviations are told too "
+    "small",
+    "derived: deviations 1 % too small",
+)

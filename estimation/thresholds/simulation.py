@@ -64,3 +64,10 @@ MAX_START_LEFT = Threshold(
     "chosen: on twins at rest a wrong gain leaves 0.5 and more; under a load or in motion 0.04 at "
     "most, with gains 10 to 50 % off too",
 )
+MAX_CLOCK_RATIO = Threshold(
+    400.0,
+    "1",
+    "times that a law's period fits into that of a reference, or the other way round, beyond which "
+    "one of them is taken for a mistake",
+    "chosen: a loop of 20 kHz logged at 50 Hz; a period in ms is 1000 times too long",
+)

@@ -60,6 +60,13 @@ MIN_REESTIMATE_DISTANCE = Threshold(
     "measured: at most 4 on right records, 5.4 on one of 2 s whose noise lasts 0.5 s; 6.1 and more "
     "with a mass a tenth larger",
 )
+MAX_KNOWN_SHARE = Threshold(
+    0.01,
+    "1",
+    "part of a second record's samples that the estimates were made from, up to which nothing is "
+    "said of it",
+    "chosen: windows that touch share a sample",
+)
 MAX_SWEEP_STEP = Threshold(
     0.1,
     "1",

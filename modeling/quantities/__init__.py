@@ -54,4 +54,5 @@ from .symbols import declared_parameters as declared_parameters
 from .symbols import expression as expression
 from .symbols import several as several
 from .units import Unit as Unit
+from .units import angle_power as angle_power
 from .units import parse_unit as parse_unit

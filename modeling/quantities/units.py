@@ -88,6 +88,12 @@ def parse_unit(text: str) -> Unit:
     return Unit(" ".join(text.split()), exponents)
 
 
+def angle_power(unit: Unit) -> Fraction | int:
+    """Power of the radian in a unit as it is written, which its exponents count as a number."""
+    tokens = ["K" if each == "rad" else each for each in _tokens(unit.text)]
+    return _product(tokens, unit.text)[0][-1] - unit.exponents[-1]
+
+
 def _tokens(text: str) -> list[str]:
     tokens, position = [], 0
     while position < len(text.rstrip()):

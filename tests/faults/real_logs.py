@@ -51,13 +51,17 @@ def _without_head() -> str:
 #: Name, options, code and what is said, of one log.
 _OF_A_LOG = (
     ("window backwards", ("--window", "3..1"), 2, "does not end after it begins"),
-    ("window of no number", ("--from", "nan"), 2, "does not end after it begins"),
+    ("window of no number", ("--from", "nan"), 2, "begins at nan s, which is no time"),
+    ("window from infinity", ("--from", "inf"), 2, "begins at inf s, which is no time"),
     ("window of words", ("--window", "a..b"), 2, "give FROM..TO in seconds, such as 2..5"),
     ("window beside the log", ("--window", "100..200"), 3, "whose time goes from 0 to 7.8 s"),
     ("windows that overlap", ("--window", "1..3", "--window", "2..4"), 2, "give them as one"),
     ("window of two rows", ("--window", "1..1.001"), 3, "needs 3 rows or more, not 2"),
     ("window given twice over", ("--from", "2", "--window", "3..4"), 2, "is another"),
-    ("factor of nothing", ("--columns", "position=position:m/0"), 2, "at letter 3, a factor of 0"),
+    ("factor of nothing", ("--columns", "position=position:m/0"), 2, "nothing is divided by 0"),
+    ("factor of no number", ("--columns", "position=position:m*nan"), 2, "'nan' is no number"),
+    ("factor of absurd size", ("--columns", "position=position:m*1e9999999"), 2, "beyond any"),
+    ("angle for a length", ("--columns", "position=position:deg*5mm"), 2, "m times an angle"),
     (
         "offset of another kind",
         ("--columns", "position=position:counts*360deg/4096+0.2kg"),

@@ -49,6 +49,7 @@ from .law_sentences import (
     small_fault,
 )
 from .law_terms import LAW_SETTLING, compared_with_law, law_error_percent
+from .position_zero import position_zero, told_zero, zero_note
 
 _LAGS = 50  # samples over which what the law leaves may be alike
 _COLUMN_FAULTS = {
@@ -101,9 +102,12 @@ class LawCheck:
         return Note(self.meaning, self.remedy)
 
 
-def first_law(axis: GeneratedAxis, records: Sequence[Record]) -> LawCheck | Missing:
-    """The check of the first of several records that fails it, else that of the first of all."""
-    found = [check_law(axis, record) for record in records]
+def first_law(records: Sequence[tuple[GeneratedAxis, Record]]) -> LawCheck | Missing:
+    """The check of the first of several records that fails it, else that of the first of all.
+
+    Each record comes with its axis, whose law may have gains that are known of it.
+    """
+    found = [check_law(axis, record) for axis, record in records]
     failing = (each for each in found if isinstance(each, LawCheck) and not each.passed)
     return next(failing, found[0])
 
@@ -142,7 +146,8 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
     repair = None if passed else _repair(axis, law, record, settle, declared, shift)
-    fault = small_fault(law, scaled, lean, factors, axis.axis.drive.unit)
+    zero = told_zero(axis, law, record, settle) if CONSTANT in lean else ""
+    fault = small_fault(law, scaled, lean, factors, axis.axis.drive.unit, zero)
     remedy = None
     if declared >= MAX_LAW_RESIDUAL.value or shift:
         delay = None if law.continuous else law.delay
@@ -244,6 +249,9 @@ def _repair(
             return Note(f"it is with {said}")
     if moved := _moved_column(axis, law, record, settle, good):
         return moved
+    zero = position_zero(axis, law, record, settle)
+    if zero is not None and zero.error_percent < good:
+        return zero_note(axis, record, zero)
     offs = {
         name: law_error_percent(
             build(replace(axis.axis, control=variant), native=False), variant, record, settle

@@ -47,14 +47,20 @@ def small_fault(
     lean: dict[str, float],
     factors: dict[str, float],
     unit: str,
+    zero: str,
 ) -> str:
-    """What factors near 1, or a control that leans, look like."""
+    """What factors near 1, or a control that leans, look like.
+
+    `zero` is the position's from another one that makes as much of a constant, if it is known.
+    """
     if not scaled:
         said = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
         return (
             f"the recorded control is the declared law's but for {said}"
             f"{' over the record' * (DRIFT in lean)}: check the offset of the control, or "
             "an integral of the drive that the law does not declare; it moves friction and offsets"
+            + f". Or the position is {zero} from its zero beside the reference, a constant "
+            "tracking error, of which the law makes as much" * bool(zero and CONSTANT in lean)
         )
     listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
     if one := _one_gain(law, factors):

@@ -5,6 +5,7 @@ Knows nothing of other estimates.
 """
 
 from .as_measured import following_as_measured as following_as_measured
+from .as_measured import tails_as_measured as tails_as_measured
 from .near_reversals import near_reversals as near_reversals
 from .near_reversals import near_reversals_check as near_reversals_check
 from .residuals import independence as independence

@@ -1,5 +1,7 @@
 """What an estimate's residuals say, as checks."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
@@ -18,8 +20,8 @@ from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIF
 from axisid.support.missing import Missing
 
 _SHAKEN = (
-    "; of didim a fifth more than where its loop has the encoder's steps or the noise of the "
-    "record, if that is more"
+    "; of didim, and of a velocity in steps, a fifth more than where the loop has the sensor's "
+    "steps or the noise of the record, if that is more"
 )
 _ALONE = Missing("too few rows follow each other in time")
 
@@ -100,10 +102,10 @@ def residuals_against_motion(
         source="largest correlation of the residuals with an instrument (a regressor's column for "
         "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them; "
         "no more than a note of residuals below 0.01 % of the left side, and where another check "
-        f"names what is wrong{_SHAKEN * estimate.by_output_error}",
+        f"names what is wrong{_SHAKEN * (estimate.by_output_error or by_loops > 0)}",
         meaning="the residuals do not follow the motion"
         if tests.cross_z <= tests.cross_limit
-        else "the residuals follow the motion no more than those of a loop with the encoder's "
+        else "the residuals follow the motion no more than those of a loop with the sensor's "
         "steps, or with the noise of the position, do"
         if nothing
         else f"the residuals follow the motion, most the {of} of {names[column]}, {abs(lag)} rows "
@@ -119,7 +121,10 @@ def _are_noticeable(estimate: Estimate) -> bool:
 
 
 def normality(
-    tests: ResidualTests, estimate: Estimate, away: NDArray[np.bool_] | None = None
+    tests: ResidualTests,
+    estimate: Estimate,
+    away: NDArray[np.bool_] | None = None,
+    by_loops: Callable[[], float] = lambda: 0.0,
 ) -> Check:
     """Whether outliers decide the estimate.
 
@@ -133,6 +138,9 @@ def normality(
     estimate : Estimate
     away : (n,) array of bool, optional
         Rows that are not near reversals or rests; all by default.
+    by_loops : callable
+        Gives the excess kurtosis of residuals of loops that are measured as the record is; it is
+        asked for where the tails are heavy.
     """
     rows = len(estimate.y)
     left = tests.excess_kurtosis
@@ -142,13 +150,16 @@ def normality(
         sides = (estimate.residuals[away], estimate.net_residuals[away])
         left = min(left, *map(excess_kurtosis, sides))
     normal = tests.jarque_bera_p >= SIGNIFICANCE_LEVEL.value
+    heavy = not normal and left > MAX_EXCESS_KURTOSIS.value and _are_noticeable(estimate)
+    by_steps = heavy and left <= MIN_STEPS_EXCESS.value * by_loops()
     shape = "heavier" if tests.excess_kurtosis > 0 else "lighter"
     return Check(
         name="normal residuals",
         status=passed(
             normal,
             matters=(rows < LARGE_SAMPLE.value or left > MAX_EXCESS_KURTOSIS.value)
-            and _are_noticeable(estimate),
+            and _are_noticeable(estimate)
+            and not by_steps,
         ),
         figure=tests.jarque_bera,
         threshold=MAX_JARQUE_BERA.value,
@@ -158,12 +169,17 @@ def normality(
         meaning="the residuals look normal"
         if normal
         else f"the residuals have {shape} tails than normal ones (excess kurtosis "
-        f"{tests.excess_kurtosis:.2g}, skewness {tests.skewness:.2g}): intervals rest on the "
-        f"number of rows{_largest(estimate) if tests.excess_kurtosis > 0 else ''}",
+        f"{tests.excess_kurtosis:.2g}, skewness {tests.skewness:.2g}): "
+        + (
+            "as those of loops that are measured in such steps, or with such noise, have"
+            if by_steps
+            else "intervals rest on the number of rows"
+            + (_largest(estimate, away) if tests.excess_kurtosis > 0 else "")
+        ),
     )
 
 
-def _largest(estimate: Estimate) -> str:
+def _largest(estimate: Estimate, away: NDArray[np.bool_] | None) -> str:
     """Where the largest residual is, and how large."""
     residuals, coordinate = estimate.residuals, estimate.form.axis.axis.coordinate
     worst = int(np.argmax(np.abs(residuals)))
@@ -171,7 +187,8 @@ def _largest(estimate: Estimate) -> str:
     time = sample * estimate.period if estimate.times is None else float(estimate.times[worst])
     unit = coordinate.force_unit if estimate.form.left == "force" else coordinate.acceleration_unit
     deviations = abs(residuals[worst]) / residuals.std()
+    turns = away is not None and len(away) == len(residuals) and not away[worst]
     return (
-        f"; look for outliers at reversals, the largest at sample {sample + 1}, {time:.6g} s after "
-        f"the first: {residuals[worst]:.3g} {unit}, {deviations:.3g} deviations"
+        f"; look for outliers{' at reversals' * turns}, the largest at sample {sample + 1}, "
+        f"{time:.6g} s after the first: {residuals[worst]:.3g} {unit}, {deviations:.3g} deviations"
     )

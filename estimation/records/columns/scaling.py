@@ -9,8 +9,9 @@
 
 A factor may be negative, ``*-1``. The unit is that of the column's numbers, by default the file's;
 what encoders count has none, and what is one count is said by the factors. Within a unit ``*`` and
-``/`` stand before a letter, as in ``mm/s``; before a number they scale. Numbers are fractions and
-pi is kept apart, so that the product is rounded once.
+``/`` stand before a letter, as in ``mm/s`` or ``mm/rev``; before a number they scale. Numbers are
+fractions and pi is kept apart, so that the product is rounded once. So are powers of an angle,
+which SI counts as a number: ``rpm*5mm`` is no speed, ``rpm*5mm/rev`` is.
 """
 
 import re
@@ -18,11 +19,15 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from axisid.estimation.tables import COUNTS, exact_unit
-from axisid.modeling.quantities import Unit, parse_unit
+from axisid.modeling.quantities import Unit, angle_power, parse_unit
 
 #: What scales or moves, before a number; ``**2`` and ``^-2`` are of a unit.
 _OPERATOR = re.compile(r"(?<![*^])\s*([*/](?!\*)(?=\s*-?\.?\d)|[+-](?=\s*\.?\d))\s*")
 _NUMBER = re.compile(r"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_LAST = re.compile(r"[*/+-]\s*\Z")
+_NO_NUMBER = re.compile(r"[*/+-]\s*(-?(?:nan|inf(?:inity)?))\b", re.IGNORECASE)
+_LARGEST = Fraction(10) ** 300
+_LONGEST = 200
 #: To forty digits.
 _PI = Fraction(31415926535897932384626433832795028841971, 10**40)
 _ONE = parse_unit("1")
@@ -54,6 +59,8 @@ class Quantity:
         Power of pi.
     unit : Unit or None
         Coherent; None for a plain number.
+    angle : Fraction or int
+        Power of the radian, which the unit counts as a number.
     is_count : bool
         Whether it is of what encoders count.
     """
@@ -62,6 +69,7 @@ class Quantity:
     turns: int = 0
     unit: Unit | None = None
     is_count: bool = False
+    angle: Fraction | int = 0
 
     def __mul__(self, other: "Quantity") -> "Quantity":
         return self._with(other, 1)
@@ -74,7 +82,11 @@ class Quantity:
         if other.unit is not None:
             unit = (unit or _ONE) * other.unit**power if power < 0 or unit else other.unit
         return Quantity(
-            self.value * other.value**power, self.turns + power * other.turns, unit, self.is_count
+            self.value * other.value**power,
+            self.turns + power * other.turns,
+            unit,
+            self.is_count,
+            self.angle + power * other.angle,
         )
 
     def __float__(self) -> float:
@@ -105,6 +117,8 @@ class Scaling:
 
 def is_scaling(text: str) -> bool:
     """Whether a text says more than a unit."""
+    if _LAST.search(text) or _NO_NUMBER.search(text):
+        return True
     if exact_unit(text) is not None:
         return False
     return bool(_OPERATOR.search(text) or _NUMBER.match(text))
@@ -124,6 +138,7 @@ def read_scaling(text: str, own: str = "") -> Scaling:
     ScalingError
         It is none: where, and why.
     """
+    _check_numbers(text)
     head_ends = _unit_ends(text, 0)
     leads = _NUMBER.match(text)  # a factor without its sign
     if leads:
@@ -131,7 +146,7 @@ def read_scaling(text: str, own: str = "") -> Scaling:
     else:
         name, place = text[:head_ends].strip() or own, head_ends
         of = _unit(name, 0, Fraction(1)) if name else Quantity(Fraction(1))
-    base = replace(of, value=Fraction(1), turns=0)
+    base = Quantity(Fraction(1)) if leads else of  # one of the column's own unit
     scaled, offset = bool(leads) and of.unit is not None, None
     while (found := _OPERATOR.match(text, place)) is not None:
         if offset is not None:
@@ -144,10 +159,28 @@ def read_scaling(text: str, own: str = "") -> Scaling:
         if quantity.is_count and found[1] == "*":
             raise ScalingError(found.end() + 1, "one count is a length or an angle, not counts")
         if not quantity.value:
-            raise ScalingError(found.end() + 1, "a factor of 0 leaves nothing")
+            why = "a factor of 0 leaves nothing" if found[1] == "*" else "nothing is divided by 0"
+            raise ScalingError(found.end() + 1, why)
         of = of * quantity if found[1] == "*" else of / quantity
         scaled = scaled or (quantity.unit is not None and not quantity.is_count)
+    if not 1 / _LARGEST < abs(of.value) < _LARGEST:
+        raise ScalingError(1, "the product of the factors is no number that can be computed with")
     return Scaling(text=text, of=of, offset=offset, is_scaled=scaled)
+
+
+def _check_numbers(text: str) -> None:
+    """Refuse what stands for a number and is none, or is one of absurd size."""
+    if found := _NO_NUMBER.search(text):
+        raise ScalingError(found.start(1) + 1, f"{found[1]!r} is no number to scale by")
+    if found := _LAST.search(text):
+        raise ScalingError(len(text) + 1, f"a number is missing after {found[0].strip()!r}")
+    if len(text) > _LONGEST:
+        raise ScalingError(_LONGEST + 1, f"it has more than {_LONGEST} letters")
+    for number in _NUMBER.finditer(text):
+        size = abs(float(number[0]))
+        is_zero = not number[0].lower().partition("e")[0].strip("-0.")
+        if not (is_zero or 1 / _LARGEST < size < _LARGEST):
+            raise ScalingError(number.start() + 1, f"{number[0]!r} is beyond any scale")
 
 
 def _unit_ends(text: str, start: int) -> int:
@@ -170,11 +203,24 @@ def _unit(text: str, start: int, value: Fraction) -> Quantity:
     name = text.strip()
     if name.lower() in COUNTS:
         return Quantity(value, is_count=True)
-    found = exact_unit(name)
+    found = _known(name)
     if found is None:
         letter = start + 1 + len(text) - len(text.lstrip())
         raise ScalingError(letter, f"{name!r} is no unit that is known")
-    return Quantity(value * found.factor, found.turns, found.unit)
+    return replace(found, value=value * found.value)
+
+
+def _known(name: str) -> Quantity | None:
+    """One of a unit, or of one over another, as in ``mm/rev``; None where it is not known."""
+    whole = exact_unit(name)
+    if whole is not None:
+        return Quantity(whole.factor, whole.turns, whole.unit, angle=angle_power(whole.unit))
+    above, over, below = name.rpartition("/")
+    parts = (_known(above.strip()), exact_unit(below.strip())) if over else (None, None)
+    if parts[0] is None or parts[1] is None:
+        return None
+    last = parts[1]
+    return parts[0] / Quantity(last.factor, last.turns, last.unit, angle=angle_power(last.unit))
 
 
 def _offset(quantity: Quantity, of: Quantity, base: Quantity, place: int) -> Quantity:
@@ -184,9 +230,13 @@ def _offset(quantity: Quantity, of: Quantity, base: Quantity, place: int) -> Qua
     if quantity.unit is None:
         raise ScalingError(place + 1, "an offset needs its unit, as in +0.2deg")
     unit = of.unit or _ONE
-    if quantity.unit.same_dimension(unit):
+    if quantity.unit.same_dimension(unit) and quantity.angle == of.angle:
         return quantity
-    if base.unit is not None and quantity.unit.same_dimension(base.unit):
+    if (
+        base.unit is not None
+        and quantity.unit.same_dimension(base.unit)
+        and quantity.angle == base.angle
+    ):
         scale = of / base
         return scale * quantity
     raise ScalingError(place + 1, f"an offset in {quantity.unit} does not add to {unit}")

@@ -1,19 +1,19 @@
 """Units of the roles and signals: what each may be in, and its values in SI."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, is_unit, label_unit
 from axisid.estimation.thresholds.records import MIN_COUNTS
 from axisid.modeling.declaration import ROLES, Axis
-from axisid.modeling.quantities import Unit, parse_unit
+from axisid.modeling.quantities import Unit, angle_power, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .scaling import ScalingError, read_scaling
+from .scaling import Quantity, ScalingError, read_scaling
 
 #: Of the roles that are no length or angle, where no axis says more.
 _UNITS: dict[str, tuple[str, ...]] = {
@@ -22,7 +22,6 @@ _UNITS: dict[str, tuple[str, ...]] = {
     "velocity": ("m/s", "rad/s"),
     "acceleration": ("m/s^2", "rad/s^2"),
 }
-_EXAMPLE = Setting("columns", "position=NAME:counts*360deg/4096/50+0.2deg")
 
 
 def expected_units(role: str, axis: Axis | None, injected_at: str | None = None) -> tuple[str, ...]:
@@ -141,19 +140,20 @@ def scaled(
         It is no such text, it does not say what one count is, or gives something else than the role
         measures.
     """
+    wanted = expected_units(role, axis, injected_at)
     try:
         scaling = read_scaling(text, own if is_unit(own) else "")
     except ScalingError as error:
         raise UsageError(
             f"{source}: the {role} is given as {text!r}: at letter {error.letter}, {error}; ",
-            Remedy.of("write it as in ", _EXAMPLE, "."),
+            Remedy.of("write it as in ", _example(role, wanted), "."),
             code="no-scaling",
         ) from error
-    of, wanted = scaling.of, expected_units(role, axis, injected_at)
+    of = scaling.of
     if of.is_count and not scaling.is_scaled:
         raise UsageError(
             f"{source}: the {role} is given as {text!r}, which does not say what one count is; ",
-            Remedy.of("give that, as in ", _EXAMPLE, "."),
+            Remedy.of("give that, as in ", _example(role, wanted), "."),
             code="unscaled-counts",
         )
     if of.unit is not None and wanted and not any(_measures(of.unit, unit) for unit in wanted):
@@ -162,13 +162,62 @@ def scaled(
             f"measured in {' or '.join(wanted)}; check its units.",
             code="scaling-unit",
         )
-    unit = of.unit or (wanted[0] if len(wanted) == 1 else "SI")
+    _check_angle(role, text, of, wanted, source)
+    same = (u for u in wanted if of.unit is not None and _measures(of.unit, u))
+    unit = next(same, of.unit) or (wanted[0] if len(wanted) == 1 else "SI")
     said = f"{role}: {text}, {float(of):.9g} {unit} each"
     values = values * float(of)
     if scaling.offset is not None:
         values = values + float(scaling.offset)
         said += f" {'+' if scaling.offset.value >= 0 else '-'} {abs(float(scaling.offset)):.9g}"
     return values, said
+
+
+def _example(role: str, wanted: Sequence[str]) -> Setting:
+    """A scaling of a role, for a message."""
+    unit = next(iter(wanted), "")
+    rate = unit.removeprefix("rad").removeprefix("m")
+    if rate in ("/s", "/s^2") and unit != rate:
+        turns = "rpm" if rate == "/s" else "rev/s^2"
+        return Setting("columns", f"{role}=NAME:{turns}" + "*5mm/rev" * unit.startswith("m"))
+    each = "5mm/4096" if unit == "m" else "360deg/4096/50+0.2deg"
+    named = role if unit in ("m", "rad") else "position"
+    return Setting("columns", f"{named}=NAME:counts*{each}")
+
+
+def _check_angle(role: str, text: str, of: Quantity, wanted: Sequence[str], source: str) -> None:
+    """Refuse a length that is still one times an angle, and an angle that nothing says is one.
+
+    SI counts angles as numbers, so that ``rpm*5mm`` is a speed to it: by 2 pi another than that of
+    a screw of 5 mm a turn.
+    """
+    if of.unit is None:
+        return
+    units = [parse_unit(unit) for unit in wanted]
+    motions = [unit for unit in units if of.unit.same_dimension(unit) and _is_of_motion(unit)]
+    if not motions or any(angle_power(unit) == of.angle for unit in motions):
+        return
+    unit = motions[0]
+    left = of.angle - angle_power(unit)
+    if angle_power(unit):
+        said = "that of no angle"
+        what = "say which angle it is, as in mm/5mm*1rev for a screw or mm/5mm*1rad for a radius"
+    elif left > 0:
+        said = f"{unit} times an angle"
+        what = "say what length belongs to it, *5mm/rev for a screw or *5mm/rad for a radius"
+    else:
+        said = f"{unit} an angle"
+        what = "say what angle it is of, as in counts*1rev/4096*5mm/rev"
+    raise UsageError(
+        f"{source}: the {role} is given as {text!r}, which is {said}; {what}.",
+        code="scaling-angle",
+    )
+
+
+def _is_of_motion(unit: Unit) -> bool:
+    """Whether a unit is of length or angle and time alone, such as m/s; a plain number is not."""
+    mass, length, _, current, heat = unit.exponents
+    return not (mass or current or heat) and bool(length or angle_power(unit))
 
 
 def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, source: str) -> None:

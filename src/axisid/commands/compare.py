@@ -18,8 +18,10 @@ from axisid.commands.options.outputs import (
 )
 from axisid.commands.options.record_options import Reading, is_log, record_options
 from axisid.commands.options.several_options import (
+    Sharing,
     columns_by_place,
     columns_of_option,
+    sharing_options,
     skip_bad_option,
 )
 from axisid.commands.options.start_option import start_option
@@ -90,6 +92,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 @filter_options()
 @record_options
 @columns_of_option
+@sharing_options
 @skip_bad_option
 @leave_out_option
 @start_option()
@@ -106,6 +109,7 @@ def compare(
     filtering: Filtering,
     reading: Reading,
     columns_of: tuple[tuple[int, str], ...],
+    sharing: Sharing,
     skip_bad: bool,
     left_out: tuple[str, ...],
     started_at: str,
@@ -135,6 +139,7 @@ def compare(
         skip_bad=skip_bad,
         own_columns=columns_by_place(columns_of, len(record)),
     )
+    inputs, said = sharing.of(inputs, len(record))
     inputs.say_set_aside()
     first, data = inputs.axis, inputs.records
 
@@ -151,7 +156,16 @@ def compare(
     with ProgressLine("comparing") as line:
         built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
         filtered = filtering.prefilter(data[0].period)
-        result = run(built, data, filtered, method, progress=line, start=started_at)
+        result = run(
+            built,
+            data,
+            filtered,
+            method,
+            progress=line,
+            start=started_at,
+            skip_bad=skip_bad,
+            **said,
+        ).with_set_aside(inputs.set_aside)
     put_result(result, json_file)
 
 

@@ -243,7 +243,7 @@ def identify(
     )
     if further:
         sharing.check_validates()
-    shared = sharing.of(max(len(record), 1), inputs.used)
+    inputs, shared = sharing.of(inputs, len(record))
 
     from axisid.estimation.identification import identify as run
 

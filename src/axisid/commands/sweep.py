@@ -89,8 +89,8 @@ def sweep(
         skip_bad=skip_bad,
         own_columns=columns_by_place(columns_of, len(record)),
     )
+    inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
-    shared = sharing.of(max(len(record), 1), inputs.used)
 
     from axisid.estimation.studies import default_cutoffs
     from axisid.estimation.studies import sweep as run
@@ -107,7 +107,7 @@ def sweep(
             skip_bad=skip_bad,
             start=started_at,
             **shared,
-        )
+        ).with_set_aside(inputs.set_aside)
     if json_file != "-":
         print_result(result)
     if json_file is not None:

@@ -4,6 +4,10 @@ In: nothing, or its record. Out: its tables beside ours, figures, files. Knows n
 records, and of the command line.
 """
 
+from .encoder import run_encoder_study as run_encoder_study
+from .encoder_document import ENCODER_FILES as ENCODER_FILES
+from .encoder_document import encoder_document as encoder_document
+from .encoder_document import write_encoder_study as write_encoder_study
 from .study import STUDY_FILES as STUDY_FILES
 from .study import run_study as run_study
 from .study import study_document as study_document

@@ -115,6 +115,22 @@ def _mapping(name: str) -> Callable[[Sequence[str]], str]:
     return written
 
 
+def _names(name: str) -> Callable[[Sequence[str]], str]:
+    """An argument that is a list of names."""
+    return lambda values: f"{name}=[{_each_quoted(','.join(values).split(','))}]"
+
+
+def _by_record(name: str) -> Callable[[Sequence[str]], str]:
+    """An argument that is a mapping to a list, whose option is ``KEY=V1,V2``."""
+
+    def written(values: Sequence[str]) -> str:
+        pairs = (value.partition("=") for value in values)
+        listed = ", ".join(f"{_quoted(k)}: [{v.replace(',', ', ')}]" for k, _, v in pairs)
+        return f"{name}={{{listed}}}"
+
+    return written
+
+
 def _assigned(values: Sequence[str]) -> str:
     """Arguments by name, of options ``NAME=VALUE+-SD``."""
     pairs = (value.partition("=") for value in values)
@@ -177,7 +193,10 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
             written=_number("draws"),
         ),
         "method": Argument(of="compare", name="method", written=_text("method")),
+        "local": Argument(of="identify", name="local", written=_text("local")),
         "skip-bad": Argument(of="identify", name="skip_bad", written=lambda _: "skip_bad=True"),
+        "local": Argument(of="identify", name="local", written=_names("local")),
+        "known": Argument(of="identify", name="known", written=_by_record("known")),
         "start": Argument(of="identify", name="start", written=_text("start")),
         "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
         "leave-out": Argument(of="leave_out", call="leave_out(axis, {})", written=_each_quoted),

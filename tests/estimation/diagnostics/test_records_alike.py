@@ -1,5 +1,6 @@
 """Each record against the others, and checks of each joined to one of all."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -10,7 +11,7 @@ from axisid.estimation.checks.check import Check
 from axisid.estimation.diagnostics.joined import joined
 from axisid.estimation.diagnostics.records_alike import alike_check, records_alike
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy
+from axisid.support.remedy import Remedy, as_options
 from tests.axes.stage import generated, stage, stage_record
 
 METHOD = ["idm-iv"]
@@ -42,7 +43,7 @@ def test_the_record_that_differs_is_named_with_the_parameter(
     found = _check(result)
     assert found.status == "fail"
     assert found.meaning.startswith(f"run {odd + 1} speaks against the rest: ")
-    assert "M = 103" in found.meaning
+    assert f"M is 103.2 +- 0.06 kg in run {odd + 1} and 100.2" in found.meaning
     assert "believe" in result.summary().lower()
 
 
@@ -51,6 +52,43 @@ def test_of_two_records_nobody_can_say_which(plain: GeneratedAxis) -> None:
     found = _check(identify(plain, records, methods=METHOD))
     assert found.status == "fail"
     assert "run 1 and run 2 speak against one another" in found.meaning
+
+
+@pytest.mark.parametrize("odd", [1, 2])
+def test_an_untold_payload_is_named_with_what_declares_it(plain: GeneratedAxis, odd: int) -> None:
+    """The estimate of all is no record's: nothing of it is to be believed."""
+    runs = (1, 2, 3)[: odd + 1]
+    records = [stage_record(s, M=100.2 + 20.0 * (s - 1 == odd)) for s in runs]
+    result = identify(plain, records, methods=METHOD)
+    found = _check(result)
+    assert found.status == "fail"
+    of_all = "run 1" if odd == 1 else "the rest"
+    figures = sorted(map(float, re.findall(r" (1[02]0\.\d) \+- 0\.\d+", found.meaning)))
+    assert figures == pytest.approx([100.2, 120.2], abs=0.3)
+    assert of_all in found.meaning
+    assert "Fv" not in found.meaning
+    assert "another load" in found.meaning
+    assert str(found.note).endswith('let each record have its own (local=["M"])')
+    assert 'known={"NAME": [V1, V2]}' in str(found.note)
+    assert found.remedy is not None
+    assert "--known NAME=V1,V2" in found.remedy.worded(as_options)
+    assert "do not believe" in result.summary().lower()
+
+
+def test_an_own_mass_for_each_record_settles_it(plain: GeneratedAxis) -> None:
+    records = [stage_record(1), stage_record(2, M=120.2)]
+    result = identify(plain, records, methods=METHOD, local="M")
+    assert _check(result).status == "pass"
+
+
+def test_a_load_that_makes_two_parameters_differ_names_both() -> None:
+    """On a slope the payload is in the mass and in the weight."""
+    axis = build(leave_out(stage(), "m_add"))
+    records = [stage_record(1, tau0=5.0), stage_record(2, M=110.0, tau0=25.0)]
+    found = _check(identify(axis, records, methods=METHOD))
+    assert found.remedy is not None
+    names = next(s.value for s in found.remedy.settings if s.name == "local")
+    assert sorted(names.split(",")) == ["M", "tau0"]
 
 
 def test_a_difference_that_makes_no_force_is_a_note(plain: GeneratedAxis) -> None:

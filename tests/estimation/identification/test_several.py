@@ -13,9 +13,13 @@ from axisid import Identification, Prefilter, Record, UsageError, build, identif
 from axisid.elements import Drive
 from axisid.estimation.diagnostics.estimates.drive_gain import gain_check
 from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.identification import layout_for, with_what_is_lost
 from axisid.estimation.joint import GAIN
 from axisid.estimation.records.record import record_labels
+from axisid.support.remedy import Note
+from tests.axes.leaning import leaning
 from tests.axes.stage import TRUTH, generated, stage, stage_record
+from tests.refusals import refuses
 
 METHOD = ["idm-iv"]
 
@@ -238,6 +242,54 @@ def test_known_values_of_a_skipped_record_go_with_it() -> None:
         generated(), records, methods=METHOD, known={"m_add": [0.0, 9.0, 20.0]}, skip_bad=True
     )
     assert [of_one.known["m_add"][0] for of_one in result.of_records] == [0.0, 20.0]
+
+
+SHORT = Record(**{role: v[:40] for role, v in stage_record(1).channels().items()})
+
+
+@pytest.mark.parametrize(
+    ("payloads", "why"),
+    [((20.0, None, 20.0), "m_add is the same in all that are left"), ((20.0, None), "1 record")],
+)
+def test_a_gain_that_only_a_skipped_record_tells_is_told(
+    payloads: tuple[float | None, ...], why: str
+) -> None:
+    records = [SHORT if m is None else stage_record(i, m_add=m) for i, m in enumerate(payloads)]
+    known = {"m_add": [m or 0.0 for m in payloads]}
+    result = identify(generated(), records, methods=["idm-ls"], known=known, skip_bad=True)
+    assert GAIN not in result["idm-ls"].parameters
+    ((_, note),) = result.set_aside.items()
+    assert f"Without it drive_gain is not identified, as {why}" in str(note)
+    assert "the declared 35.15 believed" in " ".join(result.summary().split())
+
+
+def test_a_skipped_record_that_tells_nothing_of_its_own_is_only_named() -> None:
+    records = [stage_record(1), SHORT, stage_record(2, m_add=20.0)]
+    known = {"m_add": [0.0, 9.0, 20.0]}
+    result = identify(generated(), records, methods=["idm-ls"], known=known, skip_bad=True)
+    assert "Without" not in str(*result.set_aside.values())
+
+
+def test_what_is_each_records_own_is_of_the_one_that_is_left() -> None:
+    records = [stage_record(1, tau0=3.0), SHORT]
+    result = identify(generated(), records, methods=["idm-ls"], local="tau0", skip_bad=True)
+    assert "tau0" in result["idm-ls"].parameters
+    assert "tau0 is of the 1 record that is left" in str(*result.set_aside.values())
+
+
+def test_angles_that_are_left_alike_tell_no_weight_from_an_offset() -> None:
+    whole, left = (
+        layout_for(leaning(), len(angles), (), {"angle": angles}, commanded=False)
+        for angles in ([0.0, 0.5, 0.5], [0.5, 0.5])
+    )
+    found = with_what_is_lost({"flat": Note("it is short.")}, leaning(), (whole, left), (1, 2))
+    assert "nothing tells" in str(found["flat"])
+    assert "apart" in str(found["flat"])
+
+
+def test_one_record_has_nothing_of_its_own() -> None:
+    with refuses("local-of-one", "tau0"):
+        identify(generated(), stage_record(1), local="tau0")
 
 
 def test_nothing_to_identify_from_is_refused(plain) -> None:  # type: ignore[no-untyped-def]

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Coordinate, Parameter, UsageError, build, fix, load_axis, newton
+from axisid import UsageError, build, fix, load_axis
 from axisid.estimation.joint.known import known_of
 from axisid.estimation.joint.layout import GAIN, layout_of
+from tests.axes.leaning import leaning
 from tests.axes.stage import generated, stage
 from tests.refusals import refuses
 
@@ -42,43 +43,17 @@ def test_a_local_parameter_is_one_of_each_record() -> None:
         assert found.own(theta, i) == pytest.approx([100.0, 1.0, 2.0, 3.0 + i])
 
 
-def _leaning() -> object:
-    """A load on a slope, whose angle enters nonlinearly; one slope does not tell its weight."""
-    q = Coordinate("q")
-    mass, weight, offset, angle = (
-        Parameter("m", "kg", nominal=1.0),
-        Parameter("w", "N"),
-        Parameter("f0", "N"),
-        Parameter("angle", "rad", nominal=0.1),
-    )
-    import sympy
-
-    base = load_axis("emps2015")
-    force = weight * sympy.sin(angle.symbol) + offset.symbol
-    return build(
-        newton(
-            "leaning",
-            coordinate=q,
-            parameters=(mass, weight, offset, angle),
-            inertia=mass,
-            resistance=(force,),
-            drive=base.drive,
-            control=base.control,
-        )
-    )
-
-
 def test_two_angles_tell_a_weight_from_an_offset() -> None:
-    axis = _leaning()
+    axis = leaning()
     known = known_of({"angle": [0.0, 0.5]}, 2)
-    found = layout_of(axis, 2, known, (), commanded=True)  # type: ignore[arg-type]
+    found = layout_of(axis, 2, known, (), commanded=True)
     assert [p.name for p in found.parameters] == ["m", "w", "f0"]
     theta = np.array([2.0, 10.0, 1.0])
     assert found.own(theta, 0)[-1] == pytest.approx(1.0)
     # The base parameter of the second is w + f0/sin(0.5).
     constant = found.own(theta, 1)[-1] * np.sin(0.5)
     assert constant == pytest.approx(1.0 + 10.0 * np.sin(0.5))
-    alike = layout_of(axis, 2, known_of({"angle": [0.5, 0.5]}, 2), (), commanded=True)  # type: ignore[arg-type]
+    alike = layout_of(axis, 2, known_of({"angle": [0.5, 0.5]}, 2), (), commanded=True)
     assert len(alike.parameters) == 2
 
 
@@ -107,7 +82,7 @@ def test_names_that_the_axis_has_not_are_refused(
 
 def test_parameters_that_enter_nonlinearly_have_to_be_known() -> None:
     with refuses("nonlinear-of-several"):
-        layout_of(_leaning(), 2, (), ("f0",), commanded=True)  # type: ignore[arg-type]
+        layout_of(leaning(), 2, (), ("f0",), commanded=True)  # type: ignore[arg-type]
 
 
 def test_what_is_fixed_of_all_records_is_said_of_each() -> None:

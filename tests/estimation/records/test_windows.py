@@ -95,7 +95,9 @@ def test_masked_rows_stay_masked_in_a_window() -> None:
     [
         ([(12.0, 11.0)], "does not end after it begins"),
         ([(12.0, 12.0)], "does not end after it begins"),
-        ([(float("nan"), 12.0)], "does not end after it begins"),
+        ([(float("nan"), 12.0)], "begins at nan s, which is no time"),
+        ([(float("inf"), None)], "begins at inf s, which is no time"),
+        ([(None, float("-inf"))], "ends at -inf s, which is no time"),
         ([(0.0, 5.0)], "whose time goes from 10 to 13"),
         ([(20.0, None)], "outside the log"),
         ([(11.00001, 11.00009)], "holds no sample"),

@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from axisid import Prefilter, Record, identify, load_axis, simulate, twin_record, validate
+from axisid import (
+    Prefilter,
+    Record,
+    identify,
+    load_axis,
+    load_result,
+    read_record,
+    simulate,
+    twin_record,
+    validate,
+)
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from axisid.estimation.signals import Neighbours, SampledFilter
@@ -92,6 +102,37 @@ def test_a_validation_prints_its_table_and_names_its_record(emps2015: GeneratedA
     other = validate(result, twin_record(load_axis("emps")))
     assert "idm-ls, idm-iv: does not hold on this record" in str(other)
     assert "does not hold on this record" in report_html(result, validation=other)
+
+
+def test_samples_that_the_estimates_were_made_from_are_told(emps2015: GeneratedAxis) -> None:
+    whole = twin_record(emps2015)
+    first, second = whole.windowed((None, 5)), whole.windowed((3, None))
+    result = identify(emps2015, first, methods=["idm-ls"])
+    held = validate(result, second)
+    assert held.known_share == pytest.approx(2.001 / 4.801)
+    assert not held.same_record
+    assert "42 % of its samples are among those" in str(held)
+    assert validate(result, whole.windowed((1, 4))).same_record
+    apart = validate(result, whole.windowed((5, None)))
+    assert apart.known_share < 1e-3
+    assert "of its samples" not in str(apart)
+
+
+def test_windows_of_one_file_are_known_by_their_times(
+    emps2015: GeneratedAxis, tmp_path: Path
+) -> None:
+    columns, log = twin_record(emps2015).channels(), tmp_path / "log.csv"
+    table = np.column_stack([*columns.values()])
+    np.savetxt(log, table, delimiter=",", header=",".join(columns), comments="")
+    first, second, other = (
+        read_record(log, emps2015, windows=[w]) for w in [(None, 4), (3, None), (4, None)]
+    )
+    result = identify(emps2015, first, methods=["idm-ls"])
+    (file := tmp_path / "result.json").write_text(json.dumps(result.to_dict()))
+    for each in (result, load_result(file)):
+        assert validate(each, second).known_share == pytest.approx(1001 / 4801)
+        assert validate(each, other).known_share == pytest.approx(1 / 3801)
+        assert not validate(each, other).same_record
 
 
 @pytest.mark.parametrize(("error", "holds"), [(9.0, True), (11.0, False)])

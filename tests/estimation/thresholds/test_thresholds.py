@@ -35,6 +35,8 @@ IMPLEMENTATION = {
     "loop_start._CLOSE": "rounding of a control",
     "two_clocks._COINCIDES": "rounding of a time",
     "measured_motion._STILL": "where a search ends",
+    "autoregressive._RESOLVED": "where a search ends",
+    "autoregressive._FORGOTTEN": "where a sum ends",
     "measured_motion._FARTHEST": "how far a search goes",
     "measured_motion._TINY": "what there is to divide by",
     "start_position._STEP": "step of a difference",

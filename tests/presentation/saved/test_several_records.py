@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from axisid import (
     Identification,
     Record,
+    UsageError,
     export,
     identify,
     load_result,
@@ -172,6 +173,10 @@ def test_a_log_that_cannot_be_read_is_named_and_can_be_skipped(logs: list[str]) 
     told = _run(axis, first, bad, second, "--skip-bad", "--known", "m_add=0,7,20")
     assert "set aside  1 record" in told
     assert "m_add = 20 kg" in told
+    told = " ".join(_run(axis, first, bad, "--skip-bad", "--known", "m_add=0,20").split())
+    assert "Without it drive_gain is not identified, as 1 record does not tell it" in told
+    alone = _run(axis, first, "--skip-bad", "--method", "idm-ls")  # as a glob may give
+    assert "record     run1.csv" in alone
 
 
 @pytest.mark.parametrize(
@@ -182,12 +187,17 @@ def test_a_log_that_cannot_be_read_is_named_and_can_be_skipped(logs: list[str]) 
         (("--local", "nothing"), "no parameter 'nothing'"),
         (("--columns-of", "3", "time=t"), "record 3 is none"),
         (("--stream",), "reads one RECORD"),
+        (("--gain", "declared"), "--gain says nothing without --known"),
     ],
 )
 def test_options_of_several_have_errors_with_their_place(
     logs: list[str], options: tuple[str, ...], said: str
 ) -> None:
     assert said in _run(*logs[:3], *options)
+
+
+def test_a_single_log_has_no_parameter_of_its_own(logs: list[str]) -> None:
+    assert "there is 1 record; give several" in _run(*logs[:2], "--local", "tau0")
 
 
 def test_columns_may_be_named_for_one_log(logs: list[str], tmp_path: Path) -> None:
@@ -215,6 +225,29 @@ def test_sweep_and_compare_take_several_logs_without_the_bad_ones(logs: list[str
     )
     assert compared.exit_code == 0, compared.output
     assert "record 2   run1.csv" in compared.output
+
+
+def test_candidates_are_compared_with_what_is_known_and_local(
+    logs: list[str], tmp_path: Path
+) -> None:
+    axis, first, second, bad = logs
+    out = tmp_path / "c.json"
+    arguments = ["compare", first, bad, second, "--ladder", axis, "--skip-bad", "--json", str(out)]
+    given = ["--known", "m_add=0,7,20+-0.01", "--local", "tau0"]
+    done = CliRunner().invoke(cli, [*arguments, *given])
+    assert done.exit_code == 0, done.output
+    for said in ("m_add = 20 +- 0.01 kg", "drive_gain", "tau0_2", "set aside  1 record"):
+        assert said in done.output
+    written = json.loads(out.read_text())
+    assert written["known"]["m_add"][1] == {"value": 20.0, "sd": 0.01}
+    assert [*written["set_aside"]] == [bad]
+    by_name = {each["name"]: each for each in written["candidates"]}
+    judged = {c["name"]: c["informed"] for c in by_name["offset"]["parameter_checks"]}
+    assert judged["drive_gain"] is None
+    assert written["recommended"] == "Coulomb"
+    refused = CliRunner().invoke(cli, [*arguments[:-2], "--local", "nothing"])
+    assert isinstance(refused.exception, UsageError)
+    assert "nothing" in str(refused.exception)
 
 
 def test_two_results_of_several_are_set_side_by_side(file: Path) -> None:

@@ -2,10 +2,13 @@
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import click
+
+from .inputs import Inputs
+from .option_checks import check_needed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,29 +27,47 @@ class Sharing:
                 "--local and --known say of each; leave one of them out."
             )
 
-    def of(self, logs: int, used: Sequence[int]) -> dict[str, Any]:
-        """Arguments of `identify` for those of so many logs that are used.
+    def of(self, inputs: Inputs, logs: int) -> tuple[Inputs, dict[str, Any]]:
+        """The inputs, with what is not identified without logs that are set aside; and arguments.
+
+        The arguments are those of `identify` for the logs that are used.
 
         Raises
         ------
         UsageError
-            There are not as many known values as logs.
+            There are not as many known values as logs, or something is each log's own of one.
         """
+        from axisid.estimation.identification import (
+            layout_for,
+            of_used,
+            tells_gain,
+            with_what_is_lost,
+        )
         from axisid.estimation.joint import known_of
 
-        known_of(self.known, logs)
-        return {
-            "local": self.local,
-            "known": {name: [values[i] for i in used] for name, values in self.known.items()},
-            "gain": self.gain,
-        }
+        check_needed(("--gain",), ("--known",))
+        known_of(self.known, max(logs, 1))
+        if not inputs.set_aside:
+            return inputs, {"local": self.local, "known": self.known, "gain": self.gain}
+        declared = {p.name for p in inputs.axis.declared.parameters}
+        own = [name for name in self.local if name in declared]  # others are refused later
+        local, known = of_used(inputs.used, own, self.known)
+        commanded = tells_gain(inputs.records, self.gain)
+        layouts = (
+            layout_for(inputs.axis, logs, own, self.known, commanded=commanded),
+            layout_for(inputs.axis, len(inputs.used), local, known, commanded=commanded),
+        )
+        aside = with_what_is_lost(inputs.set_aside, inputs.axis, layouts, inputs.used)
+        told = replace(inputs, set_aside=aside)
+        local = self.local if len(inputs.used) > 1 else ()
+        return told, {"local": local, "known": known, "gain": self.gain}
 
 
 _OPTIONS = (
     click.option(
         "--local",
         metavar="NAME[,NAME]",
-        help="Parameters that each of several records has for itself.",
+        help="Parameters that each of several records, two or more, has for itself.",
     ),
     click.option(
         "--known",
@@ -83,7 +104,8 @@ def sharing_options(command: Callable[..., None]) -> Callable[..., None]:
 skip_bad_option = click.option(
     "--skip-bad",
     is_flag=True,
-    help="Go on without those of several records that cannot be used; they are counted and named.",
+    help="Go on without those of several records that cannot be used; they are counted and named, "
+    "and what is not identified without them is told. With one record it changes nothing.",
 )
 columns_of_option = click.option(
     "--columns-of",

@@ -5,6 +5,7 @@ from typing import Any
 
 from msgspec import UNSET
 
+from axisid.estimation.joint import Known
 from axisid.estimation.studies import Candidate, Comparison, HeldOut
 from axisid.presentation.schema import (
     WrittenCandidate,
@@ -12,6 +13,7 @@ from axisid.presentation.schema import (
     WrittenCriteria,
     WrittenHeldOut,
     WrittenHeldOutBlocks,
+    WrittenKnown,
     WrittenNestedTest,
     WrittenNoiseBias,
     WrittenParameterCheck,
@@ -41,6 +43,8 @@ def comparison_document(comparison: Comparison) -> WrittenComparison:
     return WrittenComparison(
         record=record_document(c.record),
         records=UNSET if len(c.records) == 1 else tuple(map(record_document, c.records)),
+        known={each.name: _known(each) for each in c.known} or UNSET,
+        set_aside={n: why.worded(as_options) for n, why in c.set_aside.items()} or UNSET,
         prefilter=prefilter_document(c.data.sampling),
         method=c.method,
         rows=len(c.candidates[0].estimate.y),
@@ -54,6 +58,11 @@ def comparison_document(comparison: Comparison) -> WrittenComparison:
         reason=c.reason,
         noise_bias={n: written_as(WrittenNoiseBias, bias) for n, bias in c.noise_biases.items()},
     )
+
+
+def _known(known: Known) -> tuple[WrittenKnown, ...]:
+    pairs = zip(known.values, known.deviations, strict=True)
+    return tuple(WrittenKnown(value=value, sd=sd) for value, sd in pairs)
 
 
 def _candidate(candidate: Candidate) -> WrittenCandidate:

@@ -9,6 +9,7 @@ from .base import JsonObject, about
 from .diagnosis import WrittenNoiseBias
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord
+from .values import WrittenKnown
 
 
 class WrittenHeldOut(JsonObject, frozen=True, kw_only=True):
@@ -85,6 +86,14 @@ class WrittenComparison(
     records: Annotated[
         tuple[WrittenRecord, ...] | UnsetType,
         about("Where there are several, all of them; `record` is the first."),
+    ] = UNSET
+    known: Annotated[
+        Mapping[str, tuple[WrittenKnown, ...]] | UnsetType,
+        about("What is known of each record, SI, by name."),
+    ] = UNSET
+    set_aside: Annotated[
+        Mapping[str, str] | UnsetType,
+        about("Records that could not be used, with the reason."),
     ] = UNSET
     prefilter: WrittenPrefilter
     method: str

@@ -26,7 +26,14 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy, Setting, Wording, as_arguments
 
 from .quantity import quantity
-from .record import listed_facts, record_facts, rows_text, several_rows_text
+from .record import (
+    known_text,
+    listed_facts,
+    record_facts,
+    rows_text,
+    set_aside_facts,
+    several_rows_text,
+)
 
 _ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16
@@ -80,8 +87,16 @@ def _heading(c: Comparison, wording: Wording) -> Heading:
         f"{c.gap} rows on both sides"
     )
     told = [record_facts(record, wording) for record in c.records]
+    units = {p.name: p.unit for p in c.problem.axis.declared.parameters}
+    for i, own in enumerate(told):
+        known = [
+            known_text(k.name, (k.values[i], k.deviations[i]), units.get(k.name, ""))
+            for k in c.known
+        ]
+        own["record"] = "; ".join([own["record"], *known])
     shown = told[0] if len(told) == 1 else listed_facts(told)
-    facts = {"left out": _left_out(c.candidates), **shown}
+    aside = set_aside_facts(c.set_aside, wording)
+    facts = {"left out": _left_out(c.candidates), **shown, **aside}
     return Heading(facts=tuple({**facts, "columns": "", "method": method}.items()))
 
 

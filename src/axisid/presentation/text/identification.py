@@ -230,10 +230,8 @@ def draws_table(estimates: Mapping[str, Estimate], draws: int) -> Table:
 
 def _notes(estimates: Sequence[Estimate]) -> list[str]:
     methods = [e.method for e in estimates]
-    names = [e.covariance_names for e in estimates]
     chosen = estimates[0].chosen
-    lags = dict.fromkeys(match for n in names for match in re.findall(r"(\d+) lags", n[chosen]))
-    name = re.sub(r"\d+ lags", f"{', '.join(lags)} lags", names[0][chosen])
+    name = covariance_name({e.method: e.covariance_names[chosen] for e in estimates})
     allowed = (
         "are autocorrelated"
         if COVARIANCES[chosen].allows_autocorrelation
@@ -241,7 +239,7 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
     )
     notes = [
         f"sd and 95 % intervals: {name}. Residuals of filtered data {allowed}.",
-        f"i.i.d. sd, as in the published tables: {names[0]['iid']}.",
+        f"i.i.d. sd, as in the published tables: {estimates[0].covariance_names['iid']}.",
     ]
     notes += _gain_notes(estimates[-1])
     notes += _filter_notes(estimates)
@@ -265,6 +263,20 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
             "is a self-test, not a second opinion."
         )
     return notes
+
+
+def covariance_name(names: Mapping[str, str]) -> str:
+    """One name for those of every method: with the lags of all, and whose deviations are wider."""
+    heads, tails = zip(*(name.partition("; ")[::2] for name in names.values()), strict=True)
+    lags = dict.fromkeys(found for head in heads for found in re.findall(r"(\d+) lags", head))
+    head = re.sub(r"\d+ lags", f"{', '.join(lags)} lags", heads[0])
+    if len(set(tails)) == 1:
+        return f"{head}; {tails[0]}" if tails[0] else head
+    of_each: dict[str, list[str]] = {}
+    for method, tail in zip(names, tails, strict=True):
+        of_each.setdefault(tail, []).append(method.upper())
+    said = (f"{tail} ({', '.join(methods)})" for tail, methods in of_each.items() if tail)
+    return "; ".join([head, *said])
 
 
 def shared_remarks(estimates: Iterable[Estimate], wording: Wording) -> list[str]:

@@ -113,7 +113,7 @@ def several_facts(result: Identification, wording: Wording) -> dict[str, str]:
     units = _units(result)
     told = [record_facts(of_one.record, wording) for of_one in result.of_records]
     for of_one, own in zip(result.of_records, told, strict=True):
-        known = [_known(n, v, units.get(n, "")) for n, v in of_one.known.items()]
+        known = [known_text(n, v, units.get(n, "")) for n, v in of_one.known.items()]
         own["record"] = "; ".join([own["record"], *known])
     return {"records": f"{len(told)}, one set of parameters", **listed_facts(told)}
 
@@ -240,7 +240,8 @@ def _or_dash(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form)
 
 
-def _known(name: str, value: tuple[float, float], unit: str) -> str:
+def known_text(name: str, value: tuple[float, float], unit: str) -> str:
+    """What is known of a record, with its deviation."""
     number, deviation = value
     spread = f" +- {deviation:g}" if deviation else ""
     return f"{name} = {number:g}{spread} {unit}".rstrip()

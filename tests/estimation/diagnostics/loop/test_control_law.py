@@ -91,7 +91,7 @@ FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
         lambda r: replace(r, position=-r.position),
         "with the position times -1: check its sign",
     ),
-    "constant": (lambda r: replace(r, control=r.control + 0.1), "a constant of 0.1 explains it"),  # type: ignore[operator]
+    "constant": (lambda r: replace(r, control=r.control + 0.1), "with a constant of 0.1 V off"),  # type: ignore[operator]
 }
 
 

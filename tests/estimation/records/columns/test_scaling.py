@@ -54,6 +54,13 @@ def log(**changes: Any) -> dict[str, Any]:
         ("rpm*2", "", 2 * math.pi / 30, 0.0),
         ("m/s**2*3", "", 3.0, 0.0),
         ("m/s^-2*3", "", 3.0, 0.0),
+        ("rpm*5mm/rev/3", "", 5e-3 / 180, 0.0),
+        ("rpm*5mm/rad", "", 5e-3 * 2 * math.pi / 60, 0.0),
+        ("rpm*5mm/rev+60rpm", "", 5e-3 / 60, 5e-3),
+        ("mA*10mm/1A-2mA", "", 1e-5, -2e-5),
+        ("V*10 mm/V-2mm", "", 1e-2, -2e-3),
+        ("mm*0.5rev/5mm", "", 0.2 * math.pi, 0.0),
+        ("mm/5mm/rev", "", 0.4 * math.pi, 0.0),
     ],
 )
 def test_a_scaling_is_read_to_the_last_bit(
@@ -101,7 +108,16 @@ def test_factors_are_multiplied_as_fractions(factors: list[Fraction], unit: str)
         ("counts*360deg+1deg-2deg", 19, "the offset comes last, and once"),
         ("counts*3counts", 8, "one count is a length or an angle"),
         ("counts*0deg", 8, "a factor of 0"),
-        ("mm/0", 4, "a factor of 0"),
+        ("mm/0", 4, "nothing is divided by 0"),
+        ("mm*nan", 4, "'nan' is no number"),
+        ("mm/-Infinity", 4, "'-Infinity' is no number"),
+        ("mm*", 4, "a number is missing after '*'"),
+        ("mm *2 -", 8, "a number is missing after '-'"),
+        ("mm*1e999999999", 4, "'1e999999999' is beyond any scale"),
+        ("mm*1e-999999999", 4, "is beyond any scale"),
+        ("mm*1e299*1e299", 1, "no number that can be computed with"),
+        (f"mm*{'9' * 300}", 201, "more than 200 letters"),
+        ("rpm*5mm/furlong", 6, "'mm/furlong' is no unit"),
         ("mm+2V", 3, "an offset in V does not add to m"),
     ],
 )
@@ -206,6 +222,52 @@ def test_a_scaling_that_gives_no_position_is_refused(
 ) -> None:
     with pytest.raises(UsageError, match=said):
         read_record(log(), load_axis("pendulum"), columns={"position": column})
+
+
+@pytest.mark.parametrize(
+    ("axis", "role", "scaling", "what"),
+    [
+        ("emps2015", "velocity", "rpm*5mm/3", "m/s times an angle; .*5mm/rev for a screw"),
+        ("emps2015", "velocity", "rad/s*5mm", "m/s times an angle"),
+        ("emps2015", "position", "deg*5mm", "m times an angle"),
+        ("emps2015", "position", "counts*360deg/4096*5mm", "m times an angle"),
+        ("emps2015", "position", "counts*5mm/rev/4096", "m an angle; .*counts\\*1rev/4096"),
+        ("emps2015", "acceleration", "rev/s^2*5mm", "m/s\\^2 times an angle"),
+        ("pendulum", "position", "mm/5mm", "that of no angle; .*1rev"),
+        ("pendulum", "velocity", "mm/s/5mm", "that of no angle"),
+        (None, "position", "deg*5mm", "m times an angle"),
+    ],
+)
+def test_an_angle_that_no_length_is_given_for_is_refused(
+    axis: str | None, role: str, scaling: str, what: str
+) -> None:
+    unit = load_axis(axis).coordinate.unit if axis else "m"
+    columns = {"position": f"#2:{unit}", role: f"#4:{scaling}"}
+    with pytest.raises(UsageError, match=what) as refused:
+        read_record(log(other=COUNTS + 0.5), axis and load_axis(axis), columns=columns)
+    assert refused.value.code == "scaling-angle"
+
+
+@pytest.mark.parametrize(
+    ("axis", "role", "scaling", "each"),
+    [
+        ("emps2015", "velocity", "rpm*5mm/rev", 5e-3 / 60),
+        ("emps2015", "velocity", "rad/s*5mm/rad", 5e-3),
+        ("emps2015", "velocity", "deg/s*5mm/360deg", 5e-3 / 360),
+        ("emps2015", "position", "counts*5mm/4096", 5e-3 / 4096),
+        ("emps2015", "position", "counts*360deg/4096*5mm/rev", 5e-3 / 4096),
+        ("pendulum", "position", "mm*1rev/5mm", 0.4 * math.pi),
+        ("pendulum", "control", "mm*2A/5mm", 0.4),
+        ("emps2015", "force", "Nm/5mm/rev", 400 * math.pi),
+    ],
+)
+def test_a_length_of_a_turn_or_of_a_radian_makes_an_angle_a_length(
+    axis: str, role: str, scaling: str, each: float
+) -> None:
+    unit = load_axis(axis).coordinate.unit
+    columns = {"position": f"#2:{unit}", role: f"#4:{scaling}"}
+    record = read_record(log(other=COUNTS + 0.5), load_axis(axis), columns=columns)
+    assert record.channels()[role] == pytest.approx(each * (COUNTS + 0.5), rel=1e-12)
 
 
 def test_a_position_of_whole_numbers_is_not_believed_to_be_radians() -> None:

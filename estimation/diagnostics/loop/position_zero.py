@@ -1,0 +1,123 @@
+"""A position that is recorded from another zero than the reference, beside a law.
+
+To the law it is a tracking error that does not change: a control of so many volts where the law is
+of gains alone, a ramp where it integrates. The first is what a constant error of the recorded
+control is too, so that both are told.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds.diagnostics import MAX_SCALE_ERROR
+from axisid.modeling.declaration import ControlLaw
+from axisid.support.arrays import Array
+from axisid.support.remedy import Note, Remedy, Setting
+
+from .law_terms import compared_with_law, law_error_percent
+
+_STEP = 1e-3  # of the reference's range
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PositionZero:
+    """How far the recorded position is from where the law read it.
+
+    Attributes
+    ----------
+    away : float
+        By how much the recorded position is more than the one beside the reference, SI.
+    error_percent : float
+        What the law leaves of the recorded control with the position moved back.
+    control : float or None
+        The constant control that does the same; None for a law that integrates.
+    """
+
+    away: float
+    error_percent: float
+    control: float | None
+
+
+def position_zero(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int
+) -> PositionZero | None:
+    """The zero of the position that explains most of what a law leaves; None where it does nothing.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    law : ControlLaw
+        Of the axis.
+    record : Record
+        Of one piece, with a reference and a control.
+    settle : int
+        Samples at the start that are not compared.
+    """
+    reference = np.asarray(record.reference)
+    step = _STEP * float(np.ptp(reference)) or _STEP
+    control, terms, used = compared_with_law(axis, law, record, settle)
+    _, moved, _ = compared_with_law(axis, law, _moved(record, step), settle)
+    answer = ((moved.sum(axis=1) - terms.sum(axis=1)) / step)[used]
+    left = (control - terms.sum(axis=1))[used]
+    power = float(answer @ answer)
+    if not (np.isfinite(power) and power > 0):
+        return None
+    away = -float(answer @ left) / power
+    return PositionZero(
+        away=away,
+        error_percent=law_error_percent(axis, law, _moved(record, -away), settle),
+        control=_constant(answer, away),
+    )
+
+
+def told_zero(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> str:
+    """How far the position would be away, in words; empty where that makes no constant."""
+    found = position_zero(axis, law, record, settle)
+    if found is None or found.control is None:
+        return ""
+    return f"{found.away:+.3g} {axis.axis.coordinate.unit}"
+
+
+def _moved(record: Record, by: float) -> Record:
+    return replace(record, position=record.position + by)
+
+
+def _constant(answer: Array, away: float) -> float | None:
+    """The control that such a zero is, where it is as much all the time."""
+    mean = float(np.mean(answer))
+    if float(np.ptp(answer)) > MAX_SCALE_ERROR.value * abs(mean):
+        return None
+    return -mean * away
+
+
+def zero_note(axis: GeneratedAxis, record: Record, found: PositionZero) -> Note:
+    """What such a record is, and what puts it right; it goes on after what the law leaves."""
+    unit, drive = axis.axis.coordinate.unit, axis.axis.drive
+    name = record.provenance.columns.get("position", "NAME")
+    said = (
+        f"it is with the position {found.away:+.3g} {unit} away from its zero beside the reference "
+        "(a constant tracking error of as much)"
+    )
+    back = Setting("columns", f"position={name}:UNIT{-found.away:+.3g}{unit}")
+    if found.control is None:
+        return Note(f"{said}: ", Remedy.of("take that off (", back, ")"))
+    beyond = abs(found.control) > drive.limit
+    if beyond:
+        return Note(
+            f"{said}, which the law makes {found.control:.3g} {drive.unit} of, more than the drive "
+            "gives: ",
+            Remedy.of("take that off the position (", back, ")"),
+        )
+    return Note(
+        f"{said}, or with a constant of {found.control:.3g} {drive.unit} off the control, which "
+        "the law makes of it: a constant force that the model does not explain, or an offset that "
+        "should be nothing, would say that it is the control's; ",
+        Remedy.of(
+            "take the one off the position (",
+            back,
+            "), or check the control's offset, or an integral of the drive that the law does not "
+            "declare",
+        ),
+    )

@@ -1,0 +1,205 @@
+"""Whether samples are among several records more than once: a record given twice, or an overlap.
+
+Two files of one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a
+log, and rows 5000 to 15000. Times are therefore not looked at. What the records measured in a few
+samples that follow one another is a word, and words that occur once in either record are looked
+for in both; where many of them are equally far apart, the samples there are compared one by one. An
+axis at rest repeats its words, so that two records that both rest have nothing in common. Numbers
+are compared as 32-bit floats, since files may write them with other digits, or in other units. Of
+records that were resampled, whose samples lie elsewhere in time, nothing is told.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.checks import Check
+from axisid.estimation.records import Record, record_labels
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_REPEATED_SAMPLES,
+    MAX_WRITTEN_APART,
+    MIN_COMMON_SAMPLES,
+    MIN_COMMON_WORDS,
+)
+from axisid.support.arrays import Array
+
+NAME = "repeated records"
+
+_WORD = 8  # samples
+_MIX = np.uint64(0x9E3779B97F4A7C15)
+_SHIFT = np.uint64(29)
+_Words = NDArray[np.uint64]
+_Chosen = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Overlap:
+    """Samples that two records have in common.
+
+    Attributes
+    ----------
+    records : (int, int)
+        Which two.
+    samples : ((N,) array of bool, (M,) array of bool)
+        Which of the one, and which of the other.
+    times : ((float, float), (float, float))
+        First and last of them, s, as each record's own time counts.
+    """
+
+    records: tuple[int, int]
+    samples: tuple[_Chosen, _Chosen]
+    times: tuple[tuple[float, float], tuple[float, float]]
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether both records are these samples."""
+        return all(bool(chosen.all()) for chosen in self.samples)
+
+
+def overlaps(records: Sequence[Record]) -> tuple[Overlap, ...]:
+    """What every two of the records have in common, in their order."""
+    pairs = combinations(range(len(records)), 2)
+    found = (_overlap((i, j), records[i], records[j]) for i, j in pairs)
+    return tuple(each for each in found if each is not None)
+
+
+def repeated_check(records: Sequence[Record]) -> Check | None:
+    """Whether samples are given more than once, which says nothing new; None where none are."""
+    found = overlaps(records)
+    if not found:
+        return None
+    times = mean_times(records, found)
+    return Check(
+        name=NAME,
+        status="fail" if times > MAX_REPEATED_SAMPLES.value else "note",
+        figure=times,
+        threshold=MAX_REPEATED_SAMPLES.value,
+        source="how often a sample is among the records, on average: variances are too small by as "
+        "much",
+        meaning=f"{_told(found, record_labels(records))}; deviations are up to {times**0.5:.3g} "
+        "times too small: give each sample once",
+    )
+
+
+def mean_times(records: Sequence[Record], found: Sequence[Overlap]) -> float:
+    """How often a sample is among the records, on average over all that are given."""
+    counts = [np.ones(len(record)) for record in records]
+    for each in found:
+        for record, chosen in zip(each.records, each.samples, strict=True):
+            counts[record] += chosen
+    return float(np.mean(np.concatenate(counts)))
+
+
+def _overlap(pair: tuple[int, int], one: Record, other: Record) -> Overlap | None:
+    columns = _measured(one, other)
+    if not columns:
+        return None
+    first, second = (_words([each[side] for each in columns]) for side in (0, 1))
+    chosen = np.zeros(len(one), dtype=bool), np.zeros(len(other), dtype=bool)
+    for places in _places(first, second):
+        start, stop = _stretch(columns, places)
+        if stop > start:
+            chosen[0][start:stop] = True
+            chosen[1][start + places.distance : stop + places.distance] = True
+    if not chosen[0].any():
+        return None
+    ends = [np.flatnonzero(each)[[0, -1]] for each in chosen]
+    (a, b), (c, d) = (r.time[end] for r, end in zip((one, other), ends, strict=True))
+    return Overlap(records=pair, samples=chosen, times=((float(a), float(b)), (float(c), float(d))))
+
+
+def _measured(one: Record, other: Record) -> list[tuple[Array, Array]]:
+    """What both records measured of the motion and of the drive; empty without either.
+
+    A reference is the same whenever it is run, and a position in few steps may be.
+    """
+    roles = [*one.motion, "control", "force"]
+    both = [role for role in roles if role in one.channels() and role in other.channels()]
+    if not {"control", "force"} & {*both} or len(both) < 2:
+        return []
+    return [(one.channels()[role], other.channels()[role]) for role in both]
+
+
+def _stretch(columns: Sequence[tuple[Array, Array]], places: "_Places") -> tuple[int, int]:
+    """First sample of the one record that both have, and the one after the last; (0, 0) if none.
+
+    What two runs of one motion have alike by chance has other samples between.
+    """
+    a, b = max(0, -places.distance), max(0, places.distance)
+    n = min(len(columns[0][0]) - a, len(columns[0][1]) - b)
+    same = np.ones(n, dtype=bool)
+    for x, y in columns:
+        size = float(np.max(np.abs(x)))
+        same &= np.abs(x[a : a + n] - y[b : b + n]) <= MAX_WRITTEN_APART.value * size
+    if np.mean(same[places.first - a : places.last - a]) < MIN_COMMON_SAMPLES.value:
+        return 0, 0
+    before = np.flatnonzero(~same[: places.first - a])
+    after = np.flatnonzero(~same[places.last - a :])
+    start = a + int(before[-1]) + 1 if before.size else a
+    stop = places.last + int(after[0]) if after.size else a + n
+    return start, stop
+
+
+def _words(columns: Sequence[Array]) -> _Words:
+    """A number for each run of so many samples: equal for equal runs, and else by rare chance."""
+    letters = np.zeros(len(columns[0]), dtype=np.uint64)
+    for column in columns:
+        with np.errstate(all="ignore"):
+            written = np.asarray(column + 0.0, dtype=np.float32)  # -0 is 0
+        letters = _mixed(letters + written.view(np.uint32))
+    count = max(len(letters) - _WORD + 1, 0)
+    words = np.zeros(count, dtype=np.uint64)
+    for i in range(_WORD):
+        words = _mixed(words + letters[i : i + count])
+    return words
+
+
+def _mixed(numbers: _Words) -> _Words:
+    product = (numbers + np.uint64(1)) * _MIX
+    return np.asarray(product ^ (product >> _SHIFT), dtype=np.uint64)
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    """Words that are as far apart: places in the other record less those in the one, and theirs."""
+
+    distance: int
+    first: int
+    last: int  # one after the last word's last sample
+
+
+def _places(one: _Words, other: _Words) -> list[_Places]:
+    """Where enough words of the two records are equally far apart."""
+    (first, of_one), (second, of_other) = _once(one), _once(other)
+    _, i, j = np.intersect1d(first, second, assume_unique=True, return_indices=True)
+    at, apart = of_one[i], of_other[j] - of_one[i]
+    distances, counts = np.unique(apart, return_counts=True)
+    found = []
+    for distance in distances[counts >= MIN_COMMON_WORDS.value]:
+        there = at[apart == distance]
+        found.append(_Places(int(distance), int(there.min()), int(there.max()) + _WORD))
+    return found
+
+
+def _once(words: _Words) -> tuple[_Words, NDArray[np.intp]]:
+    """Words that occur once, and where."""
+    found, places, counts = np.unique(words, return_index=True, return_counts=True)
+    return found[counts == 1], places[counts == 1]
+
+
+def _told(found: Sequence[Overlap], names: Sequence[str]) -> str:
+    said = []
+    for each in found:
+        (i, j), (of_one, of_other) = each.records, each.times
+        if each.is_whole:
+            said.append(f"{names[i]} and {names[j]} have the same samples")
+            continue
+        said.append(
+            f"{names[i]} and {names[j]} have {int(each.samples[0].sum())} samples in common, from "
+            f"{of_one[0]:.6g} to {of_one[1]:.6g} s of the first and from {of_other[0]:.6g} to "
+            f"{of_other[1]:.6g} s of the second"
+        )
+    return "; ".join(said)

@@ -1,0 +1,120 @@
+"""Covariance of an estimate whose residuals are an autoregression, the regressor taken as fixed.
+
+A kernel adds up what scores show of each lag. Where a record holds few that are independent, that
+is too little: the fit takes of the errors what is slow, as its regressor is, and so residuals, and
+their scores, have less of it than the errors had. An autoregression of the residuals is one number
+of all rows, and what the fit takes of it follows from the regressor. It knows nothing of residuals
+whose variance changes, so that it is no more than a lower bound beside the kernel's: the larger of
+a robust and a conventional deviation, as [AngristPischke2009]_ advise for small samples.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.signal import lfilter
+
+from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.regression import (
+    MAX_CHANCE_DEVIATION,
+    MAX_RESIDUAL_AUTOREGRESSION,
+)
+from axisid.support.arrays import Array
+
+from .linear import Solution
+
+_RESOLVED = 1e-3  # of the autoregression, far finer than a short record shows it
+_FORGOTTEN = 0.05  # of a residual, after which rows are as far apart as any
+
+
+def autoregressive_covariance(solution: Solution) -> Array:
+    """``A' Omega A``, (k, k), for the influence A and residuals that are an AR(1).
+
+    Its coefficient is the one with which residuals, as the fit leaves them, would show the
+    autocorrelation that they show, 0 at least. Nothing where residuals are zero, or where they are
+    less alike from row to row than independent errors would leave them but for chance: as noise of
+    a position is differentiated, there is nothing slow that the fit could take.
+    """
+    e = solution.residuals
+    nothing = np.zeros((solution.influence.shape[1],) * 2)
+    if not e @ e > 0:
+        return nothing
+    fitted = _Fitted.of(solution)
+    shown = _autocorrelation(e, solution.neighbours)
+    if shown < fitted.left(0.0) - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
+        return nothing
+    rho = _matched(fitted, shown)
+    taken = fitted.taken(fitted.coloured(rho))
+    variance = float(e @ e) / (len(e) - float(np.trace(taken)))
+    return np.asarray(variance * fitted.mixing.T @ taken @ fitted.mixing, dtype=float)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Fitted:
+    """What a fit takes of its rows: all that its influence spans.
+
+    Attributes
+    ----------
+    basis : (m, k) array
+        Orthonormal, on the grid of places; zero where a row is missing.
+    there : (m,) array
+        1 where there is a row, 0 where one is missing.
+    mixing : (k, k) array
+        The influence is the basis times this.
+    """
+
+    basis: Array
+    there: Array
+    mixing: Array
+
+    @classmethod
+    def of(cls, solution: Solution) -> Self:
+        """Of a solution; rows further apart than a residual is remembered count as just so far."""
+        influence, order = solution.influence, solution.neighbours
+        size = np.linalg.norm(influence, axis=0)  # columns may be of sizes far apart
+        basis, triangle = np.linalg.qr(influence / size)
+        reach = int(np.log(_FORGOTTEN) / np.log(MAX_RESIDUAL_AUTOREGRESSION.value))
+        return cls(
+            basis=order.on_grid(basis, reach),
+            there=order.on_grid(np.ones((len(basis), 1)), reach)[:, 0],
+            mixing=triangle * size,
+        )
+
+    def coloured(self, rho: float) -> Array:
+        """The correlations of errors times the basis, (m, k)."""
+        before = lfilter([1.0], [1.0, -rho], self.basis, axis=0)
+        after = lfilter([1.0], [1.0, -rho], self.basis[::-1], axis=0)[::-1]
+        return np.asarray((before + after - self.basis) * self.there[:, None], dtype=float)
+
+    def taken(self, coloured: Array) -> Array:
+        """Correlations of what the fit takes, (k, k)."""
+        return np.asarray(self.basis.T @ coloured, dtype=float)
+
+    def left(self, rho: float) -> float:
+        """Autocorrelation at a row's distance that residuals are expected to show."""
+        coloured = self.coloured(rho)
+        taken = self.taken(coloured)
+        power = float(self.there.sum() - np.trace(taken))
+        early, late = self.basis[:-1], self.basis[1:]
+        pairs = float(self.there[1:] @ self.there[:-1])
+        crossed = np.sum(late * coloured[:-1]) + np.sum(coloured[1:] * early)
+        products = rho * pairs - float(crossed) + float(np.sum((late @ taken) * early))
+        return (products / max(pairs, 1.0)) / (power / float(self.there.sum()))
+
+
+def _autocorrelation(e: Array, order: Neighbours) -> float:
+    """Of residuals at a row's distance."""
+    late, early = order.pairs(1)
+    later, earlier = e[late], e[early]
+    return float(later @ earlier / max(len(later), 1)) / float(e @ e / len(e))
+
+
+def _matched(fitted: _Fitted, shown: float) -> float:
+    """The autoregression, from 0 to short of one, that leaves the autocorrelation shown."""
+    most = MAX_RESIDUAL_AUTOREGRESSION.value
+    if fitted.left(most) <= shown:
+        return most
+    if fitted.left(0.0) >= shown:
+        return 0.0
+    return float(brentq(lambda rho: fitted.left(rho) - shown, 0.0, most, xtol=_RESOLVED))

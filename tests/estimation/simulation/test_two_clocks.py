@@ -1,0 +1,147 @@
+"""What a user simulates with a period of his own is the loop at its law's period, sampled so."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Experiment,
+    UsageError,
+    back_and_forth,
+    build,
+    identify,
+    simulate,
+    twin_record,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import check_law, simulate_batch
+from axisid.estimation.diagnostics.loop.control_law import LawCheck
+from tests.axes.recorded import PERIOD_S, recorded_axis
+from tests.estimation.loops.test_two_clocks import LOG, by_events, cascade, cascade_p_pi, stage
+from tests.estimation.simulation.test_loop_start import THETA
+
+WAVE = 0.01 * np.sin(2 * np.pi * 6 * LOG * np.arange(160))
+TRUTH = dict(zip(("M", "Fv", "Fc", "F0"), THETA, strict=True))
+
+
+def twin_axis(ratio: float, between: str = "") -> GeneratedAxis:
+    """The stage with an experiment, its loop so many times as fast as the log."""
+    axis = stage(replace(cascade_p_pi(LOG / ratio), reference_between=between)).declared
+    moves = back_and_forth(speeds=(0.04, 0.08, 0.12), acceleration=0.8, seconds=1.0, repeat=2)
+    experiment = Experiment(moves=moves, truth=TRUTH, position_noise=0.0)
+    return build(replace(axis, experiment=experiment))
+
+
+@pytest.mark.parametrize("ratio", [4.0, 2.5, 0.4, 0.25])
+def test_a_loop_of_another_period_follows_an_independent_integrator(ratio: float) -> None:
+    law = replace(cascade_p_pi(LOG / ratio), reference_between="linear")
+    axis = stage(law)
+    loop = simulate(axis, THETA, WAVE, LOG, start=0.0)
+    times = np.arange(np.ceil((len(WAVE) - 1) * ratio) + 1) / ratio
+    expected = by_events(np.interp(times, np.arange(160), WAVE), law.period, LOG * np.arange(160))
+    assert np.allclose(loop.time, LOG * np.arange(160))
+    assert np.abs(loop.position - expected).max() < (2e-9 if ratio > 1 else 2e-7)
+
+
+@pytest.mark.parametrize("ratio", [4.0, 0.4])
+def test_lanes_of_another_period_are_single_loops(ratio: float) -> None:
+    axis = stage(cascade_p_pi(LOG / ratio))
+    lanes = np.array([THETA, 1.1 * np.array(THETA)])
+    noise = 1e-6 * np.random.default_rng(0).normal(size=(160, 2))
+    references = np.column_stack([WAVE, 0.5 * WAVE])
+    batch = simulate_batch(
+        axis, lanes, references, LOG, position_noise=noise, wanted=("position", "force", "control")
+    )
+    assert batch["position"].shape == (160, 2)
+    for lane in range(2):
+        alone = simulate(axis, lanes[lane], references[:, lane], LOG, position_noise=noise[:, lane])
+        for name in ("position", "force", "control"):
+            assert np.allclose(batch[name][:, lane], getattr(alone, name), rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("ratio", [4.0, 0.25])
+@pytest.mark.parametrize("between", ["linear", "held"])
+def test_recorded_signals_are_taken_to_the_law_s_clock(ratio: float, between: str) -> None:
+    """A pressure that does not change does what a constant does."""
+    axis = recorded_axis("pressure", between, noise=0.0)
+    assert axis.control is not None
+    own = build(replace(axis, control=replace(axis.control, period=PERIOD_S / ratio)))
+    theta = [90.0, 200.0, 20.0, -600.0, 1e-3]
+    with_signal = simulate(own, theta, WAVE, PERIOD_S, signals={"pressure": np.full(160, 5e5)})
+    shifted = [90.0, 200.0, 20.0, -100.0, 0.0]
+    without = simulate(own, shifted, WAVE, PERIOD_S, signals={"pressure": np.zeros(160)})
+    assert np.allclose(with_signal.position, without.position, atol=1e-12)
+    lanes = np.array([theta, shifted])
+    two = np.column_stack([np.full(160, 5e5), np.zeros(160)])
+    batch = simulate_batch(own, lanes, WAVE, PERIOD_S, signals={"pressure": two})
+    assert np.allclose(batch["position"].T, with_signal.position, atol=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [4.0, 16.0, 2.5, 0.4, 0.25])
+def test_a_twin_of_two_clocks_is_identified(ratio: float) -> None:
+    axis = twin_axis(ratio)
+    record = twin_record(axis, sample_period=LOG)
+    assert record.period == pytest.approx(LOG)
+    found = identify(axis, record, methods=["idm-iv"])["idm-iv"]
+    assert found.physical == pytest.approx(THETA, rel=2e-3)
+    law = check_law(axis, record)
+    assert isinstance(law, LawCheck)
+    assert law.passed
+
+
+@pytest.mark.parametrize("between", ["linear", "held"])
+def test_a_twin_s_set_point_runs_between_samples_as_its_law_declares(between: str) -> None:
+    axis = twin_axis(4.0, between)
+    record = twin_record(axis, sample_period=LOG)
+    assert record.reference is not None
+    loop = simulate(axis, THETA, record.reference, LOG)
+    assert np.array_equal(loop.position, record.position)
+    assert np.array_equal(loop.control, record.control)
+
+
+def test_a_log_that_is_faster_than_its_loop_has_noise_of_its_own_in_each_sample() -> None:
+    axis = build(stage(cascade(LOG)).declared)
+    declared = twin_axis(1.0).declared
+    axis = build(replace(declared, control=cascade(LOG)))
+    record = twin_record(axis, sample_period=LOG / 4, position_noise=1e-5)
+    exact = twin_record(axis, sample_period=LOG / 4)
+    noise = record.position - exact.position
+    changes = np.diff(noise[:200])
+    assert np.std(changes) == pytest.approx(np.sqrt(2) * 1e-5, rel=0.2)
+
+
+def test_a_measured_velocity_and_acceleration_are_those_at_the_samples_of_the_log() -> None:
+    record = twin_record(
+        twin_axis(4.0), sample_period=LOG, velocity_noise=0.0, acceleration_noise=0.0
+    )
+    velocity, position = np.asarray(record.velocity), record.position
+    central = (position[2:] - position[:-2]) / (2 * LOG)
+    assert np.median(np.abs(velocity[1:-1] - central)) < 1e-5
+    slope = (velocity[2:] - velocity[:-2]) / (2 * LOG)
+    assert np.median(np.abs(np.asarray(record.acceleration)[1:-1] - slope)) < 1e-2
+
+
+def test_a_period_in_another_unit_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"evaluated every 0\.001 s; give one that is at most 400"):
+        simulate(stage(cascade(LOG)), THETA, WAVE, 1.0)
+    with pytest.raises(UsageError, match=r"the period is -1 s"):
+        twin_record(twin_axis(4.0), sample_period=-1)
+
+
+def test_a_smooth_reference_is_made_once_for_all_loops_of_a_record(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from axisid.estimation.simulation import two_clocks
+
+    axis, made = twin_axis(4.0), []
+    record = twin_record(axis, sample_period=LOG)
+    spline = two_clocks.CubicSpline
+
+    def counted(*arguments: np.ndarray) -> object:
+        made.append(arguments)
+        return spline(*arguments)
+
+    monkeypatch.setattr(two_clocks, "CubicSpline", counted)
+    identify(axis, record, methods=["idm-iv"])
+    assert len(made) == 1

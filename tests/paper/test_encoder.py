@@ -1,0 +1,72 @@
+"""How coarse an encoder each method bears: a study in small, and what it looks like."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import UsageError
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.paper.encoder import NOISE, EncoderStudy, encoder_twins, run_encoder_study
+from axisid.paper.encoder_document import ENCODER_FILES, encoder_document, write_encoder_study
+from axisid.presentation.blocks import plain_text
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture(scope="module")
+def study() -> EncoderStudy:
+    return run_encoder_study(2, (1000, 20))
+
+
+def test_twins_have_the_encoder_in_the_loop_and_in_the_record(emps2015: GeneratedAxis) -> None:
+    experiment = emps2015.axis.experiment
+    assert experiment is not None
+    assert experiment.position_noise == NOISE
+    one, other = encoder_twins(emps2015, 200, 2, seed=3)
+    for twin in (one, other):
+        counts = twin.position / (0.02 / 200)
+        assert counts == pytest.approx(np.rint(counts), abs=1e-9)
+    assert one.reference is not None
+    assert other.reference is not None
+    # Each begins elsewhere in a count, so that no two hunt alike.
+    assert 0 < abs(one.reference[0] - other.reference[0]) < 0.02 / 200
+    again, _ = encoder_twins(emps2015, 200, 2, seed=3)
+    assert np.array_equal(one.position, again.position)
+
+
+def test_output_error_bears_an_encoder_that_biases_least_squares(study: EncoderStudy) -> None:
+    fine, coarse = study.under("inappropriate")
+    assert (fine.counts, coarse.counts) == (1000, 20)
+    assert fine.methods["idm-ls"].bias[0] < -50  # mass
+    assert abs(fine.methods["didim"].bias).max() < 1
+    assert fine.methods["didim"].held.min() == 1
+    assert fine.objected["least squares against instruments"] == 1
+    assert coarse.methods["idm-iv"].estimated < 1  # the loop hunts, and shows no parameters
+    assert coarse.clean == 0
+
+
+def test_tables_and_files_tell_every_case(study: EncoderStudy, tmp_path: Path) -> None:
+    text = plain_text(encoder_document(study))
+    assert text.count("1000") == text.count("20   ") == 4
+    assert "nan" not in text.lower()
+    written = write_encoder_study(study, tmp_path)
+    assert {path.name for path in written} == set(ENCODER_FILES)
+    read = json.loads((tmp_path / "encoder.json").read_text(encoding="utf-8"))
+    assert [case["counts"] for case in read["cases"]] == [1000, 1000, 20, 20]
+    assert (tmp_path / "encoder.txt").read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize(("runs", "counts"), [(1, (100,)), (2.5, (100,)), (3, (0,)), (3, (1.5,))])
+def test_runs_and_counts_are_whole_numbers(runs: int, counts: tuple[int, ...]) -> None:
+    with pytest.raises(UsageError) as refused:
+        run_encoder_study(runs, counts)
+    assert refused.value.code == "encoder-study"
+
+
+def test_runs_are_of_the_encoders_alone(run: Run) -> None:
+    code, _, err = run("paper", "--runs", "3")
+    assert code == 2
+    assert "--encoder" in err
