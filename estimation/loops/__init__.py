@@ -4,6 +4,9 @@ In: `Record`, axis. Out: `LawTicks`, `LoopStart`. Knows nothing of rows and para
 """
 
 from .clocks import two_clocks as two_clocks
+from .law_gains import Compared as Compared
+from .law_gains import LawAlong as LawAlong
+from .law_gains import LawPoint as LawPoint
 from .law_run import control_along as control_along
 from .law_run import state_at_rest as state_at_rest
 from .law_run import terms_along as terms_along
