@@ -142,7 +142,7 @@ def with_law(case: Case, law: ControlLaw) -> GeneratedAxis:
     )
 
 
-def figures_of(name: str, log: str, *, runs: int, seed: int) -> Figures:
+def figures_of(name: str, log: str, *, runs: int, seed: int, right_alone: bool = False) -> Figures:
     """Check the right law in every run, and one with each gain off in turn."""
     case, found = LAWS[name], Figures()
     right = with_law(case, case.law)
@@ -151,7 +151,7 @@ def figures_of(name: str, log: str, *, runs: int, seed: int) -> Figures:
             case, replace(case.law, gains={**case.law.gains, gain: value / times})
         )
         for gain, value in case.law.gains.items()
-        for times in _OFF
+        for times in (() if right_alone else _OFF)
     }
     for k in range(runs):
         record = LOGS[log](twin_record(right, seed=seed + k))
@@ -185,11 +185,16 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=5, help="of each law and log (default 5)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", metavar="NAME", help="one law")
+    parser.add_argument("--right", action="store_true", help="right laws alone")
     parser.add_argument("--log", metavar="NAME", help="one kind of log")
     options = parser.parse_args()
     tree = {
         name: {
-            log: _written(figures_of(name, log, runs=options.runs, seed=options.seed))
+            log: _written(
+                figures_of(
+                    name, log, runs=options.runs, seed=options.seed, right_alone=options.right
+                )
+            )
             for log in LOGS
             if options.log in (None, log)
         }

@@ -48,6 +48,7 @@ FLOORS = (
     ("estimation.diagnostics.loop", "estimation.diagnostics.estimates"),
     ("estimation.diagnostics.remainder",),
     ("estimation.diagnostics",),
+    ("estimation.law_search",),
     ("estimation.identification",),
     ("estimation.studies",),
     ("presentation.blocks",),

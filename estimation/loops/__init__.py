@@ -13,9 +13,11 @@ from .law_run import terms_along as terms_along
 from .law_ticks import LawTicks as LawTicks
 from .law_ticks import between as between
 from .law_ticks import law_ticks as law_ticks
+from .law_ticks import measured_velocity as measured_velocity
 from .mean_control import mean_until_next as mean_until_next
 from .start import loop_starts as loop_starts
 from .start_memory import first_memory as first_memory
 from .start_memory import start_of_law as start_of_law
+from .start_memory import unlimited as unlimited
 from .start_velocity import first_velocity as first_velocity
 from .start_velocity import position_noise as position_noise

@@ -27,6 +27,7 @@ from .declare import new, show
 from .export import export
 from .generate import generate
 from .identify import identify
+from .law import law
 from .paper import paper
 from .sweep import sweep
 
@@ -45,6 +46,7 @@ _NO_MEMORY = (
         sweep,
         compare,
         compare_results,
+        law,
         new,
         show,
         generate,

@@ -6,6 +6,7 @@ from typing import Any
 from msgspec import json
 
 from .comparison import WrittenComparison
+from .diagnosis import WrittenLawSearch
 from .identification import WrittenIdentification, WrittenSweep
 from .result_comparison import WrittenResultComparison
 from .stream import WrittenStream
@@ -16,6 +17,7 @@ _DOCUMENTS = (
     WrittenComparison,
     WrittenResultComparison,
     WrittenStream,
+    WrittenLawSearch,
 )
 _REFERENCE = "#/$defs/{name}"
 

@@ -14,6 +14,7 @@ from .identification import missing_notes as missing_notes
 from .identification import preferred_physical as preferred_physical
 from .identification import shared_remarks as shared_remarks
 from .identification import verdict_block as verdict_block
+from .law_search import law_search_document as law_search_document
 from .moves import moves_notes as moves_notes
 from .physical import physical_notes as physical_notes
 from .record import listed_facts as listed_facts

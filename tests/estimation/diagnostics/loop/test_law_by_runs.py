@@ -45,7 +45,8 @@ def _checked(name: str, gains: Mapping[str, float], limit: float = 10.0) -> LawC
 
 
 @pytest.mark.parametrize(
-    "name", [name if name in _QUICK else pytest.param(name, marks=pytest.mark.slow) for name in LAWS]
+    "name",
+    [name if name in _QUICK else pytest.param(name, marks=pytest.mark.slow) for name in LAWS],
 )
 def test_a_right_law_passes(name: str) -> None:
     check = _checked(name, {})
