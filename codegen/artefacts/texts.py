@@ -41,6 +41,7 @@ LOOP = (
     "plant_step",
     "switching",
     "plant_rate",
+    "drive_response",
     "closed_loop_step",
 )
 #: Functions of one sample that the native code also evaluates at many.
@@ -106,6 +107,8 @@ def signature(model: AxisModel) -> str:
             ],
         },
     }
+    if axis.response is not None:
+        content["response"] = [repr(float(time)) for time in (axis.drive.lag, axis.drive.delay)]
     if axis.signals:
         content["signals"] = [[s.name, s.unit, s.between] for s in axis.signals]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -152,13 +155,21 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
         }
         if model.axis.signals:
             sizes["SIGNALS"] = len(model.axis.signals)
-        printed.append(print_c_loop(sizes, continuous=law.continuous))
+        printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
     head = "".join(f"   {line}\n" for line in _header(model.axis.name, mark).splitlines())
     body = "\n".join(printed)
     return (
         f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n"
         f"{print_c_prelude(body)}\n{body}"
     )
+
+
+def _response_of(model: AxisModel) -> Mapping[str, float]:
+    """Whether the force has a lag, and after what part of a sample a command begins to act."""
+    response = model.axis.response
+    if response is None or response.is_held:
+        return {}
+    return {"LAGGED": int(response.lag > 0), "SPLIT": response.share}
 
 
 def _equations(model: AxisModel, mark: str) -> str:
@@ -186,6 +197,7 @@ def _manifest(
         "signature": mark,
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
         **_recorded(model),
+        **_timing(model),
         "ddm_parameters": None
         if isinstance(mapping, Missing)
         else [
@@ -214,6 +226,13 @@ def _recorded(model: AxisModel) -> dict[str, object]:
     signals = model.axis.signals
     listed = [{"name": s.name, "unit": s.unit, "between": s.between} for s in signals]
     return {"signals": listed} if listed else {}
+
+
+def _timing(model: AxisModel) -> dict[str, object]:
+    drive = model.axis.drive
+    if model.axis.response is None:
+        return {}
+    return {"drive": {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}}
 
 
 def _shape(port: Output) -> str:

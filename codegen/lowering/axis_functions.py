@@ -123,7 +123,13 @@ def _control_start(model: AxisModel, law: ControlLaw) -> Program:
     values = {m.symbol: index for m, index in zip(law.memory, memory, strict=True)}
     rest = {MEASURED_VELOCITY: builder.constant(0.0)}
     first = _output(model, law, builder, {**arguments.values, **values, **rest})
-    builder.output("state", [[index] for index in (*memory, *[first] * law.delay)])
+    state = [*memory, *[first] * law.delay]
+    if model.axis.response is not None:
+        position, still = arguments.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
+        signals = [(arguments.values[s],) for s in model.axis.signal_symbols]
+        made = builder.inline(drive_force(model), (first,), (position,), (still,), *signals)
+        state += made["tau"] * len(model.axis.response.remembered)
+    builder.output("state", [[index] for index in state])
     return builder.program("control_start", "What the drive remembers of an axis at rest.")
 
 

@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.accuracy import rounding_bounds
-from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings, LoopStart
+from axisid.codegen.lowering import (
+    BLOCK,
+    HELD_REFERENCE,
+    SIGNALS,
+    STATUSES,
+    LoopSettings,
+    LoopStart,
+)
 from axisid.codegen.runtime import (
     VirtualLoop,
     by_sample,
@@ -280,8 +287,10 @@ def _is_slow(rates: Any, lanes: _Lanes, lane: int, result: _Result) -> bool:
     )
     recorded = lanes.recorded_of(lane)
     lines = np.zeros((0, until)) if recorded is None else recorded[:until].T
-    continuous = rates.size1_in("held") > 1 + len(lines)
+    beside = rates.size1_in("held") - len(lines)
+    continuous = beside == len(HELD_REFERENCE)
     law = np.vstack([q, 0 * q, lanes.noise[:until, lane], 0 * q]) if continuous else force
+    law = law if continuous else np.tile(law, (beside, 1))
     held = np.vstack([law, lines])
     arguments = [q, dq, held, direction, lanes.parameters[lane][:, None]]
     stiffness, damping = (np.abs(change.full()) for change in rates.call(arguments))

@@ -30,6 +30,7 @@ SUBJECTS: Mapping[str, str] = {
     "diagnostics": "Diagnostics",
     "lacking": "Missing terms and changes in time",
     "law_search": "Search for the control law",
+    "fitting": "Fits of an output",
     "studies": "Comparisons, validation, friction curve",
 }
 

@@ -7,7 +7,7 @@ the law remembers at the start is free along with them.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from axisid.estimation.thresholds.simulation import MIN_MEMORY_EFFECT
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
+from .as_logged import as_logged, late_in_log
 from .law_ticks import LawTicks
 from .start_memory import unlimited
 
@@ -59,6 +60,10 @@ class LawAlong:
         Where that is the drive's limit.
     functions : mapping of str to casadi.Function
         The law's, see `law_functions`.
+    logged : callable
+        What a record has of what the law gives, see `as_logged`.
+    late : int
+        Samples after which it has it.
     """
 
     law: ControlLaw
@@ -66,19 +71,26 @@ class LawAlong:
     control: Array
     at_limit: NDArray[np.bool_]
     functions: Mapping[str, Any]
+    logged: Compared
+    late: int
 
     @classmethod
     def of(
         cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawTicks, record: Record
     ) -> "LawAlong":
         """A law, which need not be the axis's, along a record of one piece with a control."""
-        control = np.asarray(record.control) - ticks.added_at_samples(law.delay)
+        logged, own = partial(as_logged, axis), axis.axis.control
+        control = np.asarray(record.control) - logged(ticks.added_at_samples(law.delay))
+        # Behind a lag nothing tells where the command was at its limit.
+        hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
         return cls(
             law=law,
             ticks=ticks,
             control=control,
-            at_limit=~unlimited(axis, record, (0, len(record))),
+            at_limit=~unlimited(axis, record, (0, len(record))) & (not hidden),
             functions=law_functions(law, axis.axis.signal_symbols),
+            logged=logged,
+            late=late_in_log(axis) + law.delay - (0 if own is None else own.delay),
         )
 
     @property
@@ -90,7 +102,7 @@ class LawAlong:
     def output(self, point: LawPoint) -> Array:
         """The law's output when it is applied, whatever the drive's limit, (N,)."""
         output, _ = self._run(point)
-        return np.asarray(output[np.maximum(self.ticks.held - self.law.delay, 0)])
+        return self.logged(output[np.maximum(self.ticks.held - self.law.delay, 0)])
 
     def slopes(self, point: LawPoint) -> tuple[Array, Array]:
         """How that changes with the logarithm of each gain, (N, g), and each memory, (N, m).
@@ -189,7 +201,7 @@ class LawAlong:
     @property
     def _limits(self) -> tuple[Array, Array]:
         """Whether each evaluation's output was limited, and to what, (1, M) each."""
-        shown = np.searchsorted(self.ticks.held, np.arange(len(self.ticks)) + self.law.delay)
+        shown = np.searchsorted(self.ticks.held, np.arange(len(self.ticks)) + self.late)
         shown = np.minimum(shown, len(self.control) - 1)
         return self.at_limit[None, shown].astype(float), self.control[None, shown]
 

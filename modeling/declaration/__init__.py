@@ -36,10 +36,12 @@ from .elements import viscous as viscous
 from .experiment import Experiment as Experiment
 from .experiment import Move as Move
 from .experiment import back_and_forth as back_and_forth
-from .known_values import fix as fix
-from .known_values import known_text as known_text
-from .known_values import read_fixed as read_fixed
 from .lagrange import lagrange as lagrange
-from .left_out import leave_out as leave_out
-from .left_out import left_out_text as left_out_text
 from .newton import newton as newton
+from .response import LOGGED as LOGGED
+from .response import Response as Response
+from .variants import fix as fix
+from .variants import known_text as known_text
+from .variants import leave_out as leave_out
+from .variants import left_out_text as left_out_text
+from .variants import read_fixed as read_fixed

@@ -30,7 +30,8 @@ from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
-_LONGEST_DELAY = 100
+#: Samples of a delay, at most.
+LONGEST_DELAY = 100
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
 
 
@@ -220,10 +221,10 @@ class ControlLaw:
             )
 
     def _check_timing(self) -> None:
-        if not (is_whole(self.delay) and 0 <= self.delay <= _LONGEST_DELAY):
+        if not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY):
             raise ModelError(
                 f"control law {self.name!r}: delay {quoted(self.delay)}; give whole samples, 0 to "
-                f"{_LONGEST_DELAY}.",
+                f"{LONGEST_DELAY}.",
                 code="law-delay",
             )
         if self.reference_between not in ("", *REFERENCES_BETWEEN):

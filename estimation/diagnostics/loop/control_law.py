@@ -35,7 +35,6 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy
 
 from .law_by_runs import GainsBeside, said_of_gains
-from .law_repair import repair_of
 from .law_sentences import (
     CONSTANT,
     DRIFT,
@@ -44,9 +43,11 @@ from .law_sentences import (
     large_fault,
     remedy_by_test_signal,
     remedy_by_time,
+    repair_of,
     small_fault,
 )
 from .law_terms import LAW_SETTLING, compared_as, compared_with_law, left_open_percent
+from .law_unevenly import Reading, is_uneven, open_for_jitter, other_readings
 from .position_zero import told_zero
 
 _LAGS = 50  # samples over which what the law leaves may be alike
@@ -78,6 +79,9 @@ class LawCheck:
         One sentence for the user, up to the remedy where there is one.
     remedy : Remedy or None
         How it goes on, where something can be set about it.
+    as_recorded_percent : float or None
+        What the samples of the record leave, where these are uneven and the rest is of what the
+        law read in their place.
     """
 
     factors: dict[str, float]
@@ -88,6 +92,7 @@ class LawCheck:
     passed: bool
     meaning: str
     remedy: Remedy | None = None
+    as_recorded_percent: float | None = None
 
     @property
     def note(self) -> Note:
@@ -113,6 +118,62 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     incomparable = _incomparable(law, record)
     if incomparable is not None:
         return incomparable
+    found = _compared(axis, law, record, advises=False)
+    if isinstance(found, Missing) or found.passed:
+        return found
+    return _read_otherwise(axis, law, record, found) or _compared(axis, law, record)
+
+
+def _read_otherwise(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, found: LawCheck
+) -> LawCheck | Missing | None:
+    """The check by what else the law may have read where times are uneven; None for nothing."""
+    if not is_uneven(record):
+        return None
+    best, nearest = found, None
+    for reading in other_readings(record):
+        other = _compared(axis, law, reading.record, advises=False)
+        if isinstance(other, Missing):
+            continue
+        if other.passed:
+            return _with_reading(other, found, reading)
+        if _unexplained(other) < _unexplained(best):
+            best, nearest = other, reading
+    left = open_for_jitter(axis, record, float(best.residual_percent or 0.0))
+    if left is None or _unexplained(best) < MAX_LAW_RESIDUAL.value:
+        if nearest is None:
+            return None
+        said = _compared(axis, law, nearest.record)
+        return said if isinstance(said, Missing) else _with_reading(said, found, nearest)
+    return Missing(
+        "the record's samples are off even times, and what the law read between them, noise above "
+        f"all, leaves {left:.2g} % of its control open ({best.residual_percent:.2g} % off)"
+    )
+
+
+def _unexplained(found: LawCheck) -> float:
+    """What no factors of the law's terms explain, percent."""
+    fitted = found.fitted_residual_percent
+    return float(found.residual_percent or 0.0) if fitted is None else fitted
+
+
+def _with_reading(law: LawCheck, found: LawCheck, reading: Reading) -> LawCheck:
+    """A check of what the law may have read, which says so, beside that of the samples."""
+    as_it_is = f"it is {found.residual_percent:.2g} % off as the record has them"
+    if not law.passed:
+        return replace(law, meaning=f"{reading.said}, {law.meaning}")
+    return replace(
+        law,
+        meaning=f"{law.meaning}, {reading.said}; {as_it_is}" + ": " * (reading.remedy is not None),
+        remedy=reading.remedy,
+        as_recorded_percent=found.residual_percent,
+    )
+
+
+def _compared(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, *, advises: bool = True
+) -> LawCheck | Missing:
+    """A law against the samples of a record, with what would mend it where that is asked for."""
     record = record.longest()  # a law's memory does not outlast a gap
     settle = round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
     if len(record.position) < 2 * settle + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
@@ -127,16 +188,16 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         return _too_open(law, record, left_open)
     shift = _best_shift(terms.sum(axis=1), control, used)
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
-    compared = _Compared(axis, law, record, settle, control, terms, used)
+    both = _Both(axis, law, record, settle, control, terms, used, advises)
     # An integral shows its start along the whole record, and wrong gains move what starts it.
     if not law.gains or (law.is_polynomial and not law.balanced):
-        return _by_products(compared, declared, shift, left_open)
-    return _by_gains(compared, shift, left_open)
+        return _by_products(both, declared, shift, left_open)
+    return _by_gains(both, shift, left_open)
 
 
 @dataclass(frozen=True, slots=True)
-class _Compared:
-    """What is compared, as `compared_with_law` gives it."""
+class _Both:
+    """Control and law, as `compared_with_law` gives them, and whether to say what would mend it."""
 
     axis: GeneratedAxis
     law: ControlLaw
@@ -145,13 +206,14 @@ class _Compared:
     control: Array
     terms: Array
     used: NDArray[np.bool_]
+    advises: bool
 
     @property
     def unit(self) -> str:
         return self.axis.axis.drive.unit
 
 
-def _by_products(of: _Compared, declared: float, shift: int, left_open: float) -> LawCheck:
+def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> LawCheck:
     """Of a law that is a sum of products of gains with signals that have none."""
     axis, law, record, settle = of.axis, of.law, of.record, of.settle
     control, terms, used = of.control, of.terms, of.used
@@ -166,7 +228,8 @@ def _by_products(of: _Compared, declared: float, shift: int, left_open: float) -
     lean = _lean(left, control[used], following)
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
-    repair = None if passed else repair_of(axis, law, record, settle, declared, shift)
+    sought = not passed and of.advises
+    repair = repair_of(axis, law, record, settle, declared, shift) if sought else None
     zero = told_zero(axis, law, record, settle) if CONSTANT in lean else ""
     fault = small_fault(law, scaled, lean, factors, of.unit, zero)
     remedy = None
@@ -191,7 +254,7 @@ def _by_products(of: _Compared, declared: float, shift: int, left_open: float) -
     )
 
 
-def _by_gains(of: _Compared, shift: int, left_open: float) -> LawCheck:
+def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck:
     """Of a law that is limited, filtered or has an integral, by runs of it."""
     axis, law, record = of.axis, of.law, of.record
     beside = GainsBeside.of(axis, law, record, of.used, compared_as(law, record))
@@ -210,7 +273,7 @@ def _by_gains(of: _Compared, shift: int, left_open: float) -> LawCheck:
         passed=declared < MAX_LAW_RESIDUAL.value and shift == 0 and not off and not lean,
         meaning=_reproduced(declared, left_open),
     )
-    if check.passed:
+    if check.passed or not of.advises:
         return check
     if repair := repair_of(axis, law, record, of.settle, declared, shift):
         return replace(check, meaning=_but(declared, repair), remedy=repair.remedy)
@@ -262,7 +325,8 @@ def law_check(law: LawCheck | Missing) -> Check | Missing:
         return law
     return Check(
         name="control law",
-        status=passed(law.passed),
+        # What is to be said of a law that fits is said.
+        status="note" if law.passed and law.remedy is not None else passed(law.passed),
         figure=law.residual_percent,
         threshold=MAX_LAW_RESIDUAL.value,
         source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "

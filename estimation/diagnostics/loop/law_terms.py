@@ -10,6 +10,7 @@ from scipy.ndimage import maximum_filter1d
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import (
     LawTicks,
+    as_logged,
     between,
     control_along,
     law_ticks,
@@ -44,7 +45,7 @@ def compared_with_law(
     limited[:settle] = True
     ticks = law_ticks(axis, record, whole)
     terms = terms_along(axis, ticks, start_of_law(axis, record, whole, ticks))
-    terms = np.hstack([terms, _added(record, law, ticks)])
+    terms = np.hstack([terms, _added(axis, record, law, ticks)])
     if not law.takes_velocity:
         return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
     smooth = compared_as(law, record)
@@ -79,11 +80,11 @@ def _cut(control: Array, terms: Array, limit: float) -> NDArray[np.bool_]:
     return np.asarray(there & (wanted * np.sign(control) > limit))
 
 
-def _added(record: Record, law: ControlLaw, ticks: LawTicks) -> Array:
+def _added(axis: GeneratedAxis, record: Record, law: ControlLaw, ticks: LawTicks) -> Array:
     """What was added to the control besides, as late as the law, (N, 1); (N, 0) for nothing."""
     if record.added_control is None:
         return np.empty((len(record), 0))
-    return ticks.added_at_samples(law.delay)[:, None]
+    return as_logged(axis, ticks.added_at_samples(law.delay)[:, None])
 
 
 def left_open_percent(axis: GeneratedAxis, record: Record, used: NDArray[np.bool_]) -> float:

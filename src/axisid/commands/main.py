@@ -25,6 +25,7 @@ from axisid.support.version import __version__
 from .compare import compare, compare_results
 from .declare import new, show
 from .export import export
+from .fit import fit
 from .generate import generate
 from .identify import identify
 from .law import law
@@ -43,6 +44,7 @@ _NO_MEMORY = (
 @click.group(
     commands=[
         identify,
+        fit,
         sweep,
         compare,
         compare_results,

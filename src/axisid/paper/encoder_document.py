@@ -15,8 +15,7 @@ from axisid.presentation.blocks import (
     plain_text,
     text_columns,
 )
-from axisid.presentation.plots import Panel, Plot, Series
-from axisid.presentation.plots.plot import Tone
+from axisid.presentation.plots import Panel, Plot, Series, Tone
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.files.json_text import json_text

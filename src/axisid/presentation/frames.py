@@ -7,6 +7,7 @@ from typing import Any
 
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
 from axisid.estimation.law_search import LawSearch
 from axisid.estimation.records import Record
@@ -146,6 +147,22 @@ def _of_diagnosis(result: Diagnosis) -> Mapping[str, Any]:
     )
 
 
+def _of_fit(result: OutputFit) -> Mapping[str, Any]:
+    return _columns(
+        {
+            "parameter": name,
+            "unit": value.unit,
+            "value": value.value,
+            "sd": value.deviation,
+            "lower_95": value.interval[0],
+            "upper_95": value.interval[1],
+            "at_bound": result.at_bound.get(name, ""),
+            "fixed": name in result.fixed,
+        }
+        for name, value in result.values.items()
+    )
+
+
 def _of_record(result: Record) -> Mapping[str, Any]:
     return result.channels()
 
@@ -159,6 +176,7 @@ columns_of.register(LawSearch, _of_laws)
 columns_of.register(Comparison, _of_comparison)
 columns_of.register(Validation, _of_validation)
 columns_of.register(Diagnosis, _of_diagnosis)
+columns_of.register(OutputFit, _of_fit)
 columns_of.register(Record, _of_record)
 
 

@@ -7,9 +7,10 @@ from msgspec import json
 
 from .comparison import WrittenComparison
 from .diagnosis import WrittenLawSearch
+from .estimate import WrittenStream
 from .identification import WrittenIdentification, WrittenSweep
+from .output_fit import WrittenOutputFit
 from .result_comparison import WrittenResultComparison
-from .stream import WrittenStream
 
 _DOCUMENTS = (
     WrittenIdentification,
@@ -18,6 +19,7 @@ _DOCUMENTS = (
     WrittenResultComparison,
     WrittenStream,
     WrittenLawSearch,
+    WrittenOutputFit,
 )
 _REFERENCE = "#/$defs/{name}"
 

@@ -7,6 +7,7 @@ from .comparison import comparison_document as comparison_document
 from .details import checks_table as checks_table
 from .estimate import estimate_document as estimate_document
 from .estimate import iterations as iterations
+from .estimate import quantity as quantity
 from .identification import diagnosis_blocks as diagnosis_blocks
 from .identification import draws_table as draws_table
 from .identification import identification_document as identification_document

@@ -1,7 +1,7 @@
 """What comes of a log that was read in blocks, as a document."""
 
 from axisid.estimation.signals import SampledFilter
-from axisid.estimation.studies import StreamedEstimate
+from axisid.estimation.streaming import StreamedEstimate
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.blocks import (
     Cell,
