@@ -121,5 +121,30 @@ check = axisid.estimation.check_law(axisid.build(replace(axis, control=wrong)), 
 print(check.note)
 
 # %% [markdown]
+# A law with an integral, a filter or a limit is no sum of products of its gains. It is then run along the record with
+# each gain a little off, and what is told is the least change of gains that explains the control.
+#
+# ## Which law does the drive run?
+#
+# Where the manual is silent, a log tells. `axisid law AXIS LOG`, or `find_law`, starts each form of the ready laws by a
+# regression at delays of 0 to 4 samples, finds its gains by runs along half of the rows, in blocks, and ranks them by
+# what they leave of the other half. Of laws that leave as little, the one with the fewest gains comes first:
+
+# %%
+drive = replace(
+    axis,
+    control=axisid.control.cascade_p_pi(kp=60.0, kv=243.0, tn=0.03, period=1e-3),
+    experiment=replace(axis.experiment, position_noise=1e-7),
+)
+found = axisid.estimation.find_law(axis, axisid.twin_record(drive))
+print(found.best.toml)
+
+# %% [markdown]
+# What is found is what the log shows. Laws that give the same control are named beside it (`found.best.same`); a gain that
+# the record does not show has no deviation. The law runs at the log's period, and reads the recorded reference and
+# position alone: feed-forward columns, sensors of its own and faster inner loops are not tried. On the EMPS record it finds
+# the averaged cascade with kp 160.182 and kv 243.395, which leaves 0.234 % of held-out rows; the drive has 160.18
+# and 243.45.
+#
 # The check is part of every result with a law and a reference. If it fails, believe no instruments before
 # it is mended; see [Read the diagnostics](reading_the_diagnostics).
