@@ -8,6 +8,9 @@ from .diagnostics.loop import profile_alignment as profile_alignment
 from .estimates import Iterate as Iterate
 from .estimates import Value as Value
 from .fitting import OutputFit as OutputFit
+from .law_search import ExplainedLaw as ExplainedLaw
+from .law_search import LawSearch as LawSearch
+from .law_search import find_law as find_law
 from .methods import METHODS as METHODS
 from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit

@@ -11,14 +11,9 @@ from .axis import check_axis as check_axis
 from .axis import equation_of_motion as equation_of_motion
 from .column import Column as Column
 from .column import column_texts as column_texts
-from .control import LAWS as LAWS
 from .control import ControlLaw as ControlLaw
 from .control import Memory as Memory
-from .control import cascade_pd as cascade_pd
-from .control import cascade_pd_averaged as cascade_pd_averaged
-from .control import cascade_pd_difference as cascade_pd_difference
 from .control import gain as gain
-from .control import velocity_variants as velocity_variants
 from .drive import DRIVE_GAIN as DRIVE_GAIN
 from .drive import Drive as Drive
 from .elements import ELEMENTS as ELEMENTS

@@ -24,7 +24,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.commands.templates import scaffold
+from axisid.commands.options.templates import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
 from axisid.estimation.streaming import identify_stream

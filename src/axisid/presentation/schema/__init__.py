@@ -19,9 +19,11 @@ from .diagnosis import WrittenBand as WrittenBand
 from .diagnosis import WrittenCheck as WrittenCheck
 from .diagnosis import WrittenEndogeneity as WrittenEndogeneity
 from .diagnosis import WrittenExcitation as WrittenExcitation
+from .diagnosis import WrittenExplainedLaw as WrittenExplainedLaw
 from .diagnosis import WrittenInstruments as WrittenInstruments
 from .diagnosis import WrittenLackOfFit as WrittenLackOfFit
 from .diagnosis import WrittenLawCheck as WrittenLawCheck
+from .diagnosis import WrittenLawSearch as WrittenLawSearch
 from .diagnosis import WrittenMotionComparison as WrittenMotionComparison
 from .diagnosis import WrittenNoiseBias as WrittenNoiseBias
 from .diagnosis import WrittenSetting as WrittenSetting

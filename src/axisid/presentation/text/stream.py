@@ -16,8 +16,8 @@ from axisid.presentation.blocks import (
 )
 from axisid.support.remedy import Remedy, Setting, Wording, as_arguments
 
+from .estimate import quantity
 from .identification import PARTS
-from .quantity import quantity
 
 _UNCHECKED = (
     "Not checked: instruments, control law, timing and residuals need the whole log in memory, as "
