@@ -98,11 +98,11 @@ def check_logged(logged: object, lag: float, delay: float) -> None:
         raise ModelError(
             "logged='applied' is what acts after the drive's delay, and no delay is declared; "
             "declare delay=..., or logged='command'.",
-            code="drive-logged",
+            code="no-drive-delay",
         )
     if logged == "current" and not lag:
         raise ModelError(
             "logged='current' is what is there after the drive's lag, and no lag is declared; "
             "declare lag=..., or logged='command'.",
-            code="drive-logged",
+            code="no-drive-lag",
         )

@@ -37,9 +37,9 @@ def test_a_drive_without_lag_and_delay_responds_at_once() -> None:
         ({"lag": -1e-3}, "drive-time"),
         ({"delay": -1e-3}, "drive-time"),
         ({"logged": "measured"}, "drive-logged"),
-        ({"logged": "applied"}, "drive-logged"),
-        ({"logged": "applied", "lag": 1e-3}, "drive-logged"),
-        ({"logged": "current", "delay": 1e-3}, "drive-logged"),
+        ({"logged": "applied"}, "no-drive-delay"),
+        ({"logged": "applied", "lag": 1e-3}, "no-drive-delay"),
+        ({"logged": "current", "delay": 1e-3}, "no-drive-lag"),
     ],
 )
 def test_a_time_and_a_place_that_contradict_are_refused(given: dict[str, Any], code: str) -> None:
