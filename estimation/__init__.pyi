@@ -7,6 +7,8 @@ from .diagnostics.loop import check_law as check_law
 from .diagnostics.loop import profile_alignment as profile_alignment
 from .estimates import Iterate as Iterate
 from .estimates import Value as Value
+from .identification import DriveTiming as DriveTiming
+from .identification import estimate_drive_timing as estimate_drive_timing
 from .methods import METHODS as METHODS
 from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit
@@ -26,13 +28,11 @@ from .simulation import Simulation as Simulation
 from .simulation import simulate_batch as simulate_batch
 from .studies import Candidate as Candidate
 from .studies import Comparison as Comparison
-from .studies import DriveTiming as DriveTiming
 from .studies import MethodValidation as MethodValidation
 from .studies import StreamedEstimate as StreamedEstimate
 from .studies import Sweep as Sweep
 from .studies import Validation as Validation
 from .studies import default_cutoffs as default_cutoffs
-from .studies import estimate_drive_timing as estimate_drive_timing
 from .studies import identify_stream as identify_stream
 from .tables import Provenance as Provenance
 from .tables import Repair as Repair

@@ -21,6 +21,7 @@ from .control import gain as gain
 from .control import velocity_variants as velocity_variants
 from .drive import DRIVE_GAIN as DRIVE_GAIN
 from .drive import Drive as Drive
+from .drive import Response as Response
 from .elements import ELEMENTS as ELEMENTS
 from .elements import asymmetric_coulomb as asymmetric_coulomb
 from .elements import asymmetric_viscous as asymmetric_viscous
@@ -48,5 +49,3 @@ from .lagrange import lagrange as lagrange
 from .left_out import leave_out as leave_out
 from .left_out import left_out_text as left_out_text
 from .newton import newton as newton
-from .response import LOGGED as LOGGED
-from .response import Response as Response

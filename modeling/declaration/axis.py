@@ -31,9 +31,8 @@ from axisid.support.user_values import quoted
 
 from .column import column_texts
 from .control import LONGEST_DELAY, ControlLaw
-from .drive import Drive
+from .drive import Drive, Response
 from .experiment import Experiment
-from .response import Response
 from .unit_check import check_profile, checked_terms
 
 #: What a column of a record can be.
