@@ -101,9 +101,9 @@ def signature(model: AxisModel) -> str:
             "gains": {name: repr(float(value)) for name, value in law.gains.items()},
             "delay": law.delay,
             "continuous": law.continuous,
-            "output": sympy.srepr(law.output),
+            "output": _with_numbers(law.output),
             "memory": [
-                [m.name, sympy.srepr(m.following), sympy.srepr(m.start)] for m in law.memory
+                [m.name, _with_numbers(m.following), _with_numbers(m.start)] for m in law.memory
             ],
         },
     }
@@ -112,6 +112,11 @@ def signature(model: AxisModel) -> str:
     if axis.signals:
         content["signals"] = [[s.name, s.unit, s.between] for s in axis.signals]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _with_numbers(value: sympy.Expr) -> str:
+    """An expression as text, each constant's number in its place."""
+    return str(sympy.srepr(with_numbers(value)))
 
 
 def _header(name: str, mark: str) -> str:

@@ -58,6 +58,20 @@ MAX_ONE_GAIN_ERROR = Threshold(
     "named",
     "chosen",
 )
+MIN_GAIN_TOLD_APART = Threshold(
+    1e-4,
+    "1",
+    "what a gain changes of a control, by that control, and by what the other gains do not change "
+    "of it, below which nothing is said of that gain",
+    "chosen",
+)
+MAX_SAME_RESIDUAL = Threshold(
+    1.1,
+    "1",
+    "what a law with one gain changed leaves, by that with another, up to which the record does "
+    "not tell which it is",
+    "chosen",
+)
 MAX_CONTROL_LEAN = Threshold(
     0.01,
     "1",

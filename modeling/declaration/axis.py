@@ -231,6 +231,7 @@ class Axis:
         found: dict[str, sympy.Expr] = {}
         kinds = (ConstantSymbol, sympy.NumberSymbol)
         used = self.force.atoms(*kinds) | self.drive.profile.atoms(*kinds)
+        used |= frozenset() if self.control is None else self.control.constants
         for name, constant in sorted(((str(c), c) for c in used), key=lambda pair: pair[0]):
             if name in names:
                 raise ModelError(

@@ -147,7 +147,7 @@ def _axis(root: Table) -> Axis | None:
     drive = _drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     parts = {
         "drive": drive,
-        "control": read_control(root, recorded),
+        "control": read_control(root, recorded, constants),
         "columns": _columns(root, list(recorded)),
         "injected_at": _injected_at(root),
         "experiment": _experiment(root, list(unknown), list(recorded)),

@@ -9,7 +9,7 @@ from axisid import Axis, Identification, Prefilter, build, identify, twin_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression.following_loops import FollowingLoops
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.studies import identify_stream
+from axisid.estimation.streaming import identify_stream
 from tests.axes.lagging import THETA, TRUTH, lagging, noisy
 
 CASES = [
