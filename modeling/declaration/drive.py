@@ -23,6 +23,8 @@ from axisid.support.user_values import quoted
 
 #: The gain in the force of a drive: a symbol and not its number, whose reciprocal is rounded again.
 DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
+#: What the force of a drive with a lag goes to, in generated code.
+FORCE_TARGET = "force_target"
 #: Where a recorded control may have been taken, first what it is by default.
 LOGGED = ("command", "applied", "current")
 _WHOLE = 1e-6  # of a sample: what a delay may be off whole samples by its rounding
