@@ -101,6 +101,7 @@ def feed_forward(
     at_rest = f"up to a speed of {dead_zone!r} {q.unit}/s" if dead_zone else "at rest"
     limit = axis.drive.limit
     reach = "" if math.isinf(limit) else f", within {-limit:g} and {limit:g}"
+    reach += "" if axis.drive.is_immediate else ", once the drive has followed"
     return FeedForward(
         name=axis.name,
         about=about,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial, reduce
 
 from axisid.modeling.algebra import slope
-from axisid.modeling.declaration import Response
+from axisid.modeling.declaration import FORCE_TARGET, Response
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE
 
@@ -21,7 +21,7 @@ from .switching import Switching, switching
 
 # What is held between samples under a sampled law; with a drive that lags, what its force goes to.
 HELD_FORCE = ("tau",)
-HELD_TARGET = ("tau", "target")
+HELD_TARGET = ("tau", FORCE_TARGET)
 #: What the vector of the recorded signals is called: of each its value, and its rate of change.
 RECORDED = "signals"
 

@@ -8,6 +8,8 @@ from .bound import bound_records as bound_records
 from .bound import layout_for as layout_for
 from .bound import tells_gain as tells_gain
 from .bound import weighted as weighted
+from .drive_timing import DriveTiming as DriveTiming
+from .drive_timing import estimate_drive_timing as estimate_drive_timing
 from .identify import identify as identify
 from .identify import identify_filtered as identify_filtered
 from .identify import identify_problem as identify_problem

@@ -8,8 +8,6 @@ from .candidate import Candidate as Candidate
 from .candidate import ParameterCheck as ParameterCheck
 from .comparison import Comparison as Comparison
 from .comparison import compare as compare
-from .drive_timing import DriveTiming as DriveTiming
-from .drive_timing import estimate_drive_timing as estimate_drive_timing
 from .friction_curve import Friction as Friction
 from .friction_curve import friction as friction
 from .held_out import HeldOut as HeldOut

@@ -174,3 +174,9 @@ MIN_NOISE_RATIO = Threshold(
     "noise of a record, by the largest of several, below which records are not weighted by noise",
     "chosen: of a record without noise it is rounding, which tells nothing of its worth",
 )
+MAX_TIMING_STEP = Threshold(
+    0.05,
+    "1",
+    "step of an estimate of a drive's lag or delay over its deviation, below which it has settled",
+    "chosen",
+)

@@ -15,7 +15,9 @@ from .control import ControlLaw as ControlLaw
 from .control import Memory as Memory
 from .control import gain as gain
 from .drive import DRIVE_GAIN as DRIVE_GAIN
+from .drive import FORCE_TARGET as FORCE_TARGET
 from .drive import Drive as Drive
+from .drive import Response as Response
 from .elements import ELEMENTS as ELEMENTS
 from .elements import asymmetric_coulomb as asymmetric_coulomb
 from .elements import asymmetric_viscous as asymmetric_viscous
@@ -38,8 +40,6 @@ from .experiment import Move as Move
 from .experiment import back_and_forth as back_and_forth
 from .lagrange import lagrange as lagrange
 from .newton import newton as newton
-from .response import LOGGED as LOGGED
-from .response import Response as Response
 from .variants import fix as fix
 from .variants import known_text as known_text
 from .variants import leave_out as leave_out

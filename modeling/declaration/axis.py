@@ -31,9 +31,8 @@ from axisid.support.user_values import quoted
 
 from .column import column_texts
 from .control import LONGEST_DELAY, ControlLaw
-from .drive import Drive
+from .drive import FORCE_TARGET, Drive, Response
 from .experiment import Experiment
-from .response import Response
 from .unit_check import check_profile, checked_terms
 
 #: What a column of a record can be.
@@ -222,7 +221,7 @@ class Axis:
             names += [(signal.name, "signal") for signal in self.signals]
             names += [(signal.rate_name, "the rate of a signal") for signal in self.signals]
             names += [("signals", "what the program calls the signals")]
-        drive = self.response.remembered if self.response else ()
+        drive = (*self.response.remembered, FORCE_TARGET) if self.response else ()
         names += [(name, "what the program calls a force of the drive") for name in drive]
         check_distinct(names)
         self._check_constants(dict(names))

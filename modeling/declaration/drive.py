@@ -19,11 +19,66 @@ from axisid.modeling.quantities import (
     written,
 )
 from axisid.support.errors import ModelError
-
-from .response import LOGGED, Response, check_logged, checked_time
+from axisid.support.user_values import quoted
 
 #: The gain in the force of a drive: a symbol and not its number, whose reciprocal is rounded again.
 DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
+#: What the force of a drive with a lag goes to, in generated code.
+FORCE_TARGET = "force_target"
+#: Where a recorded control may have been taken, first what it is by default.
+LOGGED = ("command", "applied", "current")
+_WHOLE = 1e-6  # of a sample: what a delay may be off whole samples by its rounding
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Response:
+    """How a drive follows commands that are held from sample to sample.
+
+    Attributes
+    ----------
+    lag : float
+        Time constant, s; 0 for none.
+    whole : int
+        Whole samples of the delay.
+    share : float
+        What the delay is more, of a sample: from 0 to below 1.
+    period : float
+        For which a command is held, s.
+    """
+
+    lag: float
+    whole: int
+    share: float
+    period: float
+
+    @classmethod
+    def of(cls, lag: float, delay: float, period: float) -> "Response":
+        """Of a lag and a delay, s, for samples of a period, s."""
+        samples = delay / period
+        whole = math.floor(samples + _WHOLE)
+        share = samples - whole
+        share = share if share > _WHOLE else 0.0
+        return cls(lag=lag, whole=whole, share=share, period=period)
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the force stays the same from a sample to the next."""
+        return not (self.lag or self.share)
+
+    @property
+    def late(self) -> int:
+        """Samples before the one whose command acts at a sample, without a lag."""
+        return self.whole + (self.share > 0)
+
+    @property
+    def remembered(self) -> tuple[str, ...]:
+        """What it keeps from a sample to the next, by name.
+
+        The forces of the commands before, the newest first, and what has come of them.
+        """
+        count = self.whole + (not self.is_held)
+        pending = tuple(f"force_of_command{i + 1}" for i in range(count))
+        return (*pending, "force_now") if self.lag else pending
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,8 +165,10 @@ class Drive:
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")
         for name in ("lag", "delay"):
-            object.__setattr__(self, name, checked_time(getattr(self, name), f"the drive's {name}"))
-        check_logged(self.logged, self.lag, self.delay)
+            object.__setattr__(
+                self, name, _checked_time(getattr(self, name), f"the drive's {name}")
+            )
+        _check_logged(self.logged, self.lag, self.delay)
 
     @property
     def force(self) -> sympy.Expr:
@@ -173,3 +230,48 @@ class Drive:
         constants = "".join(f", {s} = {x:.{digits}g}" for s, x in self.constants.items())
         formula = written(rounded(self.force), coordinate)
         return f"{formula} in {coordinate.force_unit}, the control in {self.unit}{constants}"
+
+
+def _checked_time(value: float, what: str) -> float:
+    """A time that is not negative, s.
+
+    Raises
+    ------
+    ModelError
+        It is, or it is no finite number.
+    """
+    time = number(value, what)
+    if time < 0:
+        raise ModelError(
+            f"{what} is {quoted(value)} s; give a time of 0 or more: a force follows its command.",
+            code="drive-time",
+        )
+    return time
+
+
+def _check_logged(logged: object, lag: float, delay: float) -> None:
+    """Refuse a place of the recorded control that lag and delay do not tell from another.
+
+    Raises
+    ------
+    ModelError
+        There is no such place, or what it lies behind is not declared.
+    """
+    if logged not in LOGGED:
+        raise ModelError(
+            f"logged is {quoted(logged)}; give {', '.join(LOGGED[:-1])} or {LOGGED[-1]}: where the "
+            "recorded control was taken.",
+            code="drive-logged",
+        )
+    if logged == "applied" and not delay:
+        raise ModelError(
+            "logged='applied' is what acts after the drive's delay, and no delay is declared; "
+            "declare delay=..., or logged='command'.",
+            code="no-drive-delay",
+        )
+    if logged == "current" and not lag:
+        raise ModelError(
+            "logged='current' is what is there after the drive's lag, and no lag is declared; "
+            "declare lag=..., or logged='command'.",
+            code="no-drive-lag",
+        )

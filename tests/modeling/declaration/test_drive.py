@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from axisid import Axis, load_axis
+from axisid import Axis, ModelError, load_axis
 from axisid.control import cascade_pd
 from axisid.elements import Drive
 from axisid.modeling.declaration import Response
-from tests.axes.lagging import PERIOD, lagging
+from tests.axes.lagging import PERIOD, Fc, Fv, M, lagging
 from tests.refusals import refuses
 
 
@@ -37,9 +37,9 @@ def test_a_drive_without_lag_and_delay_responds_at_once() -> None:
         ({"lag": -1e-3}, "drive-time"),
         ({"delay": -1e-3}, "drive-time"),
         ({"logged": "measured"}, "drive-logged"),
-        ({"logged": "applied"}, "drive-logged"),
-        ({"logged": "applied", "lag": 1e-3}, "drive-logged"),
-        ({"logged": "current", "delay": 1e-3}, "drive-logged"),
+        ({"logged": "applied"}, "no-drive-delay"),
+        ({"logged": "applied", "lag": 1e-3}, "no-drive-delay"),
+        ({"logged": "current", "delay": 1e-3}, "no-drive-lag"),
     ],
 )
 def test_a_time_and_a_place_that_contradict_are_refused(given: dict[str, Any], code: str) -> None:
@@ -61,6 +61,16 @@ def test_a_law_that_contradicts_the_drive_is_refused() -> None:
         replace(lagging(lag=1e-3, delay=1e-3), control=continuous)
     with refuses("drive-delay"):
         lagging(delay=0.5)
+
+
+@pytest.mark.parametrize("name", ["force_now", "force_of_command1", "force_target"])
+def test_a_name_that_generated_code_gives_to_the_drives_forces_is_refused(name: str) -> None:
+    plain, late = lagging(), lagging(lag=1e-3)
+    named = {"parameters": (M, replace(Fv, name=name), Fc)}
+    force = plain.force.xreplace({Fv.symbol: replace(Fv, name=name).symbol})
+    assert replace(plain, force=force, experiment=None, **named).parameters[1].name == name
+    with pytest.raises(ModelError, match=name):
+        replace(late, force=force, experiment=None, **named)
 
 
 TOML = """

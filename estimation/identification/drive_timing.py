@@ -11,14 +11,16 @@ from dataclasses import dataclass, replace
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.diagnostics.loop import Alignment
-from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.thresholds.studies import MAX_TIMING_STEP
+from axisid.estimation.thresholds.estimates import MAX_TIMING_STEP
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.user_values import quoted
+
+from .identify import identify
+from .result import Identification
 
 _STEPS = 10
 #: Of the drive, and where the recorded control shows none of it.
