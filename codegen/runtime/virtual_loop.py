@@ -33,14 +33,29 @@ class _StoppedError(Exception):
 
 
 class VirtualLoop:
-    """The closed loop of one axis, by its functions, with one parameter set."""
+    """The closed loop of one axis, by its functions, with one parameter set.
+
+    Parameters
+    ----------
+    functions : mapping of str to casadi.Function
+    parameters : (p,) array
+    settings : LoopSettings
+    most_events : int, optional
+        In a step; more is chatter. As many as the native loop follows by default, or at most.
+    """
 
     def __init__(
-        self, functions: Mapping[str, Any], parameters: Array, settings: LoopSettings
+        self,
+        functions: Mapping[str, Any],
+        parameters: Array,
+        settings: LoopSettings,
+        most_events: int | None = None,
     ) -> None:
         self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
         self._settings = settings
         self._plant = VirtualPlant(functions, parameters)
+        limit = _MOST_EVENTS[self._plant.sides > 0]
+        self._most_events = min(most_events or limit, limit)
         self._law_start = functions["control_start"]
         self._loop_step = BufferedFunction(functions["closed_loop_step"])
         self._loop_step.arguments["parameters"][:] = parameters
@@ -184,7 +199,7 @@ class VirtualLoop:
     def _advance(self, q: float, dq: float, mode: Mode, whole: float) -> tuple[float, float, Mode]:
         """Move for `whole` seconds through every change of the mode."""
         plant, left, event = self._plant, whole, 0
-        while event < _MOST_EVENTS[plant.sides > 0]:
+        while event < self._most_events:
             if mode.sticks:
                 span = self._breakaway(q, mode, left)
                 plant.pass_time(span)

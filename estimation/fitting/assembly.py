@@ -11,7 +11,7 @@ from scipy.special import ndtr, ndtri
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Value, student_interval
-from axisid.estimation.predictions import LoopPredictions
+from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.support.arrays import Array
@@ -39,7 +39,7 @@ class Ended:
     output: str
     loss: str
     unknowns: Unknowns
-    predictions: LoopPredictions
+    predictions: Predictions
     start: FitStart
     begun: Array
     scale: Array
@@ -49,6 +49,7 @@ class Ended:
     ends: tuple[Found, ...]
     bootstrap: int
     seed: int
+    horizon: float | None
 
     @property
     def inner(self) -> NDArray[np.bool_]:
@@ -218,6 +219,8 @@ def assembled(ended: Ended) -> OutputFit:
         ends=tuple((each.cost, each.physical) for each in ended.ends),
         of_records=_of_records(ended),
         errors=_errors(ended),
+        samples=ended.predictions.samples,
+        horizon=ended.horizon,
         basis=FitBasis(
             axes=ended.whose.axes,
             predictions=ended.predictions,

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.predictions import LoopPredictions
+from axisid.estimation.predictions import Predictions
 from axisid.support.arrays import Array
 
 from .search import Found
@@ -17,7 +17,7 @@ class FitBasis:
     ----------
     axes : tuple of GeneratedAxis
         By record.
-    predictions : LoopPredictions
+    predictions : Predictions
     best : Found
         The search that is told.
     ends : tuple of Found
@@ -27,7 +27,7 @@ class FitBasis:
     """
 
     axes: tuple[GeneratedAxis, ...]
-    predictions: LoopPredictions
+    predictions: Predictions
     best: Found
     ends: tuple[Found, ...]
     influence: Array

@@ -1,5 +1,6 @@
 """Output error: a simulated output follows the recorded one, by whatever parameters are free."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -10,14 +11,14 @@ from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUT
 from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told
-from axisid.estimation.predictions import LoopPredictions
+from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress
-from axisid.support.real_numbers import is_whole
+from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
@@ -51,6 +52,7 @@ def fit(
     starts: int = 1,
     bootstrap: int = 0,
     seed: int = 0,
+    horizon: float = 1.0,
     progress: Progress | None = None,
 ) -> OutputFit:
     """Fit the simulated loop's output to that of a record, or of several of them together.
@@ -65,9 +67,10 @@ def fit(
         With a control law.
     record : Record or sequence of Record
         Each with a reference and the output. A loop starts as its record does, segment by segment.
-    output : {"control", "position", "force"}
+    output : {"control", "position", "force", "open-loop"}
         What is followed: ``control`` is little moved by a law that is a little wrong, ``position``
-        much, see `OutputFit.law_moves`.
+        much, see `OutputFit.law_moves`; ``open-loop`` is the position under the recorded control,
+        without any law, in windows that each start where the record is.
     start : str, mapping of str to float, or Estimate
         ``instruments`` (or least squares, or nominal values, where these come to nothing),
         ``least-squares``, ``nominal``, values by name, or an estimate of the same records.
@@ -89,6 +92,8 @@ def fit(
         the deviations are taken; 0 for none.
     seed : int
         Of further starts and of the bootstrap's noise.
+    horizon : float
+        Length of the windows of an open loop, s.
     progress : callable, optional
         Told before each step how many are done, of how many at most, and how far it is.
 
@@ -104,12 +109,20 @@ def fit(
     [Ljung1999]_, [Gautier2013]_.
     """
     _check(output, loss, starts, bootstrap, seed)
+    if not (is_real(horizon) and 0 < horizon < math.inf):
+        raise UsageError(
+            f"the horizon is {quoted(horizon)}; give a positive time, s.", code="fit-horizon"
+        )
     generated, given = as_generated(axis), records_of(record)
     default = Prefilter().at_rate_of(given[0].period)
     shared = shared_records(generated, given, default, local, known, gain, skip_bad=False)
     whose, records = searched(shared), shared.records
     unknowns = unknowns_of(whose.form, whose.local, bounds or {}, prior or {}, fixed or {})
-    predictions = LoopPredictions(whose.form, whose.axes, records, output)
+    predictions: Predictions
+    if output == OPEN_LOOP:
+        predictions = WindowPredictions(whose.form, whose.axes, records, float(horizon))
+    else:
+        predictions = LoopPredictions(whose.form, whose.axes, records, output)
     begins, why = starts_from(start, shared, whose.form, gain)
     run = _Run(whose.axes, records, predictions, unknowns, loss, progress)
     first, begun, lost = run.first(begins)
@@ -132,6 +145,7 @@ def fit(
             ends=ends,
             bootstrap=bootstrap,
             seed=seed,
+            horizon=float(horizon) if output == OPEN_LOOP else None,
         )
     )
 
@@ -142,7 +156,7 @@ class _Run:
 
     axes: Sequence[GeneratedAxis]
     records: Sequence[Record]
-    predictions: LoopPredictions
+    predictions: Predictions
     unknowns: Unknowns
     loss: str
     progress: Progress | None
@@ -188,7 +202,7 @@ class _Run:
         return replace(found, cost=cost_of(at, errors, self.unknowns, self.weighing))
 
     @property
-    def _searching(self) -> tuple[LoopPredictions, Unknowns, Array, Weighing, Progress | None]:
+    def _searching(self) -> tuple[Predictions, Unknowns, Array, Weighing, Progress | None]:
         return self.predictions, self.unknowns, self.scale, self.weighing, self.progress
 
     def _search(self, begun: Array) -> Found:
@@ -237,7 +251,7 @@ def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note
 
 def _check(output: object, loss: object, starts: object, bootstrap: object, seed: object) -> None:
     for value, names, what in (
-        (output, tuple(n for n in OUTPUTS if n != OPEN_LOOP), "output"),
+        (output, tuple(OUTPUTS), "output"),
         (loss, tuple(LOSSES), "loss"),
     ):
         if not is_among(value, names):

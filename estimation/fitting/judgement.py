@@ -14,6 +14,7 @@ from axisid.estimation.thresholds.fitting import (
     MAX_LAW_SENSITIVITY,
     MAX_LAW_SHIFT,
     MIN_SHOWN,
+    SAME_END,
 )
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
@@ -21,8 +22,6 @@ from axisid.support.remedy import Remedy, Setting
 
 from .basis import FitBasis
 from .search import MOST_STEPS
-
-_SAME = 1e-3  # of the cost, up to which searches ended alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,7 +187,7 @@ def _bounds(of: Judged) -> Check:
 def _starts(of: Judged) -> Iterator[Check]:
     if len(of.basis.ends) < 2:
         return
-    alike = sum(each.cost <= of.basis.best.cost * (1 + _SAME) for each in of.basis.ends)
+    alike = sum(each.cost <= of.basis.best.cost * (1 + SAME_END.value) for each in of.basis.ends)
     share = 1 - alike / len(of.basis.ends)
     yield Check(
         name="starts",

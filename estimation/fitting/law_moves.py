@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from axisid.estimation.diagnostics.loop import LawCheck
-from axisid.estimation.predictions import LoopPredictions
+from axisid.estimation.predictions import Predictions
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
@@ -19,13 +19,13 @@ _PERCENT = 0.01
 
 
 def moves_per_percent(
-    predictions: LoopPredictions, physical: Array, influence: Array
+    predictions: Predictions, physical: Array, influence: Array
 ) -> Mapping[str, Array]:
     """What each term of the law, 1 % larger, moves the parameters by, (P,), by its gains.
 
     Parameters
     ----------
-    predictions : LoopPredictions
+    predictions : Predictions
     physical : (P,) array
         The estimate.
     influence : (P, n) array

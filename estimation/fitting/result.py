@@ -6,9 +6,11 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check
+from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.estimates import NamedValues, Value
 from axisid.estimation.records import Record
@@ -93,6 +95,10 @@ class OutputFit(Presentable, Exact):
     of_records : tuple of RecordError
     errors : tuple of (N,) array
         Simulated less recorded output, by record.
+    samples : tuple of (N,) array of int
+        Of the record, that the errors are at.
+    horizon : float or None
+        Length of the windows of an open loop, s.
     basis : FitBasis
         What it is judged from.
     """
@@ -120,6 +126,8 @@ class OutputFit(Presentable, Exact):
     ends: tuple[tuple[float, Array], ...]
     of_records: tuple[RecordError, ...]
     errors: tuple[Array, ...]
+    samples: tuple[NDArray[np.intp], ...]
+    horizon: float | None
     basis: FitBasis = field(repr=False, compare=False)
 
     @cached_property
@@ -158,6 +166,8 @@ class OutputFit(Presentable, Exact):
 
     @cached_property
     def _laws(self) -> tuple[LawCheck | Missing, ...]:
+        if self.output == OPEN_LOOP:
+            return (Missing("no law is simulated: the control is the recorded one"),)
         return tuple(map(check_law, self.basis.axes, self.records))
 
     @property

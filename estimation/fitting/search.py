@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from axisid.estimation.predictions import Predictions, Slopes, slopes_of
+from axisid.estimation.thresholds.fitting import AT_BOUND
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.progress import Progress
@@ -23,7 +24,6 @@ from .unknowns import Unknowns
 MOST_STEPS = 60
 _TOLERANCE = 1e-8
 _LOST = 1e3  # times the errors at the start: what a loop that cannot be simulated counts as
-_NEAR = 0.05  # deviations from a bound, within which a parameter that is driven there is at it
 _ROUNDS = 4
 
 
@@ -242,7 +242,7 @@ class Search:
         n, c = len(self._weighing.weights), self._weighing.tuning
         rows[:n] *= self._weighing.loss((rows[:n] / c) ** 2)[1]
         downhill = -(jacobian.T @ rows)
-        reach = _NEAR / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+        reach = AT_BOUND.value / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
         low = self._free & (downhill < 0) & (at - u.lower <= reach)
         high = self._free & (downhill > 0) & (u.upper - at <= reach)
         return np.where(low, -1, np.where(high, 1, 0)).astype(np.int8)

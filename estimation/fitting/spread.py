@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.signal import correlate, lfilter
 
 from axisid.estimation.regression import StepsError
 from axisid.support.arrays import Array
@@ -46,6 +45,8 @@ class Autoregression:
 
     def coloured(self, columns: Array) -> Array:
         """Columns (n, k) run backwards through ``1/a``: their products with e are those with w."""
+        from scipy.signal import lfilter
+
         return np.asarray(lfilter([1.0], self.coefficients, columns[::-1], axis=0)[::-1])
 
 
@@ -59,6 +60,8 @@ def autoregression_of(pieces: Sequence[Array], period: float) -> Autoregression:
     period : float
         s
     """
+    from scipy.signal import correlate
+
     rows = sum(map(len, pieces))
     most = min(max(round(_LONGEST / period), _FEWEST), _MOST, rows // _ROWS_PER_ORDER)
     products = np.zeros(most + 1)

@@ -4,6 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from axisid.support.arrays import Array
 
 
@@ -31,6 +34,18 @@ class Predictions(Protocol):
         """Rows of each stretch without a gap, by record."""
 
     @property
+    def samples(self) -> tuple[NDArray[np.intp], ...]:
+        """Which sample of its record each row is, by record."""
+
+    @property
+    def unit(self) -> str:
+        """Of the output."""
+
+    @property
+    def step(self) -> float:
+        """Of the coarsest encoder; 0 where nothing is known of any."""
+
+    @property
     def measured(self) -> Array:
         """What was recorded, (n,)."""
 
@@ -49,3 +64,12 @@ class Predictions(Protocol):
 
     def __call__(self, physical: Array) -> Lanes:
         """Errors of parameters (B, P)."""
+
+    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
+        """What white noise of the position, as the records have it, changes, (n, B)."""
+
+    def by_steps(self, physical: Array) -> Array | None:
+        """What the encoder's steps change, (n, B); None where nothing is known of any."""
+
+    def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
+        """Slopes of the errors by a factor of each term of the law, (n,), by its gains."""

@@ -46,6 +46,7 @@ class LoopPredictions:
         self, form: Form, axes: Sequence[GeneratedAxis], records: Sequence[Record], output: str
     ) -> None:
         self._form = form
+        self.samples = tuple(np.concatenate([np.arange(*s) for s in r.spans]) for r in records)
         found = [measured_output(output, *pair) for pair in zip(axes, records, strict=True)]
         self.unit, self._signal = found[0].unit, found[0].signal
         every = enumerate(zip(axes, records, found, strict=True))

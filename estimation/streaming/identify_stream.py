@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.problems import Reach, check_identifiable, check_visible
-from axisid.estimation.records import Extent, extent, hold_delay, law_ratio, other_period
+from axisid.estimation.records import (
+    Extent,
+    LogBlocks,
+    extent,
+    hold_delay,
+    law_ratio,
+    other_period,
+)
 from axisid.estimation.regression import (
     Equations,
     Hac,
@@ -87,7 +94,7 @@ def identify_stream(
     sample_period : float, optional
         s
     provenance : Provenance, optional
-        Of the log, for the result.
+        Of the log, for the result; by default that of `LogBlocks`.
 
     Raises
     ------
@@ -101,6 +108,8 @@ def identify_stream(
             code="blocks-type",
         )
     _check_axis(generated)
+    if provenance is None and isinstance(blocks, LogBlocks):
+        provenance = blocks.provenance()
     origin = provenance or Provenance()
     found = extent(origin.source, blocks, sample_period, generated.axis)
     chosen = prefilter(found.period) if callable(prefilter) else prefilter

@@ -94,9 +94,18 @@ def _parts(
     values = next((name for name in numeric if name.lower() in _VALUES), numeric[1])
     times = next(name for name in numeric if name != values)
     said = label.lower() in _NAMES and values.lower() in _VALUES
-    if not (said or _at_one_time(table, times)):
+    # A column of numbers with a damaged one is text too, and has no names in it.
+    if not (said or (_at_one_time(table, times) and not any(map(_is_number, signals)))):
         return None
     return names, times, values, units
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _at_one_time(table: Table, times: str) -> bool:

@@ -29,3 +29,22 @@ MAX_APART = Threshold(
     "share of the searches that end higher than the best, beyond which that is said",
     "chosen: the lowest end is then found by few",
 )
+AT_BOUND = Threshold(
+    0.05,
+    "deviations",
+    "distance from a bound up to which a parameter that the errors drive there is at it",
+    "chosen: it is held there then, and moves by no more",
+)
+MIN_PART = Threshold(
+    0.1,
+    "1",
+    "change of the outputs by a parameter along a direction that they do not show, by the largest, "
+    "from which it is named with it",
+    "chosen",
+)
+SAME_END = Threshold(
+    1e-3,
+    "1",
+    "excess of a search's cost over the least, up to which it ended there too",
+    "chosen",
+)

@@ -281,6 +281,15 @@ def test_twins_claim_what_the_errors_do(emps2015: GeneratedAxis, twin: Record) -
         assert 0.7 < ratio < 1.4
 
 
+def test_a_measured_force_is_followed(emps2015: GeneratedAxis, found: OutputFit) -> None:
+    whole = twin_record(emps2015)
+    assert whole.control is not None
+    measured = replace(whole, force=35.15 * whole.control)
+    result = fit(emps2015, measured, "force")
+    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
+    assert result.unit == "N"
+
+
 def test_several_starts_end_alike(emps2015: GeneratedAxis, twin: Record, found: OutputFit) -> None:
     result = fit(emps2015, twin, starts=4, seed=7)
     np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUTPUTS
+from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BOUND = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*")
@@ -23,6 +23,7 @@ class Asked:
     start: str
     starts: int
     bootstrap: int
+    horizon: float
     bound: tuple[str, ...]
     prior: tuple[str, ...]
 
@@ -42,6 +43,7 @@ class Asked:
             "start": self.start,
             "starts": self.starts,
             "bootstrap": self.bootstrap,
+            "horizon": self.horizon,
             "bounds": dict(map(_bound, self.bound)),
             "prior": read_fixed(self.prior),
         }
@@ -62,12 +64,10 @@ def _bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
 _OPTIONS = (
     click.option(
         "--output",
-        type=click.Choice([name for name in OUTPUTS if name != OPEN_LOOP]),
+        type=click.Choice([*OUTPUTS]),
         default=next(iter(OUTPUTS)),
         show_default=True,
-        help="What is followed: "
-        + ", ".join(f"{n} {said}" for n, said in OUTPUTS.items() if n != OPEN_LOOP)
-        + ".",
+        help="What is followed: " + ", ".join(f"{n} {said}" for n, said in OUTPUTS.items()) + ".",
     ),
     click.option(
         "--loss",
@@ -100,6 +100,14 @@ _OPTIONS = (
         help="Deviations from N simulated twins of the records.  [default: none]",
     ),
     click.option(
+        "--horizon",
+        type=click.FloatRange(0.0, min_open=True),
+        default=1.0,
+        show_default=True,
+        metavar="S",
+        help="Length of the windows of an open loop, s.",
+    ),
+    click.option(
         "--bound",
         multiple=True,
         metavar="NAME=LOW..HIGH",
@@ -125,6 +133,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
         started_at: str,
         starts: int,
         bootstrap: int,
+        horizon: float,
         bound: tuple[str, ...],
         prior: tuple[str, ...],
         **others: Any,
@@ -135,6 +144,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
             start=started_at,
             starts=starts,
             bootstrap=bootstrap,
+            horizon=horizon,
             bound=bound,
             prior=prior,
         )

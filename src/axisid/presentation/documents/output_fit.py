@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from msgspec import UNSET
+
 from axisid.estimation.fitting import OutputFit
 from axisid.presentation.schema import (
     WrittenFitted,
@@ -41,7 +43,8 @@ def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
         error_percent=finite(fit.error_percent),
         record_errors=tuple(written_as(WrittenRecordError, each) for each in fit.of_records),
         unseen=fit.unseen,
-        **({"local": dict(fit.local)} if fit.local else {}),
+        horizon=UNSET if fit.horizon is None else fit.horizon,
+        local=dict(fit.local) or UNSET,
         iterations=tuple(
             dict(zip(fit.names, map(float, step.physical), strict=True)) for step in fit.steps
         ),

@@ -1,7 +1,5 @@
 """Figures of a fit of a simulated output."""
 
-import numpy as np
-
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.predictions import measured_output
 
@@ -12,15 +10,15 @@ def output_plot(fit: OutputFit, record: int = 0) -> Plot:
     """Recorded and simulated output of one record, from 0, and their difference."""
     own = fit.records[record]
     measured = measured_output(fit.output, fit.axis, own).values
-    rows = np.concatenate([np.arange(*span) for span in own.spans])
+    rows = fit.samples[record]
     time, errors = own.time[rows], fit.errors[record]
     recorded = measured[rows]
     each = fit.of_records[record]
     return Plot(
         name="output",
         title="Output, recorded and simulated",
-        caption=f"The {fit.output} of the closed loop simulated with the fit leaves "
-        f"{each.error:.3g} {fit.unit} (rms), {each.percent:.3g} % of the recorded one.",
+        caption=f"The {fit.output} that is simulated with the fit leaves {each.error:.3g} "
+        f"{fit.unit} (rms), {each.percent:.3g} % of the recorded one.",
         x_label="time [s]",
         panels=(
             Panel(

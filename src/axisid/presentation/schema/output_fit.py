@@ -62,6 +62,9 @@ class WrittenOutputFit(
     records: tuple[WrittenRecord, ...]
     output: Annotated[str, about("What is followed.")]
     unit: Annotated[str, about("Of the output.")]
+    horizon: Annotated[float | UnsetType, about("Length of the windows of an open loop, s.")] = (
+        UNSET
+    )
     loss: str
     started: Annotated[str, about("Where the start is from.")]
     parameters: Annotated[Mapping[str, WrittenFitted], about("By name.")]

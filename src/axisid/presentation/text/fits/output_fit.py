@@ -101,6 +101,19 @@ def _errors(fit: OutputFit) -> Table:
     return Table(columns=text_columns(heads), rows=rows)
 
 
+def _compared(fit: OutputFit) -> str:
+    if fit.horizon is not None:
+        return (
+            f"Position under the recorded control less the recorded one, in windows of "
+            f"{fit.horizon:g} s. Each has a first position and velocity of its own, which are "
+            "fitted with the parameters; percent are of the way from there."
+        )
+    return (
+        f"Simulated less recorded {fit.output} at every sample that is a measurement; no filter, "
+        "no decimation, reversals and rests kept. The loop starts as the record does."
+    )
+
+
 def _steps(fit: OutputFit) -> str:
     step = fit.basis.predictions.step
     unit = fit.axis.axis.coordinate.unit
@@ -118,10 +131,7 @@ def _notes(fit: OutputFit, wording: Wording) -> Iterator[str]:
             "At a bound the interval is one-sided: of a normal distribution about what the errors "
             "alone would give, cut off there. The other deviations are with the parameter held."
         )
-    yield (
-        f"Simulated less recorded {fit.output} at every sample that is a measurement; no filter, "
-        "no decimation, reversals and rests kept. The loop starts as the record does."
-    )
+    yield _compared(fit)
     for name, own in fit.local.items():
         listed = ", ".join(dict.fromkeys(filter(None, own)))
         yield f"{listed}: {name} of each record, in their order."
