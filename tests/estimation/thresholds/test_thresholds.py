@@ -48,7 +48,6 @@ IMPLEMENTATION = {
     "law_gains._EXACT": "where an iteration ends",
     "law_gains._LARGEST": "how long a step of an iteration is",
     "law_gains._CLEAR": "rounding of a column",
-    "forms._FILTERS": "starts of a search",
     "law_by_runs._LARGEST": "whose exponential is a number",
     "law_terms._COINCIDES": "rounding of a time",
     "signals_apart._STEP": "step of a difference",
