@@ -39,6 +39,7 @@ bench: $(VENV)/.test
 	$(BIN)/python benchmarks/calibration.py
 	$(BIN)/python benchmarks/library.py
 	$(BIN)/python benchmarks/judgement.py
+	$(BIN)/python benchmarks/control_laws.py
 	$(BIN)/python benchmarks/model_error.py
 	$(BIN)/python benchmarks/faults.py
 	$(BIN)/python benchmarks/rests.py

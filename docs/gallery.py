@@ -48,4 +48,5 @@ for name in LIBRARY:
 # axes/crank
 # axes/linear_motor
 # axes/balanced_slide
+# axes/servo_joint
 # ```

@@ -1,7 +1,8 @@
 """A control law by itself, its gains as arguments: for what is asked of a record's control.
 
-Whether the output was beyond the drive's limit is an argument too, as the record shows it: a law
-with other gains, whose integral runs away from the recorded motion, is else at the limit all along.
+Where the output may have been beyond the drive's limit is an argument too, as the record shows it:
+a law with other gains, whose integral runs away from the recorded motion, is else at the limit all
+along.
 """
 
 from collections.abc import Sequence
@@ -35,8 +36,8 @@ def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Prog
     Returns
     -------
     tuple of Program
-        ``law_step``: from what the law reads, whether it was at the limit (1, else 0) and that
-        limit, its gains and its memory to the next memory and the output as it is, without its
+        ``law_step``: from what the law reads, the limit that its output has there (infinite for
+        none), its gains and its memory to the next memory and the output as it is, without its
         delay. ``law_start``: from reference and position at rest to the memory; what balances is 0.
     """
     return _step(law, signals), _start(law)
@@ -46,12 +47,13 @@ def _step(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> Program:
     read = (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *signals)
     arguments = Arguments().scalars(*read)
     builder = arguments.builder
-    at_limit, limit = builder.scalar("at_limit"), builder.scalar("limit")
+    limit = builder.scalar("limit")
     arguments = arguments.vector("gains", [gain(name) for name in law.gains])
     arguments = arguments.vector("state", [memory.symbol for memory in law.memory])
     values = {**arguments.values, PERIOD: builder.constant(law.period)}
     output = Lowering(builder, values)(with_numbers(law.output))
-    limited = builder.apply("select", at_limit, limit, output)
+    limited = builder.apply("min", output, limit)
+    limited = builder.apply("max", limited, builder.apply("neg", limit))
     following = Lowering(builder, {**values, LIMITED_OUTPUT: limited})
     builder.output(
         "next_state", [[following(with_numbers(memory.following))] for memory in law.memory]

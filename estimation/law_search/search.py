@@ -228,7 +228,6 @@ def _deviations(
         point=point,
         compared=lambda values: smooth(values)[rows.used],
         neighbours=Neighbours.of(np.flatnonzero(rows.used), 1),
-        rounded=(np.zeros(len(rows.used)),),
     )
     values = dict(zip(along.law.gains, point.gains, strict=True))
     steps = beside.steps(point)

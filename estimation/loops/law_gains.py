@@ -11,17 +11,16 @@ from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, law_functions
 from axisid.estimation.records import Record
+from axisid.estimation.thresholds.diagnostics import NEAR_LIMIT
 from axisid.estimation.thresholds.simulation import MIN_MEMORY_EFFECT
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
 from .as_logged import as_logged, late_in_log
 from .law_ticks import LawTicks
-from .start_memory import unlimited
 
 _STEP = 1e-5  # of a gain and of a memory's size, for slopes
 _ROUNDS, _HALVINGS = 12, 6  # of Gauss-Newton steps, and of each that leads nowhere
@@ -56,8 +55,8 @@ class LawAlong:
         What it measured.
     control : (N,) array
         Recorded, without what was added to the law's.
-    at_limit : (N,) array of bool
-        Where that is the drive's limit.
+    limit : (N,) array
+        Of the output: the drive's where the control is near it, else none, infinite.
     functions : mapping of str to casadi.Function
         The law's, see `law_functions`.
     logged : callable
@@ -69,7 +68,7 @@ class LawAlong:
     law: ControlLaw
     ticks: LawTicks
     control: Array
-    at_limit: NDArray[np.bool_]
+    limit: Array
     functions: Mapping[str, Any]
     logged: Compared
     late: int
@@ -83,11 +82,12 @@ class LawAlong:
         control = np.asarray(record.control) - logged(ticks.added_at_samples(law.delay))
         # Behind a lag nothing tells where the command was at its limit.
         hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
+        near = np.abs(control) >= (1 - NEAR_LIMIT.value) * axis.axis.drive.limit
         return cls(
             law=law,
             ticks=ticks,
             control=control,
-            at_limit=~unlimited(axis, record, (0, len(record))) & (not hidden),
+            limit=np.where(near & (not hidden), axis.axis.drive.limit, np.inf),
             functions=law_functions(law, axis.axis.signal_symbols),
             logged=logged,
             late=late_in_log(axis) + law.delay - (0 if own is None else own.delay),
@@ -190,7 +190,7 @@ class LawAlong:
         count = len(self.ticks)
         blocks = -(-count // _BLOCK)
         rest = (0, blocks * _BLOCK - count)
-        read = (*self.ticks.signals, *self._limits)
+        read = (*self.ticks.signals, self._limits)
         arguments = [point.start, *(np.pad(values.ravel(), rest, "edge") for values in read)]
         arguments.append(np.tile(point.gains, blocks * _BLOCK))
         states = np.empty((blocks * _BLOCK, len(point.start)))
@@ -199,11 +199,10 @@ class LawAlong:
         return output[:count], states[:count]
 
     @property
-    def _limits(self) -> tuple[Array, Array]:
-        """Whether each evaluation's output was limited, and to what, (1, M) each."""
+    def _limits(self) -> Array:
+        """The limit of each evaluation's output, (M,)."""
         shown = np.searchsorted(self.ticks.held, np.arange(len(self.ticks)) + self.late)
-        shown = np.minimum(shown, len(self.control) - 1)
-        return self.at_limit[None, shown].astype(float), self.control[None, shown]
+        return np.asarray(self.limit[np.minimum(shown, len(self.control) - 1)])
 
     def _sizes(self, point: LawPoint) -> Array:
         """How large each memory is along the record, (m,)."""

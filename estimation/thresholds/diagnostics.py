@@ -65,6 +65,13 @@ MIN_GAIN_TOLD_APART = Threshold(
     "of it, below which nothing is said of that gain",
     "chosen",
 )
+MAX_ROUNDED_SHARE = Threshold(
+    0.1,
+    "1",
+    "part of what a gain changes of a control that may be what the log rounds, above which nothing "
+    "is said of that gain",
+    "derived: its estimate would be low by the square of it, 1 %",
+)
 MAX_SAME_RESIDUAL = Threshold(
     1.1,
     "1",
@@ -127,6 +134,13 @@ MAX_LIMIT_EXCESS = Threshold(
     "1",
     "control beyond the drive's limit, as a share of it, up to which it is at the limit",
     "chosen: more than a converter's noise",
+)
+NEAR_LIMIT = Threshold(
+    0.1,
+    "1",
+    "distance of a recorded control from the drive's limit, as a share of it, up to which a law's "
+    "output may have been beyond the limit there",
+    "chosen: more than a converter's noise; a right law is the same with more",
 )
 MAX_LIMIT_EXCESS_SHARE = Threshold(
     1e-3,

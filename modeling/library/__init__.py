@@ -19,6 +19,7 @@ LIBRARY = (
     "crank",
     "linear_motor",
     "balanced_slide",
+    "servo_joint",
 )
 
 

@@ -254,16 +254,23 @@ def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> La
     )
 
 
-def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck:
+def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
     """Of a law that is limited, filtered or has an integral, by runs of it."""
     axis, law, record = of.axis, of.law, of.record
     beside = GainsBeside.of(axis, law, record, of.used, compared_as(law, record))
     declared, left = beside.percent(beside.point), beside.left(beside.point)
+    rounded = beside.open_percent
+    hidden = MAX_LAW_RESIDUAL.value <= declared < MIN_DISTANCE_FROM_NOISE.value * rounded
+    if hidden or rounded > MAX_LAW_RESIDUAL.value:
+        return Missing(
+            "what the log rounds of position and reference leaves "
+            f"{rounded:.2g} % of the declared law's control open"
+        )
     times = beside.times(beside.point)
     off = {name: value for name, (value, clear) in times.items() if clear}
-    leans = [_leaning(beside.compared(each), beside.neighbours)[0] for each in beside.rounded]
-    open_ = MIN_DISTANCE_FROM_NOISE.value * np.abs(leans).max(axis=0)
-    lean = _lean(left, of.control[of.used], beside.neighbours, open_)
+    leans = [_leaning(each, beside.neighbours)[0] for each in beside.left_open(beside.point)]
+    open_ = MIN_DISTANCE_FROM_NOISE.value * np.abs([np.zeros(2), *leans]).max(axis=0)
+    lean = _lean(left, beside.compared(beside.along.control), beside.neighbours, open_)
     check = LawCheck(
         factors={name: value for name, (value, _) in times.items()},
         residual_percent=declared,

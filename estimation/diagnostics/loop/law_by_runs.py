@@ -6,7 +6,7 @@ gain tell which gains are off; the least change of them that explains the contro
 with the changed gains.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.diagnostics import (
     MAX_LAW_RESIDUAL,
+    MAX_ROUNDED_SHARE,
     MAX_SAME_RESIDUAL,
     MAX_SCALE_ERROR,
     MIN_GAIN_TOLD_APART,
@@ -49,15 +50,16 @@ class GainsBeside:
         What is made of a control before it is compared.
     neighbours : Neighbours
         Of the rows that are compared.
-    rounded : tuple of (N,) array
-        By how much the law's output may differ for what the log rounds, drawn at random.
+    rounded : tuple of LawAlong
+        The law along what may have been before the log rounded it, drawn at random; none where it
+        rounds nothing.
     """
 
     along: LawAlong
     point: LawPoint
     compared: Callable[[Array], Array]
     neighbours: Neighbours
-    rounded: tuple[Array, ...]
+    rounded: tuple[LawAlong, ...] = ()
 
     @classmethod
     def of(
@@ -84,14 +86,34 @@ class GainsBeside:
         ticks = law_ticks(axis, record, (0, len(record)))
         start = start_of_law(axis, record, (0, len(record)), ticks)[: len(law.memory)]
         along = LawAlong.of(axis, law, ticks, record)
-        point = LawPoint(along.declared.gains, start)
+        # A control that a converter's noise took from the limit is none that the law gave.
+        declared = LawPoint(along.declared.gains, start)
+        used = used & ~(np.abs(along.output(declared)) > along.limit)
+
+        def compared(control: Array) -> Array:
+            return np.asarray(smooth(control)[used])
+
+        # With noise the first controls show what is remembered less well than all of them do.
+        point = along.fitted(declared, compared, ())
         return cls(
             along=along,
             point=point,
-            compared=lambda control: smooth(control)[used],
+            compared=compared,
             neighbours=Neighbours.of(np.flatnonzero(used), 1),
-            rounded=_rounded(along, point, record),
+            rounded=tuple(_rounded(along, record)),
         )
+
+    @property
+    def open_percent(self) -> float:
+        """How far the control of a right law may be off for what the log rounds, percent of it."""
+        control = self.compared(self.along.control)
+        off = (relative_error_percent(each, control) for each in self.left_open(self.point))
+        return max(off, default=0.0)
+
+    def left_open(self, point: LawPoint) -> list[Array]:
+        """By how much the output may differ for that, drawn at random, (n,) each."""
+        undisturbed = self.along.output(point)
+        return [self.compared(each.output(point) - undisturbed) for each in self.rounded]
 
     def left(self, point: LawPoint) -> Array:
         """What the law leaves of the control, but for another start of its memory, (n,)."""
@@ -122,15 +144,16 @@ class GainsBeside:
         """Change of the logarithm of each such gain that least squares asks for; its deviation."""
         names = [*self.along.law.gains]
         columns = self._besides_start(point, self._by_gain(point))
-        told = _told_apart(columns, float(np.linalg.norm(self.compared(self.along.control))))
+        size = float(np.linalg.norm(self.compared(self.along.control)))
+        told = _told_apart(np.where(self._vague(point, columns), 0.0, columns), size)
         if not told:
             return {}
         regressor = factor(columns[:, told], [names[i] for i in told], neighbours=self.neighbours)
         fit = least_squares(self.left(point), regressor)
         lags = min(_LAGS, len(fit.residuals) // 4)
-        variances = np.diag(Hac(lags).matrix(fit)) + np.mean(
-            [(fit.influence.T @ self.compared(each)) ** 2 for each in self.rounded], axis=0
-        )
+        variances = np.diag(Hac(lags).matrix(fit))
+        if open_ := self.left_open(point):
+            variances = variances + np.mean([(fit.influence.T @ o) ** 2 for o in open_], axis=0)
         found = zip(fit.theta, np.sqrt(variances), strict=True)
         return {names[i]: (float(s), float(d)) for i, (s, d) in zip(told, found, strict=True)}
 
@@ -175,6 +198,14 @@ class GainsBeside:
             times={names[i]: float(times[i]) for i in free},
             percent=self.percent(point),
         )
+
+    def _vague(self, point: LawPoint, columns: Array) -> NDArray[np.bool_]:
+        """Which gains show by what the log rounds more than a little, (g,): theirs would be low."""
+        if not self.rounded:
+            return np.zeros(columns.shape[1], dtype=bool)
+        rough = self.rounded[0].slopes(point)[0] - self.along.slopes(point)[0]
+        noise = np.linalg.norm(np.column_stack([*map(self.compared, rough.T)]), axis=0)
+        return np.asarray(noise > MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0))
 
     def _by_gain(self, point: LawPoint) -> Array:
         """How what is compared changes with the logarithm of each gain, (n, g)."""
@@ -260,20 +291,15 @@ def _told_apart(columns: Array, size: float) -> list[int]:
     return sorted(int(shown[i]) for i in order[: len(clear)][clear])
 
 
-def _rounded(along: LawAlong, point: LawPoint, record: Record) -> tuple[Array, ...]:
-    """By how much the output may differ for the digits that a log does not write."""
+def _rounded(along: LawAlong, record: Record) -> Iterator[LawAlong]:
+    """The law along what position and reference may have been before the log rounded them."""
     steps = [quantum_of(values) for values in (record.position, np.asarray(record.reference))]
     if not any(steps):
-        return (np.zeros(len(record)),)
-    rng, found = np.random.default_rng(0), []
-    undisturbed = along.output(point)
+        return
+    rng, read = np.random.default_rng(0), (along.ticks.position, along.ticks.reference)
     for _ in range(_DRAWS):
         position, reference = (
             values + step * rng.uniform(-0.5, 0.5, len(values))
-            for step, values in zip(
-                steps, (along.ticks.position, along.ticks.reference), strict=True
-            )
+            for step, values in zip(steps, read, strict=True)
         )
-        ticks = replace(along.ticks, position=position, reference=reference)
-        found.append(replace(along, ticks=ticks).output(point) - undisturbed)
-    return tuple(found)
+        yield replace(along, ticks=replace(along.ticks, position=position, reference=reference))

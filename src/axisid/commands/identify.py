@@ -225,7 +225,8 @@ def identify(
     """Identify AXIS from one RECORD or several, or from its built-in twin if none is given.
 
     AXIS is a name of the library (emps2015, emps, pendulum, vertical_screw, belt_axis,
-    rotary_table, valve, crank, linear_motor) or a TOML or Python file that declares one.
+    rotary_table, valve, crank, linear_motor, balanced_slide, servo_joint) or a TOML or Python file
+    that declares one.
     RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS, JSON or
     a ROS bag. Values are SI unless the file or --columns says otherwise. Several records are one
     regression with one set of parameters, each filtered, weighted and checked by itself.

@@ -155,6 +155,17 @@ def _linear_motor() -> Axis:
     )
 
 
+def _servo_joint() -> Axis:
+    q, dq, J, mgl, fv, fcp, fcm = symbols("servo_joint")
+    forwards, backwards = (dq + sympy.Abs(dq)) / 2, (dq - sympy.Abs(dq)) / 2
+    return other_way(
+        "servo_joint",
+        kinetic=J * dq**2 / 2 + Constant(2e-5, "kg m^2", "rotor") * (50 * dq) ** 2 / 2,
+        potential=mgl * sympy.sin(q),
+        dissipation=fv * dq**2 / 2 + fcp * forwards - fcm * backwards,
+    )
+
+
 OTHER_WAY = {
     "emps2015": _emps2015,
     "emps": _emps,
@@ -166,6 +177,7 @@ OTHER_WAY = {
     "crank": _crank,
     "linear_motor": _linear_motor,
     "balanced_slide": _balanced_slide,
+    "servo_joint": _servo_joint,
 }
 
 
