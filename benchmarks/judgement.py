@@ -76,6 +76,10 @@ class Case:
         What the log rounds the position to, which the law does not have, m; 0 for nothing.
     logged_zero : float
         How far the logged position is from where the law reads it, m.
+    is_late : bool
+        Whether the drive is declared to follow at once, whatever lag and delay the machine has.
+    jitter : float
+        Root mean square of what parts the stamps from even times, in periods.
     """
 
     machine: Machine
@@ -88,6 +92,8 @@ class Case:
     has_reference: bool = True
     logged_step: float = 0.0
     logged_zero: float = 0.0
+    is_late: bool = False
+    jitter: float = 0.0
 
 
 @dataclass(kw_only=True)
@@ -151,6 +157,10 @@ RIGHT: dict[str, Case] = {
     "sines": Case(machine=_QUIET, motion="sines"),
     "weight": Case(machine=_with(offset=150.0, coulomb=40.0), has_offset=True),
     "high friction": Case(machine=_with(coulomb=90.0)),
+    "drive with a lag": Case(machine=_with(lag=1e-3)),
+    "drive with a lag and a delay": Case(
+        machine=_with(lag=8e-4, delay=4e-4, position_noise=white(1e-6))
+    ),
 }
 
 #: Right models whose reversals are kept.
@@ -181,6 +191,43 @@ FREE |= {
         machine=_with(resolution=0.0, position_noise=white(size * 1e-6)), has_reference=False
     )
     for size in (5, 10)
+}
+
+_SHORT = replace(RIGHT["2 s of it"], machine=_QUIET)
+
+#: Short records, logs that are coarser than the encoder, and stamps that are uneven where the
+#: sampling is not.
+LOGGED: dict[str, Case] = {
+    "2 s, force of 10 ms": replace(
+        _SHORT, machine=_with(force_noise=autoregressive(2.0, 0.01, 1e-3))
+    ),
+    "2 s, force of 500 ms": replace(
+        _SHORT,
+        machine=_with(force_noise=autoregressive(2.0, 0.5, 1e-3)),
+        rightly=("precision",),  # friction is known to 20 %
+    ),
+    "2 s, white control noise": replace(_SHORT, machine=_with(control_noise=white(0.05))),
+    "2 s, coarse encoder": replace(
+        _SHORT, machine=_with(resolution=5e-5), rightly=RIGHT["coarse encoder"].rightly
+    ),
+}
+LOGGED |= {
+    f"{name}, {log} log": replace(
+        RIGHT[name],
+        has_reference=False,
+        logged_step=step,
+        # What the filter moves is not known there: 0.03 % of the mass, nine deviations.
+        rightly=("residuals against the motion", "normal residuals")
+        if name in ("fine encoder", "sines")
+        else (),
+    )
+    for name in ("fine encoder", "white control noise", "force of 50 ms", "sines")
+    for log, step in (("0.1 um", 1e-7), ("0.5 um", 5e-7))
+}
+LOGGED |= {
+    f"{name}, stamps {percent} % off": replace(RIGHT[name], jitter=percent / 100)
+    for name in ("fine encoder", "white position noise", "force of 50 ms", "sines")
+    for percent in (2, 4)
 }
 
 #: Of which DIDIM is asked for alone, and beside instruments as a second opinion.
@@ -235,12 +282,18 @@ WRONG: dict[str, Case] = {
     "position 10 um from its zero": Case(
         machine=_QUIET, logged_zero=1e-5, named=r"\+1e-05 m away from its zero"
     ),
+    "lag not declared": Case(
+        machine=_with(lag=1e-3), is_late=True, named=r"delay or its lag, 0\.000[89]|0\.001"
+    ),
+    "delay not declared": Case(
+        machine=_with(delay=6e-4), is_late=True, named=r"delay or its lag, 0\.000[567]"
+    ),
     "position noise, least squares": Case(
         machine=_with(position_noise=white(1e-6)), methods=("idm-ls",), named=r"\bM misses for it"
     ),
 }
 
-CASES = RIGHT | KEPT | ALONE | FREE | OUTPUT_ERROR | WRONG
+CASES = RIGHT | KEPT | ALONE | FREE | LOGGED | OUTPUT_ERROR | WRONG
 
 
 def _moves() -> Array:
@@ -273,7 +326,7 @@ def reference_of(motion: str) -> Array:
 
 
 @cache
-def declared(*, has_offset: bool) -> GeneratedAxis:
+def declared(*, has_offset: bool, lag: float = 0.0, delay: float = 0.0) -> GeneratedAxis:
     """The axis as it is declared, whatever the machine has besides."""
     q = Coordinate("q", unit="m")
     mass = Parameter("M", "kg", nominal=100.0, lower=0.0)
@@ -287,7 +340,7 @@ def declared(*, has_offset: bool) -> GeneratedAxis:
             parameters=(mass, fv, fc, *((f0,) if has_offset else ())),
             inertia=mass,
             resistance=(viscous(fv, q), coulomb(fc, q), *((offset(f0),) if has_offset else ())),
-            drive=Drive(gain=plain.gain, unit="V", limit=plain.limit),
+            drive=Drive(gain=plain.gain, unit="V", limit=plain.limit, lag=lag, delay=delay),
             control=law,
         )
     )
@@ -319,6 +372,11 @@ def _recorded(columns: dict[str, Array], case: Case) -> dict[str, Array]:
     if case.logged_step:
         kept["position"] = case.logged_step * np.round(kept["position"] / case.logged_step)
     kept["position"] = kept["position"] + case.logged_zero
+    if case.jitter:
+        # Each record has its own, and the same one each time.
+        off = np.random.default_rng(int(1e9 * np.abs(kept["control"]).sum()) % 2**32)
+        stamps = kept["time"] + 1e-3 * case.jitter * off.normal(size=len(kept["time"]))
+        kept["time"] = np.maximum.accumulate(stamps + 1e-9 * np.arange(len(stamps)))
     return kept
 
 
@@ -330,7 +388,10 @@ def _prefilter(record: Record, case: Case) -> Prefilter | None:
 def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures:
     """Identify the runs of a case, each from one record or from several together."""
     case = CASES[name]
-    axis, machine = declared(has_offset=case.has_offset), case.machine
+    machine, timing = case.machine, {}
+    if not case.is_late:
+        timing = {"lag": machine.lag, "delay": machine.delay}
+    axis = declared(has_offset=case.has_offset, **timing)
     truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb, "F0": machine.offset}
     figures = Figures()
     for begin in range(0, runs, _AT_ONCE):
@@ -426,6 +487,7 @@ def main() -> None:
         "kept": KEPT,
         "alone": ALONE,
         "free": FREE,
+        "logged": LOGGED,
         "output error": OUTPUT_ERROR,
         "wrong": WRONG,
         "twin": LIBRARY,

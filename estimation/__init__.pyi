@@ -8,6 +8,9 @@ from .diagnostics.loop import profile_alignment as profile_alignment
 from .estimates import Iterate as Iterate
 from .estimates import Value as Value
 from .fitting import OutputFit as OutputFit
+from .law_search import ExplainedLaw as ExplainedLaw
+from .law_search import LawSearch as LawSearch
+from .law_search import find_law as find_law
 from .methods import METHODS as METHODS
 from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit
@@ -25,13 +28,15 @@ from .signals import SampledFilter as SampledFilter
 from .simulation import BatchSimulation as BatchSimulation
 from .simulation import Simulation as Simulation
 from .simulation import simulate_batch as simulate_batch
+from .streaming import StreamedEstimate as StreamedEstimate
+from .streaming import identify_stream as identify_stream
 from .studies import Candidate as Candidate
 from .studies import Comparison as Comparison
+from .studies import DriveTiming as DriveTiming
 from .studies import MethodValidation as MethodValidation
-from .studies import StreamedEstimate as StreamedEstimate
 from .studies import Sweep as Sweep
 from .studies import Validation as Validation
 from .studies import default_cutoffs as default_cutoffs
-from .studies import identify_stream as identify_stream
+from .studies import estimate_drive_timing as estimate_drive_timing
 from .tables import Provenance as Provenance
 from .tables import Repair as Repair

@@ -15,6 +15,7 @@ FLOORS = (
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
+    ("modeling.laws",),
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.text",),
@@ -47,6 +48,8 @@ FLOORS = (
     ("estimation.diagnostics.loop", "estimation.diagnostics.estimates"),
     ("estimation.diagnostics.remainder",),
     ("estimation.diagnostics",),
+    ("estimation.law_search",),
+    ("estimation.streaming",),
     ("estimation.identification",),
     ("estimation.predictions",),
     ("estimation.fitting",),
@@ -91,7 +94,7 @@ NO_ROOMS = ("axes", "axisid", "benchmarks", "faults", "fuzz", "golden", "integra
 #: Rooms without tests of their own, and where they are tested.
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
-    "control": "modeling.declaration",
+    "control": "modeling.laws",
     "modeling.wording": "modeling.derivation",
     "codegen.thresholds": "estimation.thresholds",
     "estimation.checks": "estimation.diagnostics",

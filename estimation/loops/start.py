@@ -10,6 +10,7 @@ from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record
 from axisid.estimation.signals import recorded_signals
 
+from .as_logged import with_drive
 from .kept import KeptByRecord
 from .start_memory import first_memory
 from .start_position import placed
@@ -74,8 +75,9 @@ def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopSt
         velocity = first_value(np.asarray(record.velocity)[rows])
     else:
         velocity = first_velocity(position, record.period)
-    return LoopStart(
+    start = LoopStart(
         position=float(position[0]),
         velocity=velocity,
         memory=first_memory(axis, record, span),
     )
+    return with_drive(axis, record, span, start)

@@ -19,7 +19,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
-from axisid.modeling.declaration import cascade_pd
+from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.remedy import Remedy, Setting

@@ -24,8 +24,9 @@ from axisid.estimation.regression import (
     steps_error,
 )
 from axisid.estimation.signals import FilteredRecord, Signals, about_samples
-from axisid.estimation.simulation import Simulation
+from axisid.estimation.simulation import Simulation, logged_control
 from axisid.estimation.thresholds.estimates import (
+    MAX_FILTER_HOP,
     MAX_SIMULATION_ERROR,
     MIN_FILTER_SHARE,
     MIN_PRINTED_FILTER_BIAS,
@@ -168,7 +169,8 @@ def settled_noise_free(
 
     The bias depends on where it is looked for: friction that an estimate has too low turns
     otherwise than the axis did. It is found again at the corrected parameters, until it stands
-    still; a bias that grows instead corrects nothing.
+    still, or hops about one value as a reversal falls on one side of a sample or the other; a bias
+    that grows instead corrects nothing.
 
     Parameters
     ----------
@@ -183,7 +185,7 @@ def settled_noise_free(
     size = _in_deviations(first.bias, deviations)
     if size <= MIN_PRINTED_FILTER_BIAS.value:
         return first
-    found = first
+    found = before = first
     for _ in range(_MOST):
         try:
             again = found_at(physical - found.bias)
@@ -193,10 +195,20 @@ def settled_noise_free(
             return replace(first, doubt="without it the simulated loop does not follow the record")
         moved = _in_deviations(again.bias - found.bias, deviations)
         if not moved < size:
-            return replace(first, doubt="it does not settle where it is taken off")
-        found, size = again, moved
+            hops = found is not first and moved <= MAX_FILTER_HOP.value
+            return _between(found, again) if hops else _unsettled(first)
+        found, before, size = again, found, moved
         if moved <= SETTLED_FILTER_BIAS.value:
             return replace(found, settled=True)
+    return _between(before, found) if size <= MAX_FILTER_HOP.value else _unsettled(first)
+
+
+def _between(one: NoiseFree, other: NoiseFree) -> NoiseFree:
+    """The second of two, whose bias hops: that in the middle."""
+    return replace(other, bias=np.asarray((one.bias + other.bias) / 2, dtype=float), settled=True)
+
+
+def _unsettled(first: NoiseFree) -> NoiseFree:
     return replace(first, doubt="it does not settle where it is taken off")
 
 
@@ -291,14 +303,13 @@ def loop_record(
     A column that was recorded is made of the loops as its sensor would see them.
     """
     record = data.record
-    law = data.axis.axis.control
-    jumps = law is not None and not law.continuous
+    jumps = data.axis.axis.holds_force
     sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
     made: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.measured_position if measured else s.position,
         "velocity": lambda s: s.velocity,
         "acceleration": lambda s: about_samples(s.acceleration, [0]) if jumps else s.acceleration,
-        "control": lambda s: s.control,
+        "control": lambda s: logged_control(data.axis, s),
         "force": lambda s: about_samples(s.force, [0]) if sensed else s.force,
     }
     columns: dict[str, Any] = {

@@ -85,6 +85,13 @@ SETTLED_FILTER_BIAS = Threshold(
     "change of that bias, found again, up to which it has settled",
     "chosen: a hundredth of the variance",
 )
+MAX_FILTER_HOP = Threshold(
+    1.0,
+    "deviations",
+    "change of that bias, found again, up to which it hops about one value where it shrinks no "
+    "more: the mean of the last two is taken then",
+    "measured: with friction of 90 N, 0.1 to 0.6, as reversals fall between other samples",
+)
 MIN_FILTER_SHARE = Threshold(
     0.5,
     "1",

@@ -54,7 +54,7 @@ from axisid.estimation import (
     simulate_batch,
 )
 from axisid.estimation.diagnostics.loop.control_law import check_law
-from axisid.estimation.studies.streaming import identify_stream
+from axisid.estimation.streaming import identify_stream
 from axisid.modeling import LIBRARY, Column
 from tests.faces import FACES, public_names
 

@@ -28,6 +28,7 @@ from .export import export
 from .fit import fit
 from .generate import generate
 from .identify import identify
+from .law import law
 from .paper import paper
 from .sweep import sweep
 
@@ -47,6 +48,7 @@ _NO_MEMORY = (
         sweep,
         compare,
         compare_results,
+        law,
         new,
         show,
         generate,

@@ -8,8 +8,10 @@ from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
+from axisid.estimation.law_search import LawSearch
 from axisid.estimation.records import Record
-from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
+from axisid.estimation.streaming import StreamedEstimate
+from axisid.estimation.studies import Comparison, Sweep, Validation
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.blocks import Document, plain_text
@@ -18,6 +20,7 @@ from axisid.presentation.documents import (
     diagnosis_dict,
     estimate_dict,
     identification_dict,
+    law_search_dict,
     output_fit_dict,
     record_dict,
     stream_dict,
@@ -56,6 +59,7 @@ from axisid.presentation.text import (
     diagnosis_blocks,
     estimate_document,
     identification_document,
+    law_search_document,
     record_document,
     stream_document,
     sweep_document,
@@ -111,6 +115,7 @@ as_blocks.register(Diagnosis, diagnosis_blocks)
 as_blocks.register(Estimate, _settled(estimate_document))
 as_blocks.register(Identification, identification_document)
 as_blocks.register(Sweep, sweep_document)
+as_blocks.register(LawSearch, law_search_document)
 as_blocks.register(Comparison, comparison_document)
 as_blocks.register(Validation, validation_document)
 as_blocks.register(StreamedEstimate, stream_document)
@@ -158,6 +163,7 @@ as_document.register(Diagnosis, diagnosis_dict)
 as_document.register(Estimate, estimate_dict)
 as_document.register(Identification, identification_dict)
 as_document.register(Sweep, sweep_dict)
+as_document.register(LawSearch, law_search_dict)
 as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
 as_document.register(StreamedEstimate, stream_dict)

@@ -22,7 +22,7 @@ from axisid.estimation.diagnostics.estimates.filter_bias import filter_bias
 from axisid.estimation.estimates import Value
 from axisid.estimation.methods import METHODS, bound_record
 from axisid.estimation.problems import ByInstruments, Problem
-from axisid.estimation.problems.filter_bias import noise_free
+from axisid.estimation.problems.filter_bias import NoiseFree, noise_free, settled_noise_free
 from axisid.estimation.regression import factor
 from axisid.support.arrays import Array
 from benchmarks.machines import Machine, records, white
@@ -178,6 +178,37 @@ def test_a_correction_that_was_not_found_again_is_one(valve: Identification) -> 
     assert isinstance(check, Check)
     assert check.status == "fail"
     assert "leave out the reversals" in str(check.note)
+
+
+def _settled(*biases: float) -> NoiseFree:
+    """What is made of biases of one parameter, found one after the other, of deviation 1."""
+    found = [
+        NoiseFree(
+            regressor=np.ones((3, 1)),
+            theta=np.zeros(1),
+            residuals=np.zeros(3),
+            bias=np.array([bias]),
+        )
+        for bias in biases
+    ]
+    later = iter(found[1:])
+    return settled_noise_free(found[0], lambda _: next(later), np.zeros(1), np.ones(1))
+
+
+def test_a_bias_that_hops_about_one_value_is_its_mean() -> None:
+    quiet = _settled(4.0, 3.7, 4.1)  # it had shrunk to 0.3, and then moves by 0.4
+    assert quiet.settled
+    assert quiet.bias == pytest.approx([3.9])
+    slow = _settled(4.0, 2.0, 3.2, 2.3, 2.9, 2.4, 2.7)  # shrinks each time, not to a tenth
+    assert slow.settled
+    assert slow.bias == pytest.approx([2.55])
+
+
+@pytest.mark.parametrize("biases", [(4.0, -1.0), (0.7, 0.0), (4.0, 1.0, 4.0), (4.0, 1.0, 3.2)])
+def test_a_bias_that_grows_or_hops_far_corrects_nothing(biases: tuple[float, ...]) -> None:
+    quiet = _settled(*biases, 0.0, 4.0)
+    assert quiet.doubt
+    assert quiet.bias == pytest.approx([biases[0]])
 
 
 def test_residuals_are_free_of_the_filter_where_it_moves_the_estimate_too(

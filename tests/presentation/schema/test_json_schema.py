@@ -17,6 +17,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.presentation.schema import (
     WrittenComparison,
     WrittenIdentification,
+    WrittenLawSearch,
     WrittenOutputFit,
     WrittenStream,
     WrittenSweep,
@@ -30,6 +31,7 @@ DOCUMENTS = (
     WrittenSweep,
     WrittenComparison,
     WrittenStream,
+    WrittenLawSearch,
     WrittenOutputFit,
 )
 GOLDEN = [FOLDER / f"{c.name}.json" for c in CASES if c.is_json and not c.name.startswith("export")]
@@ -188,6 +190,14 @@ def test_physical_parameters_by_known_values(
 
 def test_sweep(checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record) -> None:
     checker.validate(sweep(emps2015, twin, (30.0, 90.0)).to_dict())
+
+
+def test_law(checker: Draft202012Validator, run: Any) -> None:
+    _, out, _ = run("law", "emps2015", "--json", "-")
+    written = json.loads(out)
+    checker.validate(written)
+    assert written["schema"] == "axisid.law/1"
+    assert written["laws"][0]["law"] == "cascade_pd"
 
 
 @pytest.mark.parametrize(

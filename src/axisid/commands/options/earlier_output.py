@@ -21,6 +21,7 @@ _EXPORTED = (
 _MARKS = {
     "identify": _SCHEMA % b"identification|stream",
     "sweep": _SCHEMA % b"sweep",
+    "law": _SCHEMA % b"law",
     "compare": _SCHEMA % b"comparison",
     "fit": _SCHEMA % b"fit",
     "compare-results": _SCHEMA % b"result_comparison",

@@ -19,9 +19,11 @@ from .diagnosis import WrittenBand as WrittenBand
 from .diagnosis import WrittenCheck as WrittenCheck
 from .diagnosis import WrittenEndogeneity as WrittenEndogeneity
 from .diagnosis import WrittenExcitation as WrittenExcitation
+from .diagnosis import WrittenExplainedLaw as WrittenExplainedLaw
 from .diagnosis import WrittenInstruments as WrittenInstruments
 from .diagnosis import WrittenLackOfFit as WrittenLackOfFit
 from .diagnosis import WrittenLawCheck as WrittenLawCheck
+from .diagnosis import WrittenLawSearch as WrittenLawSearch
 from .diagnosis import WrittenMotionComparison as WrittenMotionComparison
 from .diagnosis import WrittenNoiseBias as WrittenNoiseBias
 from .diagnosis import WrittenSetting as WrittenSetting
@@ -46,6 +48,7 @@ from .record import WrittenPrefilter as WrittenPrefilter
 from .record import WrittenRecord as WrittenRecord
 from .record import WrittenRepair as WrittenRepair
 from .record import WrittenRequest as WrittenRequest
+from .record import WrittenResponse as WrittenResponse
 from .record import WrittenSignal as WrittenSignal
 from .record import WrittenStreamRecord as WrittenStreamRecord
 from .residuals import WrittenAutocorrelation as WrittenAutocorrelation

@@ -6,6 +6,7 @@ from typing import Any
 from msgspec import json
 
 from .comparison import WrittenComparison
+from .diagnosis import WrittenLawSearch
 from .estimate import WrittenStream
 from .identification import WrittenIdentification, WrittenSweep
 from .output_fit import WrittenOutputFit
@@ -17,6 +18,7 @@ _DOCUMENTS = (
     WrittenComparison,
     WrittenResultComparison,
     WrittenStream,
+    WrittenLawSearch,
     WrittenOutputFit,
 )
 _REFERENCE = "#/$defs/{name}"

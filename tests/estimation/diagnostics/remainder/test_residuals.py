@@ -16,6 +16,7 @@ from axisid.estimation.diagnostics.remainder.residuals import (
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import ResidualTests
 from axisid.estimation.regression.residual_tests import residual_tests
+from axisid.estimation.signals import Neighbours
 from axisid.support.missing import Missing
 
 ROWS = 400
@@ -114,6 +115,27 @@ def test_what_is_left_of_a_column_is_told_with_its_lag(lag: int) -> None:
     assert (
         f"instrument of Fv, {abs(lag)} rows {'before' if lag < 0 else 'after'} it" in check.meaning
     )
+
+
+@pytest.mark.parametrize(("elsewhere", "status"), [(0.0, "note"), (0.5, "fail")])
+def test_what_is_left_of_the_filters_error_is_a_note_unless_the_motion_is_left_elsewhere_too(
+    elsewhere: float, status: str
+) -> None:
+    """A tenth of an error in a few rows that is as a column of the motion there."""
+    residuals, W = white()
+    own = np.where(np.arange(ROWS) % 40 < 3, 300.0 * np.roll(W[:, 1], 1), 0.0)
+    net = residuals + 0.1 * own + elsewhere * np.roll(W[:, 1], 1)
+    fitted = estimate(
+        net + own,
+        net_residuals=net,
+        X=W,
+        Z=W,
+        noise_free=SimpleNamespace(residuals=own, doubt=""),
+        neighbours=Neighbours.consecutive(ROWS),
+    )
+    check = residuals_against_motion(residual_tests(net, W), fitted)
+    assert check.status == status
+    assert ("of the filter's own error does" in check.meaning) == (status == "note")
 
 
 @pytest.mark.parametrize(
