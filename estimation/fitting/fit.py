@@ -257,7 +257,7 @@ def _check(output: object, loss: object, starts: object, bootstrap: object, seed
         if not is_among(value, names):
             raise UsageError(
                 f"there is no {what} {quoted(value)}; choose from {', '.join(names)}.",
-                code=f"fit-{what}",
+                code="fit-choice",
             )
     for number, least, most, what in (
         (starts, 1, _MOST_STARTS, "starts"),

@@ -105,7 +105,7 @@ def starts_from(
         raise UsageError(
             f"there is no start {quoted(asked)}; choose from {', '.join(FIT_STARTS)}, or give an "
             "estimate, or values by name.",
-            code="unknown-start",
+            code="unknown-fit-start",
         )
     found, why = [], []
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
 
+#: The code of an error where no loop can be simulated.
+LANE_LOST = "fit-lane"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lanes:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
-from .lanes import Lanes, Predictions
+from .lanes import LANE_LOST, Lanes, Predictions
 
 #: Of a parameter's scale. The cost is smooth there: slopes agree to 0.06 % from 1e-3 to 1e-6.
 STEP = 1e-4
@@ -66,7 +66,7 @@ def slopes_of(
         lanes = _lanes(physical, pending, offsets)
         found = predictions(lanes)
         if 0 in found.failures:
-            raise EstimationError(found.failures[0], code="fit-lane")
+            raise EstimationError(found.failures[0], code=LANE_LOST)
         if jacobian is None:
             errors = found.errors[:, 0]
             jacobian = np.zeros((len(errors), len(physical)))
@@ -82,7 +82,7 @@ def slopes_of(
         pending, failed = lost, found
         if not pending:
             return Slopes(errors=errors, jacobian=jacobian)
-    raise EstimationError(next(iter(failed.failures.values())), code="fit-lane")
+    raise EstimationError(next(iter(failed.failures.values())), code=LANE_LOST)
 
 
 def _offsets(

@@ -24,7 +24,7 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.remedy import Remedy, Setting
 
-from .lanes import Lanes
+from .lanes import LANE_LOST, Lanes
 
 _FEWEST = 20  # samples in a window
 _FITTED = 10  # samples on both sides, of which a first velocity is begun from
@@ -257,7 +257,7 @@ def _follow(w: _Windows, state: _State, own: Array) -> None:
     states = (state.first[:, None, :] + shifts[:, :, None]).reshape(2, -1)
     errors, failed = w.errors(np.tile(own, (sets, 1)), states, state.substeps)
     if failed:
-        raise EstimationError(next(iter(failed.values())), code="fit-lane")
+        raise EstimationError(next(iter(failed.values())), code=LANE_LOST)
     slopes = (errors[:, [1, 3]] - errors[:, [2, 4]]) / 2  # (N, 2, w), a step each
     basis, triangle = np.linalg.qr(slopes.transpose(2, 0, 1))
     wanted = np.einsum("wnk,nw->wk", basis, errors[:, 0])
@@ -272,7 +272,7 @@ def _windows(
     if record.integrated:
         raise DataError(
             f"{record.provenance.source} has no position, which is to be followed.",
-            code="no-output",
+            code="no-open-position",
         )
     control = _control(axis, record)
     free = build(

@@ -314,13 +314,13 @@ def test_a_fit_is_equal_after_a_pickle(found: OutputFit) -> None:
 @pytest.mark.parametrize(
     ("code", "given"),
     [
-        ("fit-output", {"output": "speed"}),
-        ("fit-loss", {"loss": "cubes"}),
+        ("fit-choice", {"output": "speed"}),
+        ("fit-choice", {"loss": "cubes"}),
         ("bad-gain-choice", {"gain": "free"}),
         ("local-of-one", {"local": "Fc"}),
         ("fit-count", {"starts": 0}),
         ("fit-count", {"bootstrap": -1}),
-        ("unknown-start", {"start": "here"}),
+        ("unknown-fit-start", {"start": "here"}),
         ("fit-start", {"start": {"M": np.nan}}),
         ("fit-start", {"start": {"mass": 1.0}}),
         ("no-such-unknown", {"bounds": {"mass": (0.0, 1.0)}}),
