@@ -76,6 +76,8 @@ class Case:
         What the log rounds the position to, which the law does not have, m; 0 for nothing.
     logged_zero : float
         How far the logged position is from where the law reads it, m.
+    is_late : bool
+        Whether the drive is declared to follow at once, whatever lag and delay the machine has.
     jitter : float
         Root mean square of what parts the stamps from even times, in periods.
     """
@@ -90,6 +92,7 @@ class Case:
     has_reference: bool = True
     logged_step: float = 0.0
     logged_zero: float = 0.0
+    is_late: bool = False
     jitter: float = 0.0
 
 
@@ -154,6 +157,10 @@ RIGHT: dict[str, Case] = {
     "sines": Case(machine=_QUIET, motion="sines"),
     "weight": Case(machine=_with(offset=150.0, coulomb=40.0), has_offset=True),
     "high friction": Case(machine=_with(coulomb=90.0)),
+    "drive with a lag": Case(machine=_with(lag=1e-3)),
+    "drive with a lag and a delay": Case(
+        machine=_with(lag=8e-4, delay=4e-4, position_noise=white(1e-6))
+    ),
 }
 
 #: Right models whose reversals are kept.
@@ -275,6 +282,12 @@ WRONG: dict[str, Case] = {
     "position 10 um from its zero": Case(
         machine=_QUIET, logged_zero=1e-5, named=r"\+1e-05 m away from its zero"
     ),
+    "lag not declared": Case(
+        machine=_with(lag=1e-3), is_late=True, named=r"delay or its lag, 0\.000[89]|0\.001"
+    ),
+    "delay not declared": Case(
+        machine=_with(delay=6e-4), is_late=True, named=r"delay or its lag, 0\.000[567]"
+    ),
     "position noise, least squares": Case(
         machine=_with(position_noise=white(1e-6)), methods=("idm-ls",), named=r"\bM misses for it"
     ),
@@ -313,7 +326,7 @@ def reference_of(motion: str) -> Array:
 
 
 @cache
-def declared(*, has_offset: bool) -> GeneratedAxis:
+def declared(*, has_offset: bool, lag: float = 0.0, delay: float = 0.0) -> GeneratedAxis:
     """The axis as it is declared, whatever the machine has besides."""
     q = Coordinate("q", unit="m")
     mass = Parameter("M", "kg", nominal=100.0, lower=0.0)
@@ -327,7 +340,7 @@ def declared(*, has_offset: bool) -> GeneratedAxis:
             parameters=(mass, fv, fc, *((f0,) if has_offset else ())),
             inertia=mass,
             resistance=(viscous(fv, q), coulomb(fc, q), *((offset(f0),) if has_offset else ())),
-            drive=Drive(gain=plain.gain, unit="V", limit=plain.limit),
+            drive=Drive(gain=plain.gain, unit="V", limit=plain.limit, lag=lag, delay=delay),
             control=law,
         )
     )
@@ -375,7 +388,10 @@ def _prefilter(record: Record, case: Case) -> Prefilter | None:
 def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures:
     """Identify the runs of a case, each from one record or from several together."""
     case = CASES[name]
-    axis, machine = declared(has_offset=case.has_offset), case.machine
+    machine, timing = case.machine, {}
+    if not case.is_late:
+        timing = {"lag": machine.lag, "delay": machine.delay}
+    axis = declared(has_offset=case.has_offset, **timing)
     truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb, "F0": machine.offset}
     figures = Figures()
     for begin in range(0, runs, _AT_ONCE):

@@ -60,6 +60,8 @@ class Machine:
         Force per volt, and the largest control.
     kp, kv, period : float
         Of the cascade ``kv (kp (r - q) - (q[k] - q[k-1]) / period)``.
+    lag, delay : float
+        Between a command and its force, s; the delay in steps of 0.2 ms.
     has_tachometer : bool
         Whether the cascade takes the velocity itself in place of that difference.
     resolution : float
@@ -83,6 +85,8 @@ class Machine:
     kp: float = 160.18
     kv: float = 243.45
     period: float = 1e-3
+    lag: float = 0.0
+    delay: float = 0.0
     has_tachometer: bool = False
     resolution: float = 0.0
     position_noise: Noise | None = None
@@ -109,13 +113,14 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
         added if machine.injected_at == place else 0 * added for place in ("control", "reference")
     )
     followed = reference + to_reference
+    drive = _Drive(machine, runs)
     for k in range(n):
         measured = _encoder(machine, q + of_position[:, k], phase)
         speed = v if machine.has_tachometer else (measured - last) / machine.period
         wanted = machine.kv * (machine.kp * (followed[k] - measured) - speed) + to_control[k]
         control = np.clip(wanted, -machine.limit, machine.limit)
         positions[:, k], controls[:, k], last = measured, control, measured
-        q, v = _sample(machine, k, q, v, machine.gain * control + of_force[:, k])
+        q, v = _sample(machine, k, q, v, drive.forces(control, of_force[:, k]))
     controls += of_control
     shared = {"time": machine.period * np.arange(n), "reference": reference}
     shared |= {} if machine.injected is None else {"injected": added}
@@ -124,20 +129,46 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
     ]
 
 
+class _Drive:
+    """What a machine's drive makes of commands, step by step."""
+
+    def __init__(self, machine: Machine, runs: int) -> None:
+        self._step = machine.period / _STEPS
+        self._gain, self._lag = machine.gain, machine.lag
+        self._pending = [np.zeros(runs)] * round(machine.delay / self._step)
+        self._now = np.zeros(runs)
+
+    def forces(self, control: Array, added: Array) -> list[Array]:
+        """Mean forces of the steps of a sample, with what is added to each."""
+        steps = [*self._pending, *[self._gain * control] * _STEPS]
+        self._pending = steps[_STEPS:]
+        return [self._followed(target) + added for target in steps[:_STEPS]]
+
+    def _followed(self, target: Array) -> Array:
+        if not self._lag:
+            return target
+        stays = math.exp(-self._step / self._lag)
+        off = self._now - target
+        self._now = target + off * stays
+        return np.asarray(target + off * (1 - stays) * self._lag / self._step)
+
+
 def _encoder(machine: Machine, position: Array, phase: Array) -> Array:
     if not machine.resolution:
         return position
     return machine.resolution * np.floor((position + phase) / machine.resolution + 0.5) - phase
 
 
-def _sample(machine: Machine, k: int, q: Array, v: Array, force: Array) -> tuple[Array, Array]:
-    """From one sample to the next under a force that is held."""
+def _sample(
+    machine: Machine, k: int, q: Array, v: Array, forces: list[Array]
+) -> tuple[Array, Array]:
+    """From one sample to the next under the forces of its steps."""
     h = machine.period / _STEPS
-    for step in range(_STEPS):
+    for step, force in enumerate(forces):
         time = k * machine.period + step * h
         mass = machine.mass if machine.mass_at is None else machine.mass_at(time)
 
-        def pushed(at: float, q: Array, v: Array) -> Array:
+        def pushed(at: float, q: Array, v: Array, force: Array = force) -> Array:
             """What accelerates but for Coulomb friction."""
             smooth = machine.viscous * v + machine.offset + machine.resistance(at, q, v)
             return force - smooth

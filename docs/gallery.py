@@ -47,4 +47,5 @@ for name in LIBRARY:
 # axes/valve
 # axes/crank
 # axes/linear_motor
+# axes/balanced_slide
 # ```

@@ -14,6 +14,7 @@ from .generated_axis import Quantity as Quantity
 from .generated_axis import as_declared as as_declared
 from .generated_axis import as_generated as as_generated
 from .generated_axis import build as build
+from .law_functions import law_functions as law_functions
 from .texts import MANIFEST as MANIFEST
 from .texts import axis_artefacts as axis_artefacts
 from .texts import signature as signature

@@ -41,6 +41,7 @@ LOOP = (
     "plant_step",
     "switching",
     "plant_rate",
+    "drive_response",
     "closed_loop_step",
 )
 #: Functions of one sample that the native code also evaluates at many.
@@ -100,15 +101,22 @@ def signature(model: AxisModel) -> str:
             "gains": {name: repr(float(value)) for name, value in law.gains.items()},
             "delay": law.delay,
             "continuous": law.continuous,
-            "output": sympy.srepr(law.output),
+            "output": _with_numbers(law.output),
             "memory": [
-                [m.name, sympy.srepr(m.following), sympy.srepr(m.start)] for m in law.memory
+                [m.name, _with_numbers(m.following), _with_numbers(m.start)] for m in law.memory
             ],
         },
     }
+    if axis.response is not None:
+        content["response"] = [repr(float(time)) for time in (axis.drive.lag, axis.drive.delay)]
     if axis.signals:
         content["signals"] = [[s.name, s.unit, s.between] for s in axis.signals]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _with_numbers(value: sympy.Expr) -> str:
+    """An expression as text, each constant's number in its place."""
+    return str(sympy.srepr(with_numbers(value)))
 
 
 def _header(name: str, mark: str) -> str:
@@ -147,13 +155,21 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
         }
         if model.axis.signals:
             sizes["SIGNALS"] = len(model.axis.signals)
-        printed.append(print_c_loop(sizes, continuous=law.continuous))
+        printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
     head = "".join(f"   {line}\n" for line in _header(model.axis.name, mark).splitlines())
     body = "\n".join(printed)
     return (
         f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n"
         f"{print_c_prelude(body)}\n{body}"
     )
+
+
+def _response_of(model: AxisModel) -> Mapping[str, float]:
+    """Whether the force has a lag, and after what part of a sample a command begins to act."""
+    response = model.axis.response
+    if response is None or response.is_held:
+        return {}
+    return {"LAGGED": int(response.lag > 0), "SPLIT": response.share}
 
 
 def _equations(model: AxisModel, mark: str) -> str:
@@ -181,6 +197,7 @@ def _manifest(
         "signature": mark,
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
         **_recorded(model),
+        **_timing(model),
         "ddm_parameters": None
         if isinstance(mapping, Missing)
         else [
@@ -209,6 +226,13 @@ def _recorded(model: AxisModel) -> dict[str, object]:
     signals = model.axis.signals
     listed = [{"name": s.name, "unit": s.unit, "between": s.between} for s in signals]
     return {"signals": listed} if listed else {}
+
+
+def _timing(model: AxisModel) -> dict[str, object]:
+    drive = model.axis.drive
+    if model.axis.response is None:
+        return {}
+    return {"drive": {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}}
 
 
 def _shape(port: Output) -> str:

@@ -9,7 +9,9 @@ from .drive import drive_force as drive_force
 from .drive import drive_force_by_gain as drive_force_by_gain
 from .feed_forward import FeedForward as FeedForward
 from .feed_forward import feed_forward as feed_forward
+from .law_by_gains import law_by_gains as law_by_gains
 from .loop_settings import BLOCK as BLOCK
+from .loop_settings import HELD_REFERENCE as HELD_REFERENCE
 from .loop_settings import PASSED as PASSED
 from .loop_settings import PROBE as PROBE
 from .loop_settings import PROBED as PROBED

@@ -13,10 +13,12 @@ from axisid.modeling.quantities import (
     BALANCED,
     DIRECTION,
     FORCE,
+    LIMITED_OUTPUT,
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
     REFERENCE,
+    with_numbers,
 )
 from axisid.support.missing import Missing
 
@@ -117,11 +119,17 @@ def _control_start(model: AxisModel, law: ControlLaw) -> Program:
     builder = arguments.builder
     # What balances is found where the load is known.
     lowering = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
-    memory = [lowering(memory.start) for memory in law.memory]
+    memory = [lowering(with_numbers(memory.start)) for memory in law.memory]
     values = {m.symbol: index for m, index in zip(law.memory, memory, strict=True)}
     rest = {MEASURED_VELOCITY: builder.constant(0.0)}
     first = _output(model, law, builder, {**arguments.values, **values, **rest})
-    builder.output("state", [[index] for index in (*memory, *[first] * law.delay)])
+    state = [*memory, *[first] * law.delay]
+    if model.axis.response is not None:
+        position, still = arguments.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
+        signals = [(arguments.values[s],) for s in model.axis.signal_symbols]
+        made = builder.inline(drive_force(model), (first,), (position,), (still,), *signals)
+        state += made["tau"] * len(model.axis.response.remembered)
+    builder.output("state", [[index] for index in state])
     return builder.program("control_start", "What the drive remembers of an axis at rest.")
 
 
@@ -133,7 +141,7 @@ def _output(
     injected: int | None = None,
 ) -> int:
     """The law's output, with what is added to it, within the drive's limit."""
-    control = _law_lowering(law, builder, values)(law.output)
+    control = _law_lowering(law, builder, values)(with_numbers(law.output))
     if injected is not None:
         control = builder.apply("add", control, injected)
     return within(model.axis.drive.limit, builder, control)
@@ -162,13 +170,17 @@ def _control_law(model: AxisModel, law: ControlLaw, *, injected: bool = False) -
     state = builder.vector("state", _state(law))
     memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
     line = state[len(law.memory) :]
-    following = _law_lowering(law, builder, {**values, **memory})
     control = _output(model, law, builder, {**values, **memory}, added)
+    if any(each.following.has(LIMITED_OUTPUT) for each in law.memory):
+        # Without a test signal, which no integral of the law knows of.
+        memory[LIMITED_OUTPUT] = _output(model, law, builder, {**values, **memory})
+    following = _law_lowering(law, builder, {**values, **memory})
     queue = (control, *line)
     builder.output("control", [[queue[-1]]])
     builder.output(
         "next_state",
-        [[following(m.following)] for m in law.memory] + [[index] for index in queue[:-1]],
+        [[following(with_numbers(m.following))] for m in law.memory]
+        + [[index] for index in queue[:-1]],
     )
     return builder.program("control_law", "Control that the drive applies, within its limit.")
 
@@ -185,7 +197,7 @@ def _control_terms(model: AxisModel, law: ControlLaw) -> Program:
     state = builder.vector("state", _state(law))
     memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
     lower = _law_lowering(law, builder, {**values, **memory})
-    builder.output("row", [[lower(factor * signal) for factor, signal in law.terms]])
+    builder.output("row", [[lower(with_numbers(factor * signal)) for factor, signal in law.terms]])
     return builder.program(
         "control_terms", "What the law adds up, one number for each product of gains."
     )

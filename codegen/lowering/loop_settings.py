@@ -8,6 +8,9 @@ SIGNALS = ("position", "velocity", "acceleration", "force", "control", "directio
 #: What a simulation ended with, by the status that the C functions return.
 STATUSES = ("done", "out of range", "not finite", "chatter", "unresolved")
 
+#: What is held between samples under a continuous law.
+HELD_REFERENCE = ("reference", "reference_rate", "measurement_error", "injected")
+
 #: Lanes of a block in printers/loop.
 BLOCK = 32
 

@@ -8,18 +8,20 @@ from dataclasses import dataclass
 from functools import partial, reduce
 
 from axisid.modeling.algebra import slope
+from axisid.modeling.declaration import Response
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE
 
 from .drive import drive_force
-from .loop_settings import PASSED, PROBE, PROBED, RESOLVED
+from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED
 from .lower import Arguments
 from .program import Builder, Program
+from .response import drive_response, forces_in_step, later_force
 from .switching import Switching, switching
 
-# What is held between samples, under a sampled law and under a continuous one.
+# What is held between samples under a sampled law; with a drive that lags, what its force goes to.
 HELD_FORCE = ("tau",)
-HELD_REFERENCE = ("reference", "reference_rate", "measurement_error", "injected")
+HELD_TARGET = ("tau", "target")
 #: What the vector of the recorded signals is called: of each its value, and its rate of change.
 RECORDED = "signals"
 
@@ -42,6 +44,7 @@ def plant_programs(
     tuple of Program
         ``held_acceleration`` and ``plant_step``; with kinks or jumps over the position
         ``switching`` and ``plant_rate``; else ``wave_number``, if the acceleration has one.
+        ``drive_response`` of a drive whose force changes between samples.
     """
     found = switching(model)
     if found.sides:
@@ -55,6 +58,9 @@ def plant_programs(
         programs += [_switching(model, found), _plant_rate(plant, found)]
     elif found.wave_numbers:
         programs.append(_wave_number(model, found))
+    response = model.axis.response
+    if response is not None and not response.is_held:
+        programs.append(drive_response(response))
     return tuple(programs)
 
 
@@ -106,7 +112,8 @@ def _largest(arguments: Arguments, found: Switching) -> int:
 class _Plant:
     """The plant under what is held between samples, as operations of one builder.
 
-    A sampled law holds its force. A continuous law is evaluated inside the plant's derivative; held
+    A sampled law holds its force; of a drive with a lag it goes to another, which is held too. A
+    continuous law is evaluated inside the plant's derivative; held
     are the line that the reference follows, the error of the measurement and the test signal that
     is added to the control. Recorded signals follow a line each.
     """
@@ -139,9 +146,9 @@ class _Plant:
         made = self.builder.inline(drive_force(self.model), law["control"], (q,), (dq,), *signals)
         return made["tau"][0]
 
-    def accelerate(self, q: int, dq: int, elapsed: int | None) -> int:
-        """Acceleration at a state, some time into the period."""
-        tau = self.force(q, dq, elapsed)
+    def accelerate(self, q: int, dq: int, elapsed: int | None, tau: int | None = None) -> int:
+        """Acceleration at a state, some time into the period, under its force or another."""
+        tau = self.force(q, dq, elapsed) if tau is None else tau
         direction, *sides = self.mode
         motion = ((q,), (dq,), (tau,), direction, *self._signals(elapsed))
         arguments = (*motion, *sides, self.parameters)
@@ -160,8 +167,10 @@ class _Plant:
 
 
 def _held_names(model: AxisModel) -> tuple[str, ...]:
-    law = model.axis.control
-    return HELD_REFERENCE if law is not None and law.continuous else HELD_FORCE
+    law, response = model.axis.control, model.axis.response
+    if law is not None and law.continuous:
+        return HELD_REFERENCE
+    return HELD_TARGET if response is not None and response.lag else HELD_FORCE
 
 
 def _recorded_names(model: AxisModel) -> tuple[str, ...]:
@@ -182,7 +191,7 @@ def _plant(
     sides = tuple(values[side] for side in found.sides)
     return _Plant(
         model=model,
-        law=law if len(held) > 1 else None,
+        law=law if names == HELD_REFERENCE else None,
         acceleration=acceleration,
         arguments=arguments,
         motion=(values[q.symbol], values[q.velocity]),
@@ -226,19 +235,27 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
         ]
         return moved[0], moved[1]
 
-    def slopes(state: tuple[int, int], elapsed: int | None) -> tuple[int, int]:
-        return state[1], plant.accelerate(*state, elapsed)
+    def slopes(
+        state: tuple[int, int], elapsed: int | None, tau: int | None = None
+    ) -> tuple[int, int]:
+        return state[1], plant.accelerate(*state, elapsed, tau)
 
     half, two = build("mul", builder.constant(0.5), step), builder.constant(2)
+    response = plant.model.axis.response
+    lag = 0.0 if response is None else response.lag
+    forces = forces_in_step(builder, lag, plant.held[:2], step) if lag else (None,) * 3
     k1 = slopes((q, dq), None)
-    k2 = slopes(ahead(k1, half), half)
-    k3 = slopes(ahead(k2, half), half)
-    k4 = slopes(ahead(k3, step), step)
+    k2 = slopes(ahead(k1, half), half, forces[0])
+    k3 = slopes(ahead(k2, half), half, forces[1])
+    k4 = slopes(ahead(k3, step), step, forces[2])
     total = [
         build("add", build("add", a, d), build("mul", two, build("add", b, c)))
         for a, b, c, d in zip(k1, k2, k3, k4, strict=True)
     ]
     end = ahead((total[0], total[1]), build("mul", builder.constant(1 / 6), step))
+    if lag:
+        tau = later_force(builder, lag, plant.held[:2], step)
+        return *end, k1[1], plant.accelerate(*end, step, tau)
     return *end, k1[1], k4[1]
 
 
@@ -283,7 +300,11 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     arguments = Arguments(reciprocals=True).scalars(q, dq)
     builder, values = arguments.builder, arguments.values
     state_port = next(port for port in law.inputs if port.name == "state")
-    state = builder.vector("state", state_port.elements)
+    response = model.axis.response
+    drive = () if response is None else response.remembered
+    remembered = builder.vector("state", (*state_port.elements, *drive))
+    count = len(state_port.elements)
+    state = remembered[:count]
     held = tuple(map(builder.scalar, HELD_REFERENCE))
     reference, _, error, injected = held
     names = _recorded_names(model)
@@ -298,11 +319,16 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     moving = ((values[q],), (values[dq],), *signals)
     made = builder.inline(drive_force(model), control["control"], *moving)
     (tau,) = made["tau"]
-    held = (tau,) if _held_names(model) == HELD_FORCE else held
+    following: tuple[int, ...] = ()
+    if response is not None:
+        held, following = _driven(builder, response, tau, remembered[count:])
+        tau = held[0]
+    elif _held_names(model) == HELD_FORCE:
+        held = (tau,)
     end = builder.inline(plant, (values[q],), (values[dq],), (*held, *lines), *others)
     builder.output(f"{q.name}_next", [end[f"{q.name}_next"]])
     builder.output(f"{dq.name}_next", [end[f"{dq.name}_next"]])
-    builder.output("next_state", [[index] for index in control["next_state"]])
+    builder.output("next_state", [[index] for index in (*control["next_state"], *following)])
     builder.output(ddq.name, [end["first_slope"]])
     builder.output("tau", [[tau]])
     builder.output("control", [control["control"]])
@@ -311,3 +337,25 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
         "closed_loop_step",
         "One sample: measure, control, move for `step` seconds in one friction mode.",
     )
+
+
+def _driven(
+    builder: Builder, response: Response, tau: int, remembered: tuple[int, ...]
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """What is held from a sample on, and what the drive remembers at the next.
+
+    `tau` is the force of the command that is new.
+    """
+    count = len(remembered) - bool(response.lag)
+    pending = (tau, *remembered[:count])  # the newest first
+    then = pending[response.whole]
+    first = pending[-1] if response.share else then
+    if not response.lag:
+        return (first,), pending[:-1]
+    now = remembered[-1]
+    parts = ((first, response.share), (then, 1 - response.share))
+    end = now
+    for target, share in parts if response.share else parts[1:]:
+        span = builder.constant(share * response.period)
+        end = later_force(builder, response.lag, (end, target), span)
+    return (now, first), (*pending[:-1], end)

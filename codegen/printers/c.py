@@ -7,6 +7,7 @@ by row. Inputs end in an underscore and outputs in `_out`, so that no name is a 
 import re
 from collections.abc import Mapping
 from importlib import resources
+from types import MappingProxyType
 
 from axisid.codegen.lowering import RESOLVED, Input, Output, Program
 
@@ -103,7 +104,12 @@ def print_c_rows(program: Program) -> str:
     )
 
 
-def print_c_loop(sizes: Mapping[str, int], *, continuous: bool) -> str:
+def print_c_loop(
+    sizes: Mapping[str, int],
+    *,
+    continuous: bool,
+    response: Mapping[str, float] = MappingProxyType({}),
+) -> str:
     """Return the text of the closed loop over time, for the sizes of one axis.
 
     Parameters
@@ -112,15 +118,20 @@ def print_c_loop(sizes: Mapping[str, int], *, continuous: bool) -> str:
         ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any.
     continuous : bool
         Whether the law is.
+    response : mapping of str to float
+        Of a drive whose force changes between samples: whether it is ``LAGGED``, and after what
+        part of a sample a command begins to act, ``SPLIT``; 0 at the sample.
     """
-    values: dict[str, float] = {**sizes, "CONTINUOUS": int(continuous)}
+    values: dict[str, float] = {**sizes, **response, "CONTINUOUS": int(continuous)}
     if sizes["SIDES"]:
         values["RESOLVED"] = RESOLVED
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
     lines += _start_of(sizes["SIGNALS"]) if "SIGNALS" in sizes else ""
     folder = resources.files(__package__) / "loop"
     text = "".join((folder / part).read_text() for part in _LOOP)
-    return "\n".join([lines, text if "SIGNALS" in sizes else _without_signals(text)])
+    parts = {name: bool(response.get(name)) for name in ("LAGGED", "SPLIT")}
+    parts |= {"RESPONSE": bool(response)} | ({} if "SIGNALS" in sizes else {"SIGNALS": False})
+    return "\n".join([lines, _decided(text, parts)])
 
 
 def _start_of(signals: int) -> str:
@@ -132,26 +143,26 @@ def _start_of(signals: int) -> str:
     )
 
 
-def _without_signals(text: str) -> str:
-    """The time loop as it is for an axis that has no recorded signals."""
-    kept, depth, of_signals = [], 0, 0
-    skipped = False
+def _decided(text: str, parts: Mapping[str, bool]) -> str:
+    """The time loop with the lines of some parts, and without those of others.
+
+    What is not among the parts is left for the compiler to decide.
+    """
+    kept: list[str] = []
+    open_parts: list[bool | None] = []  # for each open #if what of it is kept; None is not decided
     for line in text.splitlines(keepends=True):
         word = line.strip()
         if word.startswith("#if"):
-            depth += 1
-            if word == "#if SIGNALS":
-                of_signals, skipped = depth, True
-                continue
-        elif depth == of_signals and word == "#else" and of_signals:
-            skipped = False
-            continue
+            open_parts.append(parts.get(word.removeprefix("#if ")))
+            decided = open_parts[-1] is not None
+        elif word == "#else":
+            decided = open_parts[-1] is not None
+            open_parts[-1] = None if open_parts[-1] is None else not open_parts[-1]
         elif word == "#endif":
-            depth -= 1
-            if depth + 1 == of_signals:
-                of_signals, skipped = 0, False
-                continue
-        if not skipped:
+            decided = open_parts.pop() is not None
+        else:
+            decided = False
+        if not decided and False not in open_parts:
             kept.append(line)
     return "".join(kept)
 

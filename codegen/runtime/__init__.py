@@ -8,6 +8,7 @@ from .arguments import VECTORS as VECTORS
 from .arguments import FunctionShape as FunctionShape
 from .arguments import by_sample as by_sample
 from .arguments import checked_arguments as checked_arguments
+from .arguments import held_values as held_values
 from .arguments import is_continuous as is_continuous
 from .arguments import is_scalar as is_scalar
 from .arguments import recorded_values as recorded_values

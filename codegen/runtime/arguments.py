@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from axisid.codegen.lowering import HELD_REFERENCE
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.real_numbers import real_array
@@ -25,7 +26,12 @@ def recorded_values(functions: Mapping[str, Any]) -> int:
 
 def is_continuous(functions: Mapping[str, Any]) -> bool:
     """Whether a law is evaluated between samples, so that more than a force is held."""
-    return int(functions["held_acceleration"].size1_in("held")) > 1 + recorded_values(functions)
+    return held_values(functions) == len(HELD_REFERENCE)
+
+
+def held_values(functions: Mapping[str, Any]) -> int:
+    """How many numbers are held between samples beside the recorded signals."""
+    return int(functions["held_acceleration"].size1_in("held")) - recorded_values(functions)
 
 
 def by_sample(values: Array, samples: int) -> Array:

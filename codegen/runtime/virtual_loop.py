@@ -33,18 +33,37 @@ class _StoppedError(Exception):
 
 
 class VirtualLoop:
-    """The closed loop of one axis, by its functions, with one parameter set."""
+    """The closed loop of one axis, by its functions, with one parameter set.
+
+    Parameters
+    ----------
+    functions : mapping of str to casadi.Function
+    parameters : (p,) array
+    settings : LoopSettings
+    most_events : int, optional
+        In a step; more is chatter. As many as the native loop follows by default, or at most.
+    """
 
     def __init__(
-        self, functions: Mapping[str, Any], parameters: Array, settings: LoopSettings
+        self,
+        functions: Mapping[str, Any],
+        parameters: Array,
+        settings: LoopSettings,
+        most_events: int | None = None,
     ) -> None:
         self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
         self._settings = settings
         self._plant = VirtualPlant(functions, parameters)
+        limit = _MOST_EVENTS[self._plant.sides > 0]
+        self._most_events = min(most_events or limit, limit)
         self._law_start = functions["control_start"]
         self._loop_step = BufferedFunction(functions["closed_loop_step"])
         self._loop_step.arguments["parameters"][:] = parameters
-        self._loop_step.arguments["step"][0] = settings.period
+        self._cut = self._plant.until > 0
+        # The place of the oldest command's force in the state, where it is needed.
+        late = self._cut or self._plant.lagged
+        self._oldest = -1 - self._plant.lagged if late else None
+        self._loop_step.arguments["step"][0] = settings.period * (self._plant.until or 1.0)
 
     @np.errstate(all="ignore")  # what overflows ends as not finite
     def run(
@@ -110,22 +129,33 @@ class VirtualLoop:
         control; `recorded` has value and rate of each signal.
         """
         mode = mode.directed(float(np.sign(dq)))
-        moved, (force, control) = self._law(q, dq, mode, held, recorded)
+        moved, (force, control), targets = self._law(q, dq, mode, held, recorded)
         plant, substeps = self._plant, self._settings.substeps
         direction = mode.direction
         bends = moved.first * direction < 0 < moved.last * direction
-        if direction and moved.dq * direction >= 0 and not (bends or plant.sides or substeps > 1):
+        several = substeps > 1 or self._cut
+        if direction and moved.dq * direction >= 0 and not (bends or plant.sides or several):
             return moved.q, moved.dq, mode, (moved.first, force, control, direction)
-        plant.hold(held if plant.continuous else (force,), recorded)
+        plant.hold(self._held(held, force, targets), recorded)
         if not dq:
             mode = plant.chosen_at_rest(q, mode)
         ddq = 0.0 if mode.sticks else plant.accelerate(q, dq, mode)
         row = (ddq, force, control, mode.direction)
-        for i in range(substeps):
+        for i, step in enumerate(self._steps):
+            if i == substeps:
+                plant.take_over(targets[-1])
             if i and dq == 0:
                 mode = plant.chosen_at_rest(q, mode)
-            q, dq, mode = self._advance(q, dq, mode, self._settings.period / substeps)
+            q, dq, mode = self._advance(q, dq, mode, step)
         return q, dq, mode, row
+
+    @property
+    def _steps(self) -> list[float]:
+        """The steps of a sample, which a command that begins to act within it cuts in two."""
+        period, count = self._settings.period, self._settings.substeps
+        until = self._plant.until * period
+        parts = (until, period - until) if until else (period,)
+        return [part / count for part in parts for _ in range(count)]
 
     def _law(
         self,
@@ -134,8 +164,8 @@ class VirtualLoop:
         mode: Mode,
         held: tuple[float, float, float, float],
         recorded: Array,
-    ) -> tuple[StepResult, tuple[float, float]]:
-        """The law's next state; a step of the whole sample, and force and control."""
+    ) -> tuple[StepResult, tuple[float, float], tuple[float, ...]]:
+        """A step of the sample's first part, force and control, and what the force goes to."""
         step = self._loop_step
         if len(recorded):
             step.arguments["signals"][:] = recorded
@@ -149,14 +179,27 @@ class VirtualLoop:
             injected=held[3],
             direction=mode.direction,
         )
+        targets: tuple[float, ...] = ()
+        if self._oldest is not None:
+            last_target = float(out[2][self._oldest])
+            first = float(step.arguments["state"][self._oldest]) if self._cut else last_target
+            targets = (first, last_target)
         step.arguments["state"][:] = out[2]
         q_next, dq_next, ddq, force, control, last = (float(out[i][0]) for i in (0, 1, 3, 4, 5, 6))
-        return StepResult(q_next, dq_next, ddq, last), (force, control)
+        return StepResult(q_next, dq_next, ddq, last), (force, control), targets
+
+    def _held(
+        self, line: tuple[float, ...], force: float, targets: tuple[float, ...]
+    ) -> tuple[float, ...]:
+        """What is held first: a line that a continuous law follows, or the force."""
+        if self._plant.continuous:
+            return line
+        return (force, targets[0]) if self._plant.lagged else (force,)
 
     def _advance(self, q: float, dq: float, mode: Mode, whole: float) -> tuple[float, float, Mode]:
         """Move for `whole` seconds through every change of the mode."""
         plant, left, event = self._plant, whole, 0
-        while event < _MOST_EVENTS[plant.sides > 0]:
+        while event < self._most_events:
             if mode.sticks:
                 span = self._breakaway(q, mode, left)
                 plant.pass_time(span)

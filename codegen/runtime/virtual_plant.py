@@ -9,7 +9,7 @@ import numpy as np
 from axisid.codegen.lowering import STUCK
 from axisid.support.arrays import Array
 
-from .arguments import is_continuous, recorded_values
+from .arguments import held_values, is_continuous, recorded_values
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +99,10 @@ class VirtualPlant:
         Last of what is held: values and rates of recorded signals.
     sides : int
         How many there are.
+    lagged : bool
+        Whether the force goes to another, which is held too.
+    until : float
+        Part of a sample after which the last command begins to act; 0 at the sample.
     """
 
     def __init__(self, functions: Mapping[str, Any], parameters: Array) -> None:
@@ -114,17 +118,24 @@ class VirtualPlant:
         self.recorded = recorded_values(functions)
         switching = functions.get("switching")
         self.sides = 0 if switching is None else switching.size1_in("sides")
+        self._response = functions.get("drive_response")
+        self.lagged = held_values(functions) == len(("tau", "target"))
+        self.until = 0.0 if self._response is None else float(self._response(0.0, 0.0, 1.0)[1])
 
     @property
     def drifts(self) -> bool:
         """Whether what is held changes between samples, so that an axis may leave rest there."""
-        return self.continuous or self.recorded > 0
+        return self.continuous or self.lagged or self.recorded > 0
 
     def hold(self, first: tuple[float, ...], recorded: Array) -> None:
         """Hold a force or what a continuous law follows, and recorded signals from there on."""
         until = len(self.held) - self.recorded
         self.held[:until] = first
         self.held[until:] = recorded
+
+    def take_over(self, force: float) -> None:
+        """Let the force of another command act, or what is there go to it."""
+        self.held[int(self.lagged)] = force
 
     def move(self, q: float, dq: float, mode: Mode, span: float) -> StepResult:
         """Take one step in a mode."""
@@ -188,6 +199,8 @@ class VirtualPlant:
         """What is held, `span` seconds later."""
         if self.continuous:
             self.held[0] += self.held[1] * span
+        if self.lagged and self._response is not None:
+            self.held[0] = self._response(self.held[0], self.held[1], span)[0]
         if self.recorded:
             lines = self.held[-self.recorded :]
             lines[::2] += lines[1::2] * span

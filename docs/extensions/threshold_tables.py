@@ -29,6 +29,8 @@ SUBJECTS: Mapping[str, str] = {
     "moves": "Moves, repeats and the model's error",
     "diagnostics": "Diagnostics",
     "lacking": "Missing terms and changes in time",
+    "law_search": "Search for the control law",
+    "fitting": "Fits of an output",
     "studies": "Comparisons, validation, friction curve",
 }
 

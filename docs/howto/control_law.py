@@ -10,11 +10,33 @@
 #
 # | | |
 # |---|---|
-# | `axisid.control.cascade_pd(kp, kv, period)` | `kv*(kp*(reference - position) - velocity)`, ideal velocity |
-# | `axisid.control.cascade_pd_difference(kp, kv, period)` | the same, velocity from the difference of two encoder positions |
-# | `axisid.control.cascade_pd_averaged(kp, kv, period)` | the same, velocity from averaged encoder differences |
+# | `cascade_pd(kp, kv, period)` | `kv*(kp*(reference - position) - velocity)`, ideal velocity |
+# | `cascade_pd_difference`, `cascade_pd_averaged` | the same, velocity from differences of encoder positions, plain or averaged |
+# | `cascade_p_pi(kp, kv, tn, period)` | position loop over a velocity loop with an integral; feed-forward, speed limit, velocity filters, anti-windup: ODrive, SimpleFOC, most drives |
+# | `pid(kp, ki, kd, period)`, `pid_ideal(k, ti, td, period)` | the two forms of a PID, with a filtered derivative and anti-windup |
+# | `impedance(kp, kd, period)` | a virtual spring and damper: moteus, the MIT mode of T-Motor |
+# | `state_feedback(k_position, k_velocity, period)` | with a gain of the reference and an integral |
+# | `dynamixel_position(p, i, d, ff1, ff2, period)` | by the registers of a Dynamixel X, a PWM out |
 #
-# In TOML: `control = { law = "cascade_pd", kp = 50.0, kv = 60.0, period = 1e-3 }`.
+# All are in `axisid.control`; [each says](../api/modelling) its equation, its units and by which factors the
+# gains of makers become those. In TOML:
+#
+# ```toml
+# [control]
+# law = "cascade_p_pi"
+# kp = 60.0
+# kv = 243.0
+# tn = 0.03
+# period = 1e-3
+# velocity = "averaged"
+# velocity_feed_forward = 1.0
+# anti_windup = "clamping"
+# ```
+#
+# A feed-forward may be of the reference's differences or of recorded columns: `reference_velocity=Signal("speed", "m/s")`,
+# `feed_forward=...`, in TOML the name of a signal or an expression of signals and `[constants]`. Which of the ready
+# laws a drive runs, and with which gains, a log may tell: `axisid law AXIS LOG`
+# ([how](#which-law-does-the-drive-run)).
 #
 # ## A law of your own
 #
@@ -41,6 +63,24 @@ pid = ControlLaw(
 )
 
 # %% [markdown]
+# Filters and limits are blocks, each a value and the memories that it keeps: `low_pass`, `notch`, `pll_velocity`,
+# `rate_limit`, `difference`, `reference_velocity`, `reference_acceleration`. An `integral` takes its anti-windup along:
+# it sees `LIMITED_OUTPUT`, the law's own output within the drive's limit, so that the expression need not be repeated.
+#
+# ```python
+# speed = pll_velocity(bandwidth=800.0)
+# torque = notch(gain("kd") * (gain("w") - speed.value), frequency=180.0, quality=2.0)
+# ControlLaw(..., output=torque.value, memory=(*speed.memory, *torque.memory))
+# ```
+#
+# ```toml
+# [control]
+# output = "torque"
+# [control.blocks]
+# speed = { block = "pll_velocity", bandwidth = 800.0 }
+# torque = { block = "notch", signal = "kd*(w - speed)", frequency = 180.0, quality = 2.0 }
+# ```
+#
 # How a memory starts is said for an axis at rest: `MEASURED_POSITION`, `REFERENCE`, a number, or `BALANCED`,
 # the value with which the law's output holds the axis there (an integral that carries a load). It is how a
 # twin starts. The loop of a record starts with what the record's first controls show of the memory, and with
@@ -81,5 +121,30 @@ check = axisid.estimation.check_law(axisid.build(replace(axis, control=wrong)), 
 print(check.note)
 
 # %% [markdown]
+# A law with an integral, a filter or a limit is no sum of products of its gains. It is then run along the record with
+# each gain a little off, and what is told is the least change of gains that explains the control.
+#
+# ## Which law does the drive run?
+#
+# Where the manual is silent, a log tells. `axisid law AXIS LOG`, or `find_law`, starts each form of the ready laws by a
+# regression at delays of 0 to 4 samples, finds its gains by runs along half of the rows, in blocks, and ranks them by
+# what they leave of the other half. Of laws that leave as little, the one with the fewest gains comes first:
+
+# %%
+drive = replace(
+    axis,
+    control=axisid.control.cascade_p_pi(kp=60.0, kv=243.0, tn=0.03, period=1e-3),
+    experiment=replace(axis.experiment, position_noise=1e-7),
+)
+found = axisid.estimation.find_law(axis, axisid.twin_record(drive))
+print(found.best.toml)
+
+# %% [markdown]
+# What is found is what the log shows. Laws that give the same control are named beside it (`found.best.same`); a gain that
+# the record does not show has no deviation. The law runs at the log's period, and reads the recorded reference and
+# position alone: feed-forward columns, sensors of its own and faster inner loops are not tried. On the EMPS record it finds
+# the averaged cascade with kp 160.182 and kv 243.395, which leaves 0.234 % of held-out rows; the drive has 160.18
+# and 243.45.
+#
 # The check is part of every result with a law and a reference. If it fails, believe no instruments before
 # it is mended; see [Read the diagnostics](reading_the_diagnostics).

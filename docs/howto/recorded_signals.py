@@ -91,7 +91,13 @@ print(result.summary())
 # Products with the motion are made sample by sample, and both sides then take the same decimation filter. Of a held signal
 # it is the mean of what is held before and after a sample, to which the acceleration belongs.
 #
+# The check `recorded signals` holds each against the force that it makes: a column that was logged late or early is told
+# with its delay and the `--shift` that mends it, and one in another unit (bar read as Pa) with its factor where its
+# coefficient is known. Where that is estimated, it takes the factor on itself: the verdict says that the signal's
+# scale rests on its column and unit alone. The library has such an axis, `balanced_slide`.
+#
 # In a simulation the plant sees it between samples as it is declared, so that a stuck axis leaves rest within a sample
 # where a straight signal overcomes its friction. A sampled law and its drive read it when the law is evaluated; the force is
 # held then. Of a log that is slower or faster than the law it is taken between the log's samples. Where a contact's *place*
-# moves with a signal (`Max(0, q - wall)`), its kink is not located, and costs accuracy in the sample that passes it.
+# moves with a signal (`Max(0, q - wall)`), its kink is not located, and costs accuracy in the sample that passes it: against a
+# wall that is a number, 1 kg at 1 kHz was 2e-8 m off for stiffnesses of 1e3 to 1e7 N/m, 1.2e-7 m for 1e9.

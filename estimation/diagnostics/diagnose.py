@@ -47,6 +47,7 @@ from axisid.estimation.diagnostics.remainder import (
     residuals_against_motion,
     ripple_check,
     sign_runs,
+    signals_check,
     tails_as_measured,
     terms_check,
 )
@@ -196,7 +197,8 @@ def _alignment(case: Case) -> Check | Missing:
 
 
 def _uneven_times(case: Case) -> Check | Missing | None:
-    return uneven_check(case.problem, case.preferred)
+    laws = [part.law for part in case.parts]
+    return uneven_check(case.problem, case.preferred, case.estimates.get("idm-ls"), laws)
 
 
 def _near_reversals(case: Case) -> Check | Missing | None:
@@ -229,6 +231,12 @@ def _measured_velocity(case: Case) -> Check | Missing | None:
 
 def _measured_acceleration(case: Case) -> Check | Missing | None:
     return _measured(case, "acceleration")
+
+
+def _recorded_signals(case: Case) -> Check | Missing | None:
+    if not case.data.axis.axis.signals:
+        return None
+    return signals_check(case.data.axis, case.data.record, case.signals_apart, case.lacking)
 
 
 def _limit(case: Case) -> Check | None:
@@ -306,6 +314,9 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             rank=1,
             grave=True,
             by_record=True,
+        ),
+        Diagnostic(
+            name="recorded signals", check=_recorded_signals, rank=2, grave=True, by_record=True
         ),
         Diagnostic(name="control against limit", check=_limit, rank=6, grave=True, by_record=True),
         Diagnostic(name="constant force", check=_constant, by_record=True),

@@ -34,7 +34,7 @@ from axisid.estimation.diagnostics.remainder import (
     tests_of_residuals,
 )
 from axisid.estimation.estimates import Estimate, part_of
-from axisid.estimation.lacking import Lack, is_named, lacking
+from axisid.estimation.lacking import Lack, SignalApart, is_named, lacking, signals_apart
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.noise import (
     NO_ATTENUATION,
@@ -54,7 +54,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import DataError, EstimationError
+from axisid.support.errors import AxisidError, DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
@@ -306,12 +306,29 @@ class Case:
     @cached_property
     def motions(self) -> Mapping[str, MotionComparison | Missing]:
         """A measured velocity and acceleration beside what is differentiated, by role."""
-        return compared_motions(self.data.record)
+        return compared_motions(self.data.record, self._velocities)
+
+    @property
+    def _velocities(self) -> tuple[Array, ...]:
+        """Of the simulated loop that follows the reference of a velocity alone, by segment."""
+        record = self.data.record
+        if not record.integrated or record.reference is None:
+            return ()
+        try:
+            loops = quiet_loops(self.data, self.preferred.physical)
+        except AxisidError:
+            return ()
+        return tuple(loop.velocity for loop in loops)
 
     @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         return lacking(self.data, self.preferred)
+
+    @cached_property
+    def signals_apart(self) -> tuple[SignalApart, ...] | Missing:
+        """Recorded signals beside the forces that they make."""
+        return signals_apart(self.data, self.preferred)
 
     @cached_property
     def coarse(self) -> Check | Missing | None:

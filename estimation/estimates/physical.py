@@ -10,12 +10,13 @@ the drive gain's deviation adds is in V.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.special import chdtrc
 
 from axisid.estimation.joint import JointForm
-from axisid.estimation.regression import delta_method
+from axisid.estimation.regression import Form, delta_method
 from axisid.estimation.thresholds.estimates import (
     MAX_EXACT_DISTANCE,
     MIN_SENSITIVITY,
@@ -26,8 +27,31 @@ from axisid.modeling.wording import describe_undetermined, undetermined_names
 from axisid.support.arrays import Array, Exact
 
 from .base_distance import BaseMap, Distance
-from .estimate import Estimate
-from .value import NamedValues
+from .value import EstimateLike, NamedValues, value_with_interval
+
+
+class OfBase(EstimateLike, Protocol):
+    """An estimate of base parameters, with what declared ones are made of beside its values."""
+
+    @property
+    def method(self) -> str:
+        """How it was estimated."""
+
+    @property
+    def form(self) -> Form:
+        """Of the axis that the parameters are of."""
+
+    @property
+    def corrected(self) -> Array:
+        """Values less the filter's own bias, (p,)."""
+
+    @property
+    def gain_slopes(self) -> Array | None:
+        """Of the values by the logarithm of the gain, (p,)."""
+
+    @property
+    def gain_relative_sd(self) -> float:
+        """Of the drive gain."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,7 +93,7 @@ class Physical(Exact):
         return bool(self.parameters) and bool(self.base.known or set(self.parameters) - own)
 
 
-def physical_parameters(estimate: Estimate) -> Physical | None:
+def physical_parameters(estimate: OfBase) -> Physical | None:
     """Physical parameters from an estimate and what its axis declares as known.
 
     Returns
@@ -109,12 +133,14 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
         parameters=NamedValues(
             (
                 names[j],
-                estimate.valued(
+                value_with_interval(
+                    estimate,
                     float(found.theta[j]),
                     base.declared.parameters[j].unit,
                     {name: float(c[i, i]) for name, c in covariances.items()},
+                    0.0 if by_gain is None else estimate.gain_relative_sd * abs(float(by_gain[j])),
+                    None,
                     float(np.min(estimate.freedom[estimate.chosen])),
-                    None if by_gain is None else float(by_gain[j]),
                 ),
             )
             for i, j in enumerate(kept)
@@ -128,7 +154,7 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
     )
 
 
-def _expected(estimate: Estimate) -> Array:
+def _expected(estimate: OfBase) -> Array:
     """Covariance of the base parameters about the truth: noise, and the drive gain."""
     noise = estimate.covariances[estimate.chosen]
     if estimate.gain_slopes is None:
@@ -137,7 +163,7 @@ def _expected(estimate: Estimate) -> Array:
     return np.asarray(noise + np.outer(moved, moved), dtype=float)
 
 
-def _none(estimate: Estimate, base: BaseModel, reasons: tuple[str, ...]) -> Physical:
+def _none(estimate: OfBase, base: BaseModel, reasons: tuple[str, ...]) -> Physical:
     return Physical(
         method=estimate.method,
         base=base,

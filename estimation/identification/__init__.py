@@ -18,5 +18,6 @@ from .set_aside import of_used as of_used
 from .set_aside import with_what_is_lost as with_what_is_lost
 from .several import OfRecord as OfRecord
 from .several import RecordInfo as RecordInfo
+from .several import record_place as record_place
 from .shared import Shared as Shared
 from .shared import shared_records as shared_records

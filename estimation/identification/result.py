@@ -19,7 +19,7 @@ from axisid.support.presentable import Presentable, view_of
 from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
-from .several import OfRecord, of_records
+from .several import OfRecord, of_records, record_place
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,6 +104,16 @@ class Identification(Presentable, Exact):
             )
             for i, data in enumerate(self.problem.data)
         )
+
+    def part(self, number: int) -> "Identification":
+        """The result as one of its records has it, by its number from 1; see `parts`.
+
+        Raises
+        ------
+        UsageError
+            There is no such record.
+        """
+        return self.parts[record_place(number, len(self.problem.data))]
 
     @cached_property
     def of_records(self) -> tuple[OfRecord, ...]:

@@ -12,7 +12,10 @@ from axisid.estimation.problems import Problem
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import Sampling
 from axisid.estimation.tables import Provenance
+from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
+from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import quoted
 
 
 class RecordInfo(Protocol):
@@ -79,6 +82,23 @@ class OfRecord:
     simulation_error_percent: float | None
     share_percent: float | None
     p_value: float | None
+
+
+def record_place(number: object, records: int) -> int:
+    """Where one of several records is, by its number from 1; one by itself is the first.
+
+    Raises
+    ------
+    UsageError
+        There is no such record.
+    """
+    count = max(records, 1)
+    if not is_whole(number) or not 1 <= number <= count:
+        there = "there is 1" if count == 1 else f"there are {count}, numbered from 1"
+        raise UsageError(
+            f"the result has no record {quoted(number)}; {there}.", code="no-record-of-result"
+        )
+    return int(number) - 1
 
 
 def of_records(

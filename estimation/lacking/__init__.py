@@ -12,3 +12,5 @@ from .search import lacking as lacking
 from .sentences import change_sentence as change_sentence
 from .sentences import is_named as is_named
 from .sentences import term_sentence as term_sentence
+from .signals_apart import SignalApart as SignalApart
+from .signals_apart import signals_apart as signals_apart

@@ -3,16 +3,25 @@
 In: `Record`, axis. Out: `LawTicks`, `LoopStart`. Knows nothing of rows and parameters.
 """
 
+from .as_logged import as_logged as as_logged
+from .as_logged import late_in_log as late_in_log
+from .as_logged import with_drive as with_drive
 from .clocks import two_clocks as two_clocks
+from .law_gains import Compared as Compared
+from .law_gains import LawAlong as LawAlong
+from .law_gains import LawPoint as LawPoint
 from .law_run import control_along as control_along
 from .law_run import state_at_rest as state_at_rest
 from .law_run import terms_along as terms_along
 from .law_ticks import LawTicks as LawTicks
 from .law_ticks import between as between
 from .law_ticks import law_ticks as law_ticks
+from .law_ticks import measured_velocity as measured_velocity
 from .mean_control import mean_until_next as mean_until_next
 from .start import loop_starts as loop_starts
+from .start import moved_start as moved_start
 from .start_memory import first_memory as first_memory
 from .start_memory import start_of_law as start_of_law
+from .start_memory import unlimited as unlimited
 from .start_velocity import first_velocity as first_velocity
 from .start_velocity import position_noise as position_noise

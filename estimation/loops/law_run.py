@@ -9,6 +9,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.runtime import by_sample
 from axisid.support.arrays import Array
 
+from .as_logged import as_logged
 from .law_of import law_of
 from .law_ticks import LawTicks
 
@@ -17,7 +18,12 @@ def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
     """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
     first = (values[0] for values in (ticks.reference, ticks.position, *ticks.recorded))
     start = axis.functions["control_start"](*first)
-    return np.asarray(start.full().ravel())
+    return np.asarray(start.full().ravel()[: law_memory(axis)])
+
+
+def law_memory(axis: GeneratedAxis) -> int:
+    """How many numbers the law remembers, and its delay line; the drive's come after them."""
+    return int(axis.functions["control_law"].size1_in("state"))
 
 
 def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
@@ -35,12 +41,12 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     arguments = (*ticks.signals, _states_along(axis, ticks, start))
     rows = by_sample(axis.functions["control_terms"].call(arguments)[0].full(), len(ticks))
     # What was computed before the first evaluation is taken for that of the first.
-    return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
+    return as_logged(axis, np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)]))
 
 
 def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The control that the law gives within the drive's limit, (N,)."""
-    return np.asarray(control_at_ticks(axis, ticks, start)[ticks.held])
+    return as_logged(axis, np.asarray(control_at_ticks(axis, ticks, start)[ticks.held]))
 
 
 def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
@@ -61,7 +67,7 @@ def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     for k in range(len(ticks)):
         rows[k] = rows[k] @ change
         change = steps[:, k] @ change
-    return np.asarray(rows[ticks.held])
+    return as_logged(axis, np.asarray(rows[ticks.held]))
 
 
 def _states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:

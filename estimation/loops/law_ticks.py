@@ -122,7 +122,10 @@ def between(values: Array, times: Array) -> Array:
 
 def _velocity(law: ControlLaw, position: Array, period: float) -> Array:
     """What an ideal sensor sees, of a law that reads one; it is in no log."""
-    if not law.takes_velocity:
-        return np.zeros_like(position)
+    return measured_velocity(position, period) if law.takes_velocity else np.zeros_like(position)
+
+
+def measured_velocity(position: Array, period: float) -> Array:
+    """Velocity of recorded positions by a low-pass without a delay, (N,)."""
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / period)
     return SampledFilter(low_pass, period).motion(position)[1]

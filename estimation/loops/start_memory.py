@@ -22,8 +22,9 @@ from axisid.estimation.thresholds.simulation import (
 )
 from axisid.support.arrays import Array, covered
 
+from .as_logged import as_logged
 from .law_of import law_of
-from .law_run import control_along, slopes_along, state_at_rest
+from .law_run import control_along, law_memory, slopes_along, state_at_rest
 from .law_ticks import LawTicks, law_ticks
 
 _SAMPLES = 50  # of the record that are looked at
@@ -61,12 +62,12 @@ def first_memory(
         None where it is that of an axis at rest, as the law declares it, or where there is no
         control that shows it.
     """
-    if record.control is None or not axis.functions["control_start"].numel_out(0):
+    if record.control is None or not law_memory(axis):
         return None
     law = law_of(axis)
     control = record.control[slice(*span)]
     ticks = (ticks or law_ticks(axis, record, span)).first(_SAMPLES)
-    wanted = control[: len(ticks.held)] - ticks.added_at_samples(law.delay)
+    wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
     seen = unlimited(axis, record, span)[: len(wanted)]
     at_rest = state_at_rest(axis, ticks)
     off = (wanted - control_along(axis, ticks, at_rest))[seen]

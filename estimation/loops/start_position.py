@@ -13,6 +13,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.thresholds.simulation import MIN_START_DISTANCE
 from axisid.support.arrays import Array
 
+from .as_logged import as_logged
 from .law_of import law_of
 from .law_run import control_along, state_at_rest
 from .law_ticks import LawTicks, law_ticks
@@ -45,7 +46,7 @@ def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
     law, control = law_of(axis), np.asarray(record.control)[slice(*span)]
     ticks = law_ticks(axis, record, span).first(_SAMPLES)
     seen = unlimited(axis, record, span)[: len(ticks.held)]
-    wanted = control[: len(ticks.held)] - ticks.added_at_samples(law.delay)
+    wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
     given, moved = (_control(axis, ticks, away) for away in (0.0, step))
     slope, off = ((moved - given) / step)[seen], (wanted - given)[seen]

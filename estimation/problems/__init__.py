@@ -6,6 +6,7 @@ Knows nothing of methods and of what becomes of an estimate.
 
 from .even_times import EvenTimes as EvenTimes
 from .even_times import at_even_times as at_even_times
+from .even_times import evenly as evenly
 from .even_times import jitter_of as jitter_of
 from .filter_bias import NoiseFree as NoiseFree
 from .filter_bias import confirmed as confirmed

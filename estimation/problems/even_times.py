@@ -6,14 +6,13 @@ straight lines, as `--resample` does; the estimate of that, by the same instrume
 its own.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
-from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, relative_error_percent
 
 from .problem import Problem
@@ -64,7 +63,8 @@ def at_even_times(problem: Problem, form: Form, solver: Solver) -> EvenTimes:
         The interpolated records cannot be filtered or solved.
     """
     own = problem.reduced(form, [data.signals for data in problem.data])
-    rows = problem.reduced(form, [_evenly(data).signals for data in problem.data])
+    even = [replace(data, record=evenly(data.record)) for data in problem.data]
+    rows = problem.reduced(form, [data.signals for data in even])
     solution = solver(form, rows)
     return EvenTimes(
         physical=form.physical(solution.theta)[0],
@@ -73,20 +73,27 @@ def at_even_times(problem: Problem, form: Form, solver: Solver) -> EvenTimes:
     )
 
 
-def _evenly(data: FilteredRecord) -> FilteredRecord:
-    """A record at even times, the same of its samples left out."""
+def evenly(record: Record, roles: Sequence[str] = ()) -> Record:
+    """A record at the even times that fit its own best, by its stamps.
+
+    Parameters
+    ----------
+    record : Record
+    roles : sequence of str
+        The columns that are moved there; all by default. Position and reference go by cubic
+        splines, as does what was added to the reference, and others by straight lines.
+    """
     from scipy.interpolate import CubicSpline
 
-    record = data.record
     even = record.time - jitter_of(record)
-    columns = {name: values for name, values in record.channels().items() if name != "time"}
     splined = ("position", "reference") + ("injected",) * (record.injected_at == "reference")
-    moved: dict[str, Any] = {name: np.empty_like(values) for name, values in columns.items()}
-    for first, last in record.spans:
-        at, own = even[first:last], record.time[first:last]
-        for name, values in columns.items():
-            piece = values[first:last]
-            moved[name][first:last] = (
+    columns = {**record.channels()}
+    for name in columns.keys() & {*(roles or columns)} - {"time"}:
+        values, moved = columns[name], np.empty(len(record))
+        for first, last in record.spans:
+            at, own, piece = even[first:last], record.time[first:last], values[first:last]
+            moved[first:last] = (
                 CubicSpline(own, piece)(at) if name in splined else np.interp(at, own, piece)
             )
-    return replace(data, record=replace(record, **moved))
+        columns[name] = moved
+    return record.with_channels(columns)

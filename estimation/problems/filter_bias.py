@@ -24,7 +24,7 @@ from axisid.estimation.regression import (
     steps_error,
 )
 from axisid.estimation.signals import FilteredRecord, Signals, about_samples
-from axisid.estimation.simulation import Simulation
+from axisid.estimation.simulation import Simulation, logged_control
 from axisid.estimation.thresholds.estimates import (
     MAX_FILTER_HOP,
     MAX_SIMULATION_ERROR,
@@ -303,14 +303,13 @@ def loop_record(
     A column that was recorded is made of the loops as its sensor would see them.
     """
     record = data.record
-    law = data.axis.axis.control
-    jumps = law is not None and not law.continuous
+    jumps = data.axis.axis.holds_force
     sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
     made: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.measured_position if measured else s.position,
         "velocity": lambda s: s.velocity,
         "acceleration": lambda s: about_samples(s.acceleration, [0]) if jumps else s.acceleration,
-        "control": lambda s: s.control,
+        "control": lambda s: logged_control(data.axis, s),
         "force": lambda s: about_samples(s.force, [0]) if sensed else s.force,
     }
     columns: dict[str, Any] = {

@@ -15,7 +15,7 @@ from axisid.estimation.logs.text import cut_end_notes, encoding_of
 from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.records.faults import Jumps, jump_note
 from axisid.estimation.records.times import UNEVEN, Drift, step_notes
-from axisid.estimation.tables import LogClock, Provenance, Table
+from axisid.estimation.tables import LogClock, Provenance, Table, says_long
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array
@@ -84,6 +84,8 @@ class LogBlocks:
         try:
             check_kind(self.file)
             for table in self._passes.tables(self.rows, log_format.blocks, text=log_format.is_text):
+                if says_long(table.columns):
+                    raise _long(table)
                 yield RoleColumns(
                     table,
                     as_declared(self.axis),
@@ -112,6 +114,15 @@ class LogBlocks:
 
     def _cut_end(self) -> tuple[Note, ...]:
         return cut_end_notes(self.file) if format_of(self.file).is_text else ()
+
+
+def _long(table: Table) -> DataError:
+    return DataError(
+        f"{table.source}: a row is the value of one signal ({', '.join(table.columns)}), and such "
+        "a table is made wide as a whole; ",
+        Remedy.of(_AT_ONCE, ", or write a column for each signal."),
+        code="long-in-blocks",
+    )
 
 
 class _Passes:

@@ -1,10 +1,10 @@
 """From the columns of a log to a record: roles, repairs, one clock."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Tabl
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
-from axisid.support.errors import UsageError
+from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
@@ -36,6 +36,8 @@ from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
 from .shifts import shifted
 from .windows import Window, checked_windows, edges, windows_text, within
+
+_T = TypeVar("_T")
 
 
 def read_record(
@@ -165,26 +167,57 @@ def _record(
             held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
     jitter = jitter_notes(laid.time, laid.segments)
+    raw = None
+    if repairs.resample is not None:
+        raw = _rows_before(samples, masks, repairs, windows)
     signals = {signal.name for signal in axis.signals} if axis is not None else set()
-    values: dict[str, Any] = {r: v for r, v in laid.columns.items() if r not in signals}
-    return Record(
-        time=laid.time,
-        **values,
-        signals={name: v for name, v in laid.columns.items() if name in signals},
-        injected_at=found.injected_at,
-        sample_period=laid.period,
-        segments=laid.segments,
-        masked=runs(laid.masked),
-        windows=windows,
+
+    def record(of: Laid, *repaired: Repair, **besides: Any) -> Record:
+        return Record(
+            time=of.time,
+            **{r: v for r, v in of.columns.items() if r not in signals},  # type: ignore[arg-type]
+            signals={name: v for name, v in of.columns.items() if name in signals},
+            injected_at=found.injected_at,
+            sample_period=of.period,
+            segments=of.segments,
+            masked=runs(of.masked),
+            windows=windows,
+            provenance=_provenance(
+                table,
+                found,
+                doubts=(*jumps, *spiky, *cut, *seldom, *jitter),
+                repairs=(*retimed, *drawn, *moved, *taken, *made, *empty, *repaired),
+                clock=replace(of.clock, counted=counted),
+            ),
+            **besides,
+        )
+
+    return record(
+        laid,
+        *laid.repairs,
         around=whole if windows else {},
-        provenance=_provenance(
-            table,
-            found,
-            doubts=(*jumps, *spiky, *cut, *seldom, *jitter),
-            repairs=(*retimed, *drawn, *moved, *taken, *made, *empty, *laid.repairs),
-            clock=replace(laid.clock, counted=counted),
-        ),
+        sampled=_if_even(lambda: record(raw)) if raw is not None else None,
     )
+
+
+def _rows_before(
+    samples: dict[str, Samples], masks: dict[str, Mask], repairs: Repairs, windows: Sequence[Window]
+) -> Laid | None:
+    """Columns before they are resampled, where all have one clock without gaps."""
+    clock = samples[motion_role(samples)].clock
+    if clock is None or not _share(samples, clock):
+        return None
+    return _if_even(
+        lambda: _as_sampled(samples, masks, None, replace(repairs, resample=None), windows)
+    )
+
+
+def _if_even(make: Callable[[], _T]) -> _T | None:
+    """What is made of columns of one clock, or nothing where their times are too uneven for it."""
+    try:
+        return make()
+    except DataError:
+        return None
 
 
 def _provenance(

@@ -83,6 +83,9 @@ class Record(Presentable, Exact):
         Where the record comes from.
     integrated : bool
         Whether the position is the velocity's integral; set where no position is given.
+    sampled : Record or None
+        Of a record that was resampled the rows before, where its columns have one clock and no
+        gaps: what a control law read is in these.
 
     Raises
     ------
@@ -107,6 +110,7 @@ class Record(Presentable, Exact):
     around: Mapping[str, Samples] = field(default_factory=dict)
     provenance: Provenance = field(default_factory=Provenance)
     integrated: bool = False
+    sampled: "Record | None" = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.provenance, Provenance):
@@ -320,7 +324,8 @@ class Record(Presentable, Exact):
         return {**self._of_roles(), **self.signals}
 
     def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
-        """The record with other columns, as `channels` gives them."""
+        """The record with other columns, as `channels` gives them; none that were resampled."""
+        changed = {"sampled": None, **changed}
         roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
         signals = {name: columns[name] for name in self.signals}
         return replace(self, **roles, signals=signals, **changed)

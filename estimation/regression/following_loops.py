@@ -8,12 +8,19 @@ what was recorded, this is the loop as it was but for the noise, whatever its re
 noise in the recorded control is taken off with the rest.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.loops import LawTicks, first_velocity, state_at_rest, terms_along
+from axisid.estimation.loops import (
+    LawTicks,
+    first_velocity,
+    late_in_log,
+    state_at_rest,
+    terms_along,
+    with_drive,
+)
 from axisid.estimation.records import is_sampled_by
 from axisid.estimation.signals import FilteredRecord, about_samples
 from axisid.estimation.simulation import Simulation, no_control_law, simulate_estimate
@@ -65,8 +72,9 @@ class FollowingLoops:
         if _share(control, answer) < LEAST_MEASURED_NOISE.value:
             raise DataError("the control does not answer to the noise of the recorded position.")
         beside = control - _answer(data, position, position)
+        late = late_in_log(data.axis)
         for first, last in data.record.spans:  # it is applied as late as the law's own
-            beside[first : last - law.delay] = beside[first + law.delay : last]
+            beside[first : last - late] = beside[first + late : last]
         return cls(data=data, added=beside)
 
     def simulated(self, physical: Array, noise: Array | None = None) -> tuple[Simulation, ...]:
@@ -90,16 +98,23 @@ class FollowingLoops:
                 physical,
                 record.position[first:last],
                 record.period,
-                start=LoopStart(
-                    position=float(record.position[first]),
-                    velocity=first_velocity(record.position[first:last], record.period),
-                ),
+                start=self._start(first, last),
                 injected=self.added[first:last],
                 position_noise=None if noise is None else noise[first:last],
                 signals=tuple(values[first:last] for values in self.data.recorded),
             )
             for first, last in record.spans
         )
+
+    def _start(self, first: int, last: int) -> LoopStart:
+        """Where the loop of a segment starts: on its reference, and all that is added balances."""
+        record = self.data.record
+        start = LoopStart(
+            position=float(record.position[first]),
+            velocity=first_velocity(record.position[first:last], record.period),
+        )
+        followed = replace(record, reference=record.position)
+        return with_drive(self.data.axis, followed, (first, last), start)
 
 
 def quiet_loops(data: FilteredRecord, physical: Array) -> tuple[Simulation, ...]:
@@ -140,6 +155,10 @@ def _share(control: Array, answer: Array) -> float:
 
 def _control(data: FilteredRecord) -> Array:
     record, drive = data.record, data.axis.axis.drive
+    if drive.logged == "current":
+        raise DataError(
+            "the record tells no command, but what is left of it after the drive's lag."
+        )
     if record.control is not None:
         return record.control
     if record.force is None or not drive.is_gain:

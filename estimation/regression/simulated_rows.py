@@ -11,7 +11,7 @@ from axisid.estimation.signals import FilteredRecord, recorded_signals
 from axisid.estimation.simulation import (
     Simulation,
     no_control_law,
-    signals_before,
+    signals_about,
     simulate_estimate,
 )
 from axisid.modeling.declaration import ControlLaw
@@ -48,8 +48,17 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
             Remedy.of("name it with ", Setting("columns", "reference=NAME"), "."),
             code="no-reference",
         )
-    if law_ratio(law, record.period, clock_of(record)) is None:
+    ratio = law_ratio(law, record.period, clock_of(record))
+    if ratio is None:
         raise _other_period(axis, law, record)
+    if ratio != 1 and axis.axis.response is not None:
+        raise LoopDataError(
+            f"the record is sampled every {record.period:.6g} s, the control law of axis "
+            f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a lag or a "
+            "delay: such a loop is simulated at the law's samples alone; ",
+            Remedy.of("record at the law's period, or ask for least squares."),
+            code="loop-response",
+        )
     return record.commanded
 
 
@@ -121,8 +130,9 @@ def simulated_right(
     """
     at, pieces = form.at(physical), []
     for loop in loops:
-        equations = at.equations(loop.signals)
         if data.prefilter.hold == "zoh":
-            equations = equations.mean(at.equations(signals_before(form.axis, physical, loop)))
-        pieces.append(equations)
+            after, earlier = signals_about(form.axis, physical, loop)
+            pieces.append(at.equations(after).mean(at.equations(earlier)))
+        else:
+            pieces.append(at.equations(loop.signals))
     return Equations.stacked(pieces).reduced_right(data)

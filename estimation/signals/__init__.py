@@ -4,6 +4,10 @@ In: `Record`, `Prefilter`. Out: `FilteredRecord`: `Signals`, rows, and which sam
 Knows nothing of methods.
 """
 
+from .drive_response import Acting as Acting
+from .drive_response import acting_along as acting_along
+from .drive_response import acting_force as acting_force
+from .drive_response import response_reach as response_reach
 from .filtered_record import FilteredRecord as FilteredRecord
 from .filtered_record import check_filter as check_filter
 from .filtered_record import chosen_hold as chosen_hold

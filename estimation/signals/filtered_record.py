@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record, clock_of, hold_delay
+from axisid.estimation.records import Record, clock_of, hold_delay, law_ratio
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
 from axisid.support.arrays import Array, Exact, covered
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
+from .drive_response import acting_force
 from .motion import resting
 from .neighbours import Neighbours
 from .position import check_position
@@ -193,7 +194,7 @@ class FilteredRecord(Exact):
     def force(self) -> Array:
         """Sample by sample, (N,): measured, or what the drive makes of the control."""
         record = self.record
-        return force_of(
+        force = force_of(
             self.axis,
             record.provenance.source,
             self.motion,
@@ -201,6 +202,7 @@ class FilteredRecord(Exact):
             control=self._control,
             recorded=self.recorded,
         )
+        return force if record.force is not None else self.acting(force)
 
     @cached_property
     def signals(self) -> Signals:
@@ -223,7 +225,7 @@ class FilteredRecord(Exact):
             return self.signals.force
         position, velocity, _ = self.motion
         slope = self.axis.force_by_gain(control, position, velocity, self.recorded)
-        return self._beside(slope).force
+        return self._beside(self.acting(slope)).force
 
     @property
     def weights(self) -> Array:
@@ -287,6 +289,18 @@ class FilteredRecord(Exact):
         fastest = max(float(np.abs(signals.velocity).max()), self.fastest)
         found.add(signals, self.kept, self.sampling.is_excluded, fastest)
         return found.remaining < MIN_INFORMATION_LEFT.value
+
+    def acting(self, force: Array) -> Array:
+        """What acts of the force that the recorded control would make at once, (N,)."""
+        ratio = law_ratio(self.axis.axis.control, self.period, clock_of(self.record)) or 1.0
+        return acting_force(
+            self.axis,
+            force,
+            [start for start, _ in self.record.spans],
+            self.period,
+            held=ratio <= 1 or self.between is not None,
+            mean=self.prefilter.hold == "zoh",
+        )
 
     def _beside(self, force: Array) -> Signals:
         starts = [start for start, _ in self.record.spans]
@@ -360,5 +374,7 @@ def chosen_hold(
 ) -> Literal["raw", "zoh"]:
     """The hold of the prefilter, or what suits a force that is measured or commanded."""
     law = axis.axis.control
+    # What is there after a lag is measured, as a force is.
+    measured = measured or axis.axis.drive.logged == "current"
     held = not measured and not (law is not None and law.continuous)
     return prefilter.hold or ("zoh" if held else "raw")

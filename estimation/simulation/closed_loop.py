@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.codegen.lowering import STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
-from axisid.estimation.signals import Signals
+from axisid.estimation.signals import Signals, acting_along, drive_force
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
@@ -137,7 +137,9 @@ def simulate(
         First velocity.
     memory : (m,) array_like, optional
         What the drive remembers at the first sample: the law's memory in its order, then the
-        controls that it has computed but not applied, the newest first. By default what the law
+        controls that it has computed but not applied, the newest first; of a
+        drive with a lag or a delay the forces of commands that are to act, the newest first, and
+        the force that is there. By default what the law
         declares for an axis at rest.
     position_noise : (N,) array_like, optional
         Added to the position that the law measures; with two clocks held between samples.
@@ -299,6 +301,14 @@ class _Loop:
 
     def simulated(self, substeps: int | None) -> Simulation:
         """Run it, with as many steps as it needs unless they are given."""
+        if self.clocks is not None and self.axis.axis.response is not None:
+            raise UsageError(
+                f"the period is {self.clocks.log_period:g} s, the control law of axis "
+                f"{self.axis.axis.name!r} is evaluated every {self.clocks.law_period:g} s, and its "
+                "drive has a lag or a delay: between the law's samples such a loop is not known. "
+                "Give the law's period.",
+                code="clocks-and-response",
+            )
         away = abs(self.start.position - self.reference[0])
         settings = LoopSettings(
             period=self.period,
@@ -425,36 +435,64 @@ def _loop(
     )
 
 
-def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulation) -> Signals:
-    """Signals just before each sample: the same motion under the force held until then.
+def signals_about(
+    axis: GeneratedAxis, parameters: Array, simulation: Simulation
+) -> tuple[Signals, Signals]:
+    """Signals just after each sample and just before: the same motion under the force of each side.
 
-    They satisfy the model row by row too. At the first sample, and for a continuous law, they are
-    those just after.
+    They satisfy the model row by row. A force that changes between samples stands by its mean over
+    the period on each side. At the first sample, and for a continuous law, both are those after it.
     """
     law = axis.axis.control
     if law is not None and law.continuous:
-        return simulation.signals
+        return simulation.signals, simulation.signals
+    after, force = simulation.signals, simulation.force
+    if not axis.axis.holds_force:
+        force = mean_force(axis, simulation)
+        after = _under(axis, parameters, simulation.signals, force)
     held = simulation.held
     if held is None:
-        held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
-    recorded = before(axis, simulation.recorded)
-    (acceleration,) = axis.evaluate(
-        "direct_dynamics",
+        held = np.concatenate([force[:1], force[:-1]])
+    earlier = replace(
+        simulation.signals,
+        direction=simulation.direction_before,
+        recorded=before(axis, simulation.recorded),
+    )
+    return after, _under(axis, parameters, earlier, held)
+
+
+def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Array) -> Signals:
+    """The same motion under another force."""
+    motion = (signals.position, signals.velocity, force, signals.direction)
+    (acceleration,) = axis.evaluate("direct_dynamics", *motion, *signals.recorded, parameters)
+    return replace(signals, force=force, acceleration=acceleration[:, 0])
+
+
+def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """The drive's force in the mean from each sample of a simulation to the next, (N,)."""
+    response = axis.axis.response
+    if response is None:
+        return simulation.force
+    made = drive_force(
+        axis,
+        simulation.control,
         simulation.position,
         simulation.velocity,
-        held,
-        simulation.direction_before,
-        *recorded,
-        parameters,
+        simulation.recorded,
     )
-    return Signals(
-        position=simulation.position,
-        velocity=simulation.velocity,
-        acceleration=acceleration[:, 0],
-        force=held,
-        direction=simulation.direction_before,
-        recorded=recorded,
-    )
+    return acting_along(made, response, start=float(simulation.force[0])).mean
+
+
+def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """The control of a simulation where the axis's records have it, (N,)."""
+    drive, response = axis.axis.drive, axis.axis.response
+    if response is None or drive.logged == "command":
+        return simulation.control
+    if drive.logged == "current":
+        motion = (simulation.force, simulation.position, simulation.velocity)
+        return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
+    late, control = response.late, simulation.control
+    return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
 
 
 def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Array | None:

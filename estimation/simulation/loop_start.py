@@ -109,7 +109,9 @@ def _remembered(axis: GeneratedAxis, memory: ArrayLike | None, lanes: int | None
     if memory is None:
         return None
     law = _law(axis)
-    names = [*(each.name for each in law.memory), *law.delay_line]
+    response = axis.axis.response
+    drive = () if response is None else response.remembered
+    names = [*(each.name for each in law.memory), *law.delay_line, *drive]
     shape = (len(names),) if lanes is None else (lanes, len(names))
     values = np.ascontiguousarray(real_array(memory, "the memory"))
     if values.shape != shape or not np.all(np.isfinite(values)):
@@ -135,7 +137,11 @@ def balanced_memory(
     held = force(position, velocity, 0.0, np.sign(velocity), *recorded, parameters)
     state = axis.functions["control_start"](reference, measured, *recorded).full().ravel()
     wanted = float(control(held, position, velocity, *recorded))
-    return balance(axis, state, (reference, measured, velocity, *recorded), wanted)
+    response = axis.axis.response
+    count = len(state) - (0 if response is None else len(response.remembered))
+    signals = (reference, measured, velocity, *recorded)
+    law = balance(axis, state[:count], signals, wanted)
+    return np.concatenate([law, np.full(len(state) - count, float(held))])
 
 
 def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float) -> Array:

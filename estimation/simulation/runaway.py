@@ -103,7 +103,7 @@ def _sag(axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorde
 def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:
     """Control of an axis at rest on its reference, and a little behind it, at its most."""
     law, begin = axis.functions["control_law"], axis.functions["control_start"]
-    memory = begin(position, position, *recorded)
+    memory = begin(position, position, *recorded)[: law.size1_in("state")]
     answers = []
     for reference in (position, position + _OFF):
         state, controls = memory, []

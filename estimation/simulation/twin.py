@@ -21,7 +21,8 @@ from axisid.support.user_values import quoted
 from .closed_loop import (
     Simulation,
     checked_signal,
-    signals_before,
+    logged_control,
+    signals_about,
     simulate,
     simulate_sampled,
 )
@@ -144,7 +145,7 @@ def twin_record(
         velocity=velocity,
         acceleration=acceleration,
         reference=reference,
-        control=loop.control,
+        control=logged_control(generated, loop),
         injected=added,
         injected_at=place,
         signals=dict(zip((s.name for s in declared.signals), loop.recorded, strict=True)),
@@ -228,11 +229,11 @@ def _sensed(
     """What sensors beside the loop have of velocity and acceleration, where there are any."""
     rng = np.random.default_rng([seed, 1])  # the position's noise stays what it is without them
     noise = rng.normal(size=(2, len(loop.velocity)))
-    law, acceleration = plan.axis.axis.control, loop.acceleration
+    acceleration = loop.acceleration
     if loop.held is not None:
-        before = signals_before(plan.axis, plan.truth, loop).acceleration
+        before = signals_about(plan.axis, plan.truth, loop)[1].acceleration
         acceleration = (loop.acceleration + before) / 2
-    elif law is not None and not law.continuous:  # it jumps
+    elif plan.axis.axis.holds_force:  # it jumps
         acceleration = about_samples(loop.acceleration, [0])
     return (
         None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],

@@ -353,8 +353,9 @@ def _drive(axis: Axis) -> str:
     force = drive.gain_text(q) if drive.is_gain else drive.force_text(q)
     limit = "" if math.isinf(drive.limit) else f" up to {drive.limit:g} {drive.unit}"
     spread = f", the gain known to {100 * drive.relative_sd:g} %" if drive.relative_sd else ""
+    timing = f", {drive.timing_text}" if drive.timing_text else ""
     profile = "" if drive.profile == 1 else f", over the profile {written(drive.profile, q)}"
-    return f"{force}{limit}{spread}{profile}"
+    return f"{force}{limit}{spread}{timing}{profile}"
 
 
 def _recommend(

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ from axisid.estimation.simulation import Simulation
 from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
-from axisid.support.remedy import Remedy, Setting
+from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .reestimate import least_mean_square, reestimate
@@ -120,8 +120,11 @@ class FrozenResult(Protocol):
     def local_names(self) -> Mapping[str, tuple[str, ...]]:
         """Of each parameter that records have for themselves, its names by record."""
 
+    def part(self, number: int) -> Any:
+        """The result as one of its records has it, by its number from 1: a `FrozenResult`."""
 
-def validate(result: FrozenResult, record: Record) -> Validation:
+
+def validate(result: FrozenResult, record: Record, *, like: int | None = None) -> Validation:
     """Hold every estimate, frozen, against another record of the axis.
 
     Parameters
@@ -130,6 +133,10 @@ def validate(result: FrozenResult, record: Record) -> Validation:
     record : Record
         Read for the same axis; it is filtered as the estimates' own record was, in Hz. The hold and
         the reversals are chosen for it anew where they were left open.
+    like : int, optional
+        Number of one of several records that the result was made from, from 1: what is its own
+        (`local`) or known of it, such as a payload, holds of the record too. Needed where there is
+        such.
 
     Raises
     ------
@@ -142,8 +149,11 @@ def validate(result: FrozenResult, record: Record) -> Validation:
             code="validated-type",
         )
     check_record(record)
-    if problem := _own_parameters(result):
-        raise UsageError(problem, code="own-parameters")
+    whole = result
+    if like is not None:
+        result = result.part(like)
+    elif problem := _own_parameters(result):
+        raise UsageError(problem.text, problem.remedy, code="own-parameters")
     with np.errstate(all="ignore"):
         requested = result.requested or result.prefilter  # what was left open suits each record
         rescaled = requested.at_period(result.record.period, record.period)
@@ -158,22 +168,22 @@ def validate(result: FrozenResult, record: Record) -> Validation:
         record=record,
         unit=result.axis.axis.coordinate.unit,
         methods=methods,
-        known_share=_known_share(_own_records(result), record),
+        known_share=_known_share(_own_records(whole), record),
         time_base=apart.note if apart is not None and not apart.confirmed else None,
         law=law,
     )
 
 
-def _own_parameters(result: FrozenResult) -> str:
-    """Why no other record can be held against a result of several; empty if any can."""
+def _own_parameters(result: FrozenResult) -> Note | None:
+    """Why no other record can be held against a result of several; None if any can."""
     names = [*result.local_names]
     names += [name for of_one in result.of_records[:1] for name in of_one.known]
     if not names:
-        return ""
-    return (
+        return None
+    return Note(
         f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each record's own "
-        "or known of each, and nothing says what holds of another record; validate the part that "
-        "one record is: result.parts[0]."
+        "or known of each, and nothing says what holds of another record; ",
+        Remedy.of("name the record that it is like: ", Setting("validate-like", "1"), "."),
     )
 
 

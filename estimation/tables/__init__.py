@@ -4,6 +4,7 @@ In: names and arrays. Out: `Table`, `Provenance`.
 Knows nothing of file formats, axes and roles.
 """
 
+from .long_format import says_long as says_long
 from .long_format import wide as wide
 from .provenance import LogClock as LogClock
 from .provenance import Provenance as Provenance

@@ -1,6 +1,6 @@
 """Long tables, in which a row has the time, the name and the value of one signal, made wide."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -17,6 +17,7 @@ _VALUES = frozenset(("value", "val", "values", "y", "data", "wert"))
 _UNITS = frozenset(("unit", "units", "einheit"))
 _MOST_SIGNALS = 1000
 _FEWEST_ROWS = 2  # of a signal
+_MOST_PARTS = 4  # time, name, value, unit
 
 
 def wide(table: Table) -> Table:
@@ -47,6 +48,15 @@ def wide(table: Table) -> Table:
     timed = _with_seconds(columns, clock.unit)
     notes = (*table.notes, *((clock.note,) if clock.note else ()), told)
     return replace(table, columns=timed, notes=notes, texts={})
+
+
+def says_long(labels: Collection[str]) -> bool:
+    """Whether the headings of a table say that it is long: a name and a value beside a time."""
+    told = [label.lower() for label in labels]
+    parts = (_NAMES, _VALUES)
+    return 3 <= len(told) <= _MOST_PARTS and all(
+        any(label in part for label in told) for part in parts
+    )
 
 
 def _with_seconds(columns: dict[str, Column], unit: str) -> dict[str, Column]:
@@ -84,9 +94,18 @@ def _parts(
     values = next((name for name in numeric if name.lower() in _VALUES), numeric[1])
     times = next(name for name in numeric if name != values)
     said = label.lower() in _NAMES and values.lower() in _VALUES
-    if not (said or _at_one_time(table, times)):
+    # A column of numbers with a damaged one is text too, and has no names in it.
+    if not (said or (_at_one_time(table, times) and not any(map(_is_number, signals)))):
         return None
     return names, times, values, units
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _at_one_time(table: Table, times: str) -> bool:

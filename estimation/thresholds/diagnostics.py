@@ -31,6 +31,20 @@ MAX_SCALE_ERROR = Threshold(
     "distance of a factor from 1, where all else fits, beyond which a column is scaled wrongly",
     "chosen",
 )
+MIN_UNEVEN = Threshold(
+    1e-6,
+    "periods",
+    "distance of a sample from even times from which on a law that does not fit may have read "
+    "something else than the samples",
+    "chosen: rounding is below it",
+)
+MAX_OPEN_RATIO = Threshold(
+    2.0,
+    "1",
+    "what a law leaves of the control of a record with jitter, by what noise between its samples "
+    "makes, up to which the law cannot be judged",
+    "chosen: it is 1.0 where that noise is all",
+)
 MAX_FACTOR_ERROR = Threshold(
     0.05,
     "1",
@@ -42,6 +56,20 @@ MAX_ONE_GAIN_ERROR = Threshold(
     "1",
     "distance from 1 of the factors that one wrong gain leaves, by its own, up to which it is "
     "named",
+    "chosen",
+)
+MIN_GAIN_TOLD_APART = Threshold(
+    1e-4,
+    "1",
+    "what a gain changes of a control, by that control, and by what the other gains do not change "
+    "of it, below which nothing is said of that gain",
+    "chosen",
+)
+MAX_SAME_RESIDUAL = Threshold(
+    1.1,
+    "1",
+    "what a law with one gain changed leaves, by that with another, up to which the record does "
+    "not tell which it is",
     "chosen",
 )
 MAX_CONTROL_LEAN = Threshold(
@@ -427,6 +455,13 @@ MIN_COMMON_WORDS = Threshold(
     "runs of eight samples, each once in either record and equally far apart, from which on two "
     "records have samples in common",
     "chosen: other records have none, whose control or position is noisy",
+)
+MIN_STEPS_OF_TRAVEL = Threshold(
+    64,
+    "1",
+    "steps of a logged position in the whole motion, below which they are no noise to first order",
+    "measured: a log of 32 steps moved a cubic stiffness by 22 %, six deviations, of which as much "
+    "noise again told nothing",
 )
 MIN_COMMON_SAMPLES = Threshold(
     0.99,

@@ -78,3 +78,15 @@ MAX_SHARE_TO_DOUBT = Threshold(
     "test has no say: its covariance is that of residuals which are the term itself",
     "measured: 0.96 and more of a mass 10 % off or a spring that is missing, on quiet records",
 )
+MAX_UNIT_DISTANCE = Threshold(
+    0.02,
+    "1",
+    "distance of a recorded signal's factor from that of another unit, up to which it is that",
+    "chosen",
+)
+MAX_SIGNAL_DELAY = Threshold(
+    0.5,
+    "s",
+    "delay of a recorded signal beside its force, up to which one is looked for",
+    "chosen",
+)

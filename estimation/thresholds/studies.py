@@ -98,3 +98,9 @@ MIN_BIN_ROWS = Threshold(
     "rows in a bin of velocity from which their mean is shown",
     "chosen",
 )
+MAX_TIMING_STEP = Threshold(
+    0.05,
+    "1",
+    "step of an estimate of a drive's lag or delay over its deviation, below which it has settled",
+    "chosen",
+)

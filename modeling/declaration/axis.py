@@ -30,9 +30,10 @@ from axisid.support.presentable import view_of
 from axisid.support.user_values import quoted
 
 from .column import column_texts
-from .control import ControlLaw
+from .control import LONGEST_DELAY, ControlLaw
 from .drive import Drive
 from .experiment import Experiment
+from .response import Response
 from .unit_check import check_profile, checked_terms
 
 #: What a column of a record can be.
@@ -112,6 +113,7 @@ class Axis:
         self._check_names()
         self._check_signals()
         self._check_symbols()
+        self._check_response()
         self._check_columns()
         self._check_truth()
         self._check_units()
@@ -141,6 +143,50 @@ class Axis:
     def unchecked_terms(self) -> tuple[str, ...]:
         """Terms of the equation of motion whose unit a plain number in them leaves open."""
         return checked_terms(self.force, self.coordinate, self.parameters, self.signals)
+
+    @property
+    def response(self) -> Response | None:
+        """How its drive follows what the law commands; None where that is at once, or no law is."""
+        law = self.control
+        if law is None or law.continuous or self.drive.is_immediate:
+            return None
+        response = self.drive.response(law.period)
+        return response if response.remembered else None
+
+    @property
+    def holds_force(self) -> bool:
+        """Whether the drive's force changes at the samples alone, as that of a sampled law does."""
+        if self.control is None or self.control.continuous:
+            return False
+        return self.response is None or self.response.is_held
+
+    def _check_response(self) -> None:
+        """Refuse a lag or a delay that the law contradicts."""
+        law, drive = self.control, self.drive
+        if law is None or drive.is_immediate:
+            return
+        timing = " and ".join(name for name in ("lag", "delay") if getattr(drive, name))
+        if law.continuous:
+            raise ModelError(
+                f"axis {self.name!r}: the drive has a {timing}, which is that of commands held "
+                f"from sample to sample, and the control law {law.name!r} is continuous. Declare "
+                "a sampled law, or leave the lag and the delay out.",
+                code="drive-continuous",
+            )
+        if law.delay and drive.delay:
+            raise ModelError(
+                f"axis {self.name!r}: the control law {law.name!r} has a delay of {law.delay} "
+                f"samples and the drive one of {drive.delay:g} s, which mean the same but for what "
+                "was recorded. Keep the law's where the control was recorded after it, the "
+                "drive's (with logged='command' or 'applied') otherwise.",
+                code="delay-twice",
+            )
+        if drive.delay > LONGEST_DELAY * law.period:
+            raise ModelError(
+                f"axis {self.name!r}: the drive's delay is {drive.delay:g} s, more than "
+                f"{LONGEST_DELAY} samples of {law.period:g} s; give it in seconds.",
+                code="drive-delay",
+            )
 
     def _check_types(self) -> None:
         wanted: dict[str, type | UnionType] = {
@@ -176,6 +222,8 @@ class Axis:
             names += [(signal.name, "signal") for signal in self.signals]
             names += [(signal.rate_name, "the rate of a signal") for signal in self.signals]
             names += [("signals", "what the program calls the signals")]
+        drive = self.response.remembered if self.response else ()
+        names += [(name, "what the program calls a force of the drive") for name in drive]
         check_distinct(names)
         self._check_constants(dict(names))
 
@@ -184,6 +232,7 @@ class Axis:
         found: dict[str, sympy.Expr] = {}
         kinds = (ConstantSymbol, sympy.NumberSymbol)
         used = self.force.atoms(*kinds) | self.drive.profile.atoms(*kinds)
+        used |= frozenset() if self.control is None else self.control.constants
         for name, constant in sorted(((str(c), c) for c in used), key=lambda pair: pair[0]):
             if name in names:
                 raise ModelError(

@@ -2,22 +2,22 @@
 
 A drive samples: once a period the law reads the reference and the measured position and holds its
 control until the next sample. What it remembers between samples (for a velocity filter, an
-integral) is declared as `Memory`. The paper's law and the one recovered from the EMPS record are
-given here; a user writes another in the same terms.
+integral) is declared as `Memory`. Ready laws are made of these in `axisid.modeling.laws`.
 """
 
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import sympy
 
 from axisid.modeling.quantities import (
     BALANCED,
+    LIMITED_OUTPUT,
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
     REFERENCE,
+    ConstantSymbol,
     SignalSymbol,
     check_symbol,
     expression,
@@ -30,7 +30,8 @@ from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
-_LONGEST_DELAY = 100
+#: Samples of a delay, at most.
+LONGEST_DELAY = 100
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
 
 
@@ -47,12 +48,13 @@ class Memory:
     name : str
         The symbol it has in the law.
     following : sympy.Expr
-        Its value at the next sample.
+        Its value at the next sample, from what the output is of and from `LIMITED_OUTPUT`, that
+        output within the drive's limit: an integral that stops where the drive gives no more.
     start : sympy.Expr
-        Its value at the first sample, from `MEASURED_POSITION`, `REFERENCE` or numbers: the axis
-        at rest. `BALANCED`, for an integral or whatever else holds a load, is the value with which
-        the law's output holds the axis there; of several, the least of them. The loop of a record
-        begins with what gives its first controls, whatever is declared here.
+        Its value at the first sample, from `MEASURED_POSITION`, `REFERENCE`, numbers or constants:
+        the axis at rest. `BALANCED`, for an integral or whatever else holds a load, is the value
+        with which the law's output holds the axis there; of several, the least of them. The loop
+        of a record begins with what gives its first controls, whatever is declared here.
     """
 
     name: str
@@ -83,8 +85,8 @@ class ControlLaw:
         Sampling period, s.
     output : sympy.Expr
         The control in the drive's unit, from `REFERENCE`, `MEASURED_POSITION`,
-        `MEASURED_VELOCITY`, `PERIOD`, the gains, the memory and recorded signals (`Signal`): a
-        feed-forward, a velocity that was commanded.
+        `MEASURED_VELOCITY`, `PERIOD`, the gains, the memory, constants (`Constant`) and recorded
+        signals (`Signal`): a feed-forward, a velocity that was commanded.
     gains : mapping of str to float
         Known constants by symbol name, SI.
     memory : tuple of Memory
@@ -130,7 +132,7 @@ class ControlLaw:
         allowed |= self.signals
         self._check(self.output, allowed, "output")
         for memory in self.memory:
-            self._check(memory.following, allowed, f"memory {memory.name!r}")
+            self._check(memory.following, allowed | {LIMITED_OUTPUT}, f"memory {memory.name!r}")
             at_rest = {MEASURED_POSITION, REFERENCE, BALANCED}
             self._check(memory.start, at_rest, f"start of memory {memory.name!r}")
             if memory.start != BALANCED and memory.start.has(BALANCED):
@@ -151,6 +153,22 @@ class ControlLaw:
         return signals_in(self.output, *(memory.following for memory in self.memory))
 
     @property
+    def constants(self) -> frozenset[ConstantSymbol]:
+        """The constants that stand in it."""
+        values = [self.output]
+        values += [value for memory in self.memory for value in (memory.following, memory.start)]
+        return frozenset().union(*(value.atoms(ConstantSymbol) for value in values))
+
+    @property
+    def remembers_gains(self) -> bool:
+        """Whether what it remembers depends on its gains, so that no product of them scales it."""
+        gains = {gain(name) for name in self.gains}
+        return any(
+            memory.following.has(LIMITED_OUTPUT) or memory.following.free_symbols & gains
+            for memory in self.memory
+        )
+
+    @property
     def takes_velocity(self) -> bool:
         """Whether it reads the velocity of an ideal sensor."""
         values = (self.output, *(memory.following for memory in self.memory))
@@ -165,6 +183,11 @@ class ControlLaw:
     def delay_line(self) -> tuple[str, ...]:
         """Names of the controls that are computed but not applied yet, the newest first."""
         return tuple(f"delayed{i + 1}" for i in range(self.delay))
+
+    @property
+    def is_polynomial(self) -> bool:
+        """Whether its control is a sum of products of its gains with signals that have none."""
+        return not self.remembers_gains and self.terms != ((sympy.S.One, self.output),)
 
     @property
     def terms(self) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
@@ -198,10 +221,10 @@ class ControlLaw:
             )
 
     def _check_timing(self) -> None:
-        if not (is_whole(self.delay) and 0 <= self.delay <= _LONGEST_DELAY):
+        if not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY):
             raise ModelError(
                 f"control law {self.name!r}: delay {quoted(self.delay)}; give whole samples, 0 to "
-                f"{_LONGEST_DELAY}.",
+                f"{LONGEST_DELAY}.",
                 code="law-delay",
             )
         if self.reference_between not in ("", *REFERENCES_BETWEEN):
@@ -221,7 +244,7 @@ class ControlLaw:
             )
 
     def _check(self, value: sympy.Expr, allowed: Set[sympy.Basic], what: str) -> None:
-        unknown = sorted(map(str, value.free_symbols - allowed))
+        unknown = sorted(map(str, value.free_symbols - value.atoms(ConstantSymbol) - allowed))
         if unknown:
             raise ModelError(
                 f"control law {self.name!r}: its {what} has the unknown symbols "
@@ -251,85 +274,3 @@ def _signal(output: sympy.Expr, factor: sympy.Expr, gains: tuple[sympy.Symbol, .
         power = powers.get(symbol, 0)
         output = output.diff(symbol, power) / sympy.factorial(power) if power else output
     return output.xreplace(dict.fromkeys(gains, sympy.S.Zero))
-
-
-def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:
-    """Position loop over a velocity loop, with an ideal velocity sensor.
-
-    ``control = kv (kp (reference - q) - dq)``, evaluated once a period and held.
-
-    Parameters
-    ----------
-    kp : float
-        Position gain, 1/s.
-    kv : float
-        Velocity gain, control over velocity (V/(m/s)).
-    period : float
-        Sampling period, s.
-    continuous : bool
-        Evaluate it all the time in place of holding it: the equations as they are written.
-
-    References
-    ----------
-    Equations (6) and (7) of [Brunot2015]_.
-    """
-    return ControlLaw(
-        name="cascade PD, ideal velocity",
-        period=period,
-        output=_cascade(MEASURED_VELOCITY),
-        gains={"kp": kp, "kv": kv},
-        continuous=continuous,
-    )
-
-
-def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
-    """The same cascade, its velocity from the encoder: the law the EMPS drive follows.
-
-    The velocity is the difference of the means of two successive positions,
-    ``(q[k] - q[k-2]) / (2 period)``. Recovered from the record of [Janot2019]_, whose control it
-    reproduces to 0.24 % of its norm.
-    """
-    q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
-    q2 = Memory("q2", following=q1.symbol, start=MEASURED_POSITION)
-    return ControlLaw(
-        name="cascade PD, averaged encoder velocity",
-        period=period,
-        output=_cascade((MEASURED_POSITION - q2.symbol) / (2 * PERIOD)),
-        gains={"kp": kp, "kv": kv},
-        memory=(q1, q2),
-    )
-
-
-def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
-    """The same cascade, its velocity the difference of two successive encoder positions.
-
-    ``(q[k] - q[k-1]) / period``, as simple drives form it: half a sample late, and coarse.
-    """
-    q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
-    return ControlLaw(
-        name="cascade PD, encoder difference",
-        period=period,
-        output=_cascade((MEASURED_POSITION - q1.symbol) / PERIOD),
-        gains={"kp": kp, "kv": kv},
-        memory=(q1,),
-    )
-
-
-def velocity_variants(law: ControlLaw) -> dict[str, ControlLaw]:
-    """A cascade with its velocity formed otherwise, by the name of `LAWS`; empty for other laws."""
-    if set(law.gains) != {"kp", "kv"} or law.continuous or law.delay:
-        return {}
-    made = {name: of(**law.gains, period=law.period) for name, of in LAWS.items()}
-    if all(variant.output != law.output for variant in made.values()):
-        return {}
-    return {name: variant for name, variant in made.items() if variant.output != law.output}
-
-
-def _cascade(velocity: sympy.Expr) -> sympy.Expr:
-    return gain("kv") * (gain("kp") * (REFERENCE - MEASURED_POSITION) - velocity)
-
-
-#: The laws that ship, by the name of their function.
-LAWS: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
-    {law.__name__: law for law in (cascade_pd, cascade_pd_difference, cascade_pd_averaged)}
-)

@@ -20,6 +20,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 
+from .response import LOGGED, Response, check_logged, checked_time
+
 #: The gain in the force of a drive: a symbol and not its number, whose reciprocal is rounded again.
 DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
 
@@ -51,6 +53,21 @@ class Drive:
         What the gain is times, a number of recorded signals and constants: ``supply / 24`` of an
         amplifier without a supply of its own. A sampled law's force keeps that of its last sample.
 
+    lag : float
+        Time constant of the first-order lag between the command and the force, s, as a current loop
+        has: ``lag * dtau/dt = force of the command - tau``. 0 for none.
+    delay : float
+        Time from the command to when it acts, before the lag, s: of a bus, of the drive's own
+        cycle. It need not be whole samples; 0 for none.
+    logged : str
+        Where on this way the recorded control was taken: ``command``, what the law gives;
+        ``applied``, what acts after the delay, or ``current``, what is there after the lag.
+
+    Notes
+    -----
+    The limit is the command's. Lag and delay are those of a sampled law's held commands: what the
+    force is between two samples is then known exactly, from exponentials.
+
     References
     ----------
     Equation (5) of [Brunot2015]_.
@@ -62,6 +79,9 @@ class Drive:
     relative_sd: float = 0.0
     profile: sympy.Expr = sympy.S.One
     scaled_by: sympy.Expr = sympy.S.One
+    lag: float = 0.0
+    delay: float = 0.0
+    logged: str = LOGGED[0]
 
     def __post_init__(self) -> None:
         parse_unit(self.unit)
@@ -89,6 +109,9 @@ class Drive:
             )
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")
+        for name in ("lag", "delay"):
+            object.__setattr__(self, name, checked_time(getattr(self, name), f"the drive's {name}"))
+        check_logged(self.logged, self.lag, self.delay)
 
     @property
     def force(self) -> sympy.Expr:
@@ -114,6 +137,29 @@ class Drive:
     def constants(self) -> Mapping[sympy.Symbol, float]:
         """Value of each symbol in `force` and `inverse` that is no signal."""
         return {DRIVE_GAIN: self.gain}
+
+    @property
+    def is_immediate(self) -> bool:
+        """Whether a command acts at once."""
+        return not (self.lag or self.delay)
+
+    def response(self, period: float) -> Response:
+        """From commands that are held for a period, s, to the force."""
+        return Response.of(self.lag, self.delay, period)
+
+    @property
+    def timing_text(self) -> str:
+        """When a command acts, and where the control is recorded; empty where that is at once."""
+        if self.is_immediate:
+            return ""
+        delay = f"{self.delay:g} s after its command" if self.delay else ""
+        lag = f"with a lag of {self.lag:g} s" if self.lag else ""
+        where = {
+            "command": "the recorded control is the command",
+            "applied": "the recorded control is what acts after the delay",
+            "current": "the recorded control is what is there after the lag",
+        }[self.logged]
+        return f"the force acts {' '.join(filter(None, (delay, lag)))}; {where}"
 
     def gain_text(self, coordinate: Coordinate, digits: int = 6) -> str:
         """The gain with its unit: ``35.15 N/V``."""

@@ -18,6 +18,7 @@ LIBRARY = (
     "valve",
     "crank",
     "linear_motor",
+    "balanced_slide",
 )
 
 

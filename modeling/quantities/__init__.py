@@ -16,6 +16,7 @@ from .expression_units import UnitReader as UnitReader
 from .expression_units import UnitsError as UnitsError
 from .formula import Formula as Formula
 from .kinks import extreme as extreme
+from .kinks import within as within
 from .names import check_distinct as check_distinct
 from .names import check_name as check_name
 from .names import check_symbol as check_symbol
@@ -39,6 +40,7 @@ from .symbols import BALANCED as BALANCED
 from .symbols import CONTROL as CONTROL
 from .symbols import DIRECTION as DIRECTION
 from .symbols import FORCE as FORCE
+from .symbols import LIMITED_OUTPUT as LIMITED_OUTPUT
 from .symbols import MEASURED_POSITION as MEASURED_POSITION
 from .symbols import MEASURED_VELOCITY as MEASURED_VELOCITY
 from .symbols import PERIOD as PERIOD

@@ -20,6 +20,11 @@ def extreme(kind: Any, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
     return kind(*others, evaluate=False)
 
 
+def within(value: sympy.Expr, limit: sympy.Expr) -> sympy.Expr:
+    """A value clipped at plus and minus a limit."""
+    return extreme(Max, [extreme(Min, [value, limit]), -limit])
+
+
 def replaced(value: sympy.Basic, new: Mapping[sympy.Basic, sympy.Basic]) -> sympy.Basic:
     """The same as ``value.xreplace(new)``, but that ``Max`` and ``Min`` stay as they are."""
     return _Replacement(new)(value)

@@ -282,6 +282,10 @@ MEASURED_POSITION = sympy.Symbol("measured_position", real=True)
 MEASURED_VELOCITY = sympy.Symbol("measured_velocity", real=True)
 
 
+#: The output of a law within the drive's limit, which a memory may follow: what anti-windup sees.
+LIMITED_OUTPUT = sympy.Symbol("limited_output", real=True)
+
+
 #: Start of a memory at which the law's output holds the axis where it starts, or is the first
 #: control of a record.
 BALANCED = sympy.Symbol("balanced", real=True)

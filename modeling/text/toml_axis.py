@@ -55,6 +55,7 @@ _PARTS = (
     "columns",
     "experiment",
 )
+_OF_DRIVE = ("gain", "unit", "limit", "relative_sd", "lag", "delay", "logged")
 _DRIVEN_BY = ("profile", "scaled_by")
 _FORCE = "generalised_force"
 _ENERGIES = ("kinetic", "potential", "dissipation", _FORCE)
@@ -146,7 +147,7 @@ def _axis(root: Table) -> Axis | None:
     drive = _drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     parts = {
         "drive": drive,
-        "control": read_control(root, recorded),
+        "control": read_control(root, recorded, constants),
         "columns": _columns(root, list(recorded)),
         "injected_at": _injected_at(root),
         "experiment": _experiment(root, list(unknown), list(recorded)),
@@ -305,12 +306,14 @@ def _dynamics(
 def _drive(root: Table, symbols: Symbols) -> Drive | None:
     if "drive" not in root.values:
         return None
-    table, keys = root.table("drive"), ("gain", "unit", "limit", "relative_sd")
+    table, keys = root.table("drive"), _OF_DRIVE
     table.only(*keys, *_DRIVEN_BY)
     table.needs("gain")
     fields = {key: value for key, value in table.values.items() if key in keys}
     fields |= {key: table.expression(key, symbols) for key in _DRIVEN_BY if key in table.values}
-    return table.made(Drive, fields, {"gain": 1.0}, apart=keys)
+    # Where the control was logged is told by lag and delay, so that it is not tried alone.
+    alone = [key for key in keys if key != "logged"]
+    return table.made(Drive, fields, {"gain": 1.0}, apart=alone)
 
 
 def _injected_at(root: Table) -> str:

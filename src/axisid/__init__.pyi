@@ -5,6 +5,7 @@ from . import estimation as estimation
 from . import modeling as modeling
 from .codegen.artefacts import build as build
 from .estimation.estimates import Estimate as Estimate
+from .estimation.fitting import fit as fit
 from .estimation.identification import Identification as Identification
 from .estimation.identification import identify as identify
 from .estimation.records import Record as Record

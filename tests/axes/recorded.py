@@ -3,7 +3,7 @@
 import numpy as np
 import sympy
 
-from axisid import Axis, Coordinate, Parameter, Signal, newton
+from axisid import Axis, Coordinate, Parameter, Signal, load_axis, newton
 from axisid.control import (
     MEASURED_POSITION,
     PERIOD,
@@ -15,9 +15,11 @@ from axisid.control import (
 )
 from axisid.elements import Drive
 from axisid.estimation.simulation import trajectory
-from axisid.modeling import Experiment, back_and_forth
+from axisid.modeling import LIBRARY, Experiment, back_and_forth
 from axisid.support.arrays import Array
 
+#: Axes of the library that need nothing but their own motion.
+UNRECORDED = tuple(name for name in LIBRARY if not load_axis(name).signals)
 PERIOD_S = 1e-3
 TRUTH = {"M": 90.0, "Fv": 200.0, "Fc": 20.0, "off": -600.0, "A": 1e-3}
 

@@ -9,7 +9,16 @@ import pytest
 
 pytestmark = pytest.mark.slow
 
-PROGRAM = [sys.executable, "benchmarks/measured_velocity.py", "--json", "-", "--runs", "4"]
+PROGRAM = [
+    sys.executable,
+    "benchmarks/measured_velocity.py",
+    "--json",
+    "-",
+    "--runs",
+    "4",
+    "--alone",
+    "1",
+]
 RIGHT = ("white noise", "ripple", "coarse steps", "noisy encoder")
 
 
@@ -19,3 +28,5 @@ def test_right_velocities_pass_and_wrong_ones_are_named(root: Path) -> None:
     assert figures["runs"] >= 4
     for kind, shares in figures["alarms"].items():
         assert set(shares.values()) == ({0.0} if kind in RIGHT else {1.0}), kind
+    for label, share in figures["alone"].items():
+        assert share == (0.0 if label.endswith("times 1") else 1.0), label

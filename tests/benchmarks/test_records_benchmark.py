@@ -25,3 +25,4 @@ def test_a_payload_tells_the_gain_and_a_record_that_differs_is_named(root: Path)
     assert offsets["offset_error_rms_mV"] < 2
     assert figures["mass 0 larger"]["fails"] == 0
     assert figures["mass 0.05 larger"]["names_the_right_one"] == 1
+    assert figures["mass 0.2 larger"]["names_the_mass_alone"] == 1

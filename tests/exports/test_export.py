@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.estimation.studies.test_streaming import in_blocks
 
 from axisid import (
     Identification,
@@ -23,14 +24,13 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.commands.templates import scaffold
+from axisid.commands.options.templates import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
-from axisid.estimation.studies import identify_stream
+from axisid.estimation.streaming import identify_stream
 from axisid.exports.parameter_tables import with_deviation
 from axisid.exports.targets import TARGETS
 from tests.estimation.methods.test_partially_linear import stribeck_axis
-from tests.estimation.studies.test_streaming import in_blocks
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]

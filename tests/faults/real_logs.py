@@ -2,7 +2,10 @@
 
 import json
 from collections.abc import Callable
+from datetime import UTC, datetime, timedelta, timezone, tzinfo
+from functools import partial
 from pathlib import Path
+from zoneinfo import ZoneInfo
 
 from tests.faults.fault import Fault, Misuse
 from tests.faults.files import columns_of_a_log, write_log
@@ -48,6 +51,47 @@ def _without_head() -> str:
     return "\n".join(",".join(map(repr, map(float, row))) for row in zip(*columns, strict=True))
 
 
+def _in_zone(start: datetime, zone: str, written: tzinfo) -> str:
+    """A log whose stamps are of a zone, as a clock of `written` shows them."""
+    columns = columns_of_a_log()
+    stamps = ((start + timedelta(seconds=float(t))).astimezone(written) for t in columns["time"])
+    others = [v for name, v in columns.items() if name != "time"]
+    rows = (
+        ";".join([f"{stamp:%Y-%m-%d %H:%M:%S.%f} {zone}", *(f"{float(x):.9g}" for x in row)])
+        for stamp, row in zip(stamps, zip(*others, strict=True), strict=True)
+    )
+    names = [name for name in columns if name != "time"]
+    return "\n".join([";".join(["time", *names]), *rows])
+
+
+_SPRING = datetime(2026, 3, 29, 0, 59, 59, tzinfo=UTC)
+_AUTUMN = datetime(2026, 10, 25, 0, 59, 59, tzinfo=UTC)
+_SUMMER = timezone(timedelta(hours=2))
+
+
+def _long() -> str:
+    columns = columns_of_a_log()
+    rows = zip(*(map(float, v) for v in columns.values()), strict=True)
+    names = [*columns]
+    lines = (
+        f"{row[0]:.6f},{name},{x!r}"
+        for row in rows
+        for name, x in zip(names[1:], row[1:], strict=True)
+    )
+    return "\n".join(["time,name,value", *lines])
+
+
+_BERLIN = ZoneInfo("Europe/Berlin")
+#: Name, start, zone as it is written, the clock that the stamps are of, and what is said.
+_OF_ZONES = (
+    ("zone of no place", _SPRING, "Europe/Berlim", _BERLIN, "the zone 'Europe/Berlim' is not"),
+    ("zone of no name", _SPRING, "XYZ", _BERLIN, "the zone 'XYZ' is not known"),
+    ("zone that is a path", _SPRING, "../etc/passwd", _BERLIN, "is not a number .*nor a time"),
+    # The clock of the log shows an hour that the place has not.
+    ("hour that a place has not", _SPRING, "Europe/Berlin", _SUMMER, "does not increase.*row 1001"),
+    ("clock set forward, written as of one zone", _SPRING, "+01:00", _BERLIN, "step .*is 3600"),
+    ("clock set back, written as of one zone", _AUTUMN, "CEST", _BERLIN, "does not increase"),
+)
 #: Name, options, code and what is said, of one log.
 _OF_A_LOG = (
     ("window backwards", ("--window", "3..1"), 2, "does not end after it begins"),
@@ -99,6 +143,21 @@ FAULTS: list[Fault] = [
     *(
         Fault(name=name, make=_on_log(*options, logs=2), code=2, says=says)
         for name, options, says in _OF_TWO
+    ),
+    *(
+        Fault(
+            name=name,
+            make=_on_text("zone.csv", partial(_in_zone, start, zone, written)),
+            code=3,
+            says=says,
+        )
+        for name, start, zone, written, says in _OF_ZONES
+    ),
+    Fault(
+        name="long table in blocks",
+        make=_on_text("long.csv", _long, "--stream"),
+        code=3,
+        says="made wide as a whole; leave --stream out, or write a column",
     ),
     Fault(
         name="columns beyond a headerless file's",

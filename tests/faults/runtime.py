@@ -32,7 +32,7 @@ from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.library_cache import _name
 from axisid.estimation import LogBlocks, simulate_batch
 from axisid.estimation.simulation.twin import trajectory
-from axisid.estimation.studies.streaming import identify_stream
+from axisid.estimation.streaming import identify_stream
 from tests.faults.fault import Fault, Misuse
 
 _RUN: list[object] = ["identify", "emps2015", "--method", "idm-iv"]

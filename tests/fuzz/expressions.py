@@ -102,6 +102,10 @@ def spoilt(text: str, rng: np.random.Generator) -> str:
     return text
 
 
+#: rad, beyond which three points in the last place need not show how far rounding turns an angle.
+_MOST_TURNED = 1e12
+
+
 class NoValueError(ValueError):
     """An expression has no real finite value at a point, or one that rounding decides."""
 
@@ -127,11 +131,14 @@ def exact_value(text: str, values: Mapping[str, float]) -> tuple[float, float]:
             for s in (-1, 1)
         ]
         largest = max(abs(part) for part in _parts(tree, values))
+        turned = [abs(angle) for angle in _angles(tree, values)]
     with mpmath.workdps(16):
         plain = _value(tree, {n: mpmath.mpf(v) for n, v in values.items()})
     rounding = max(abs(other - right) for other in (*moved, plain))
     if not (abs(right) < 1e100 and largest < 1e150):
         raise NoValueError("too large for floats")
+    if any(angle > _MOST_TURNED for angle in turned):
+        raise NoValueError("rounding turns an angle by more than a little")
     return float(right), float(rounding)
 
 
@@ -161,6 +168,14 @@ def _tried(operation: Callable[..., Any], *arguments: Any) -> Any:
         return operation(*arguments)
     except (ArithmeticError, ValueError, OverflowError) as error:
         raise NoValueError(str(error)) from error
+
+
+def _angles(tree: ast.expr, values: Mapping[str, float]) -> Iterator[Any]:
+    """Arguments of what is periodic in them."""
+    numbers = {n: mpmath.mpf(v) for n, v in values.items()}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("sin", "cos", "tan"):
+            yield _value(node.args[0], numbers)
 
 
 def _parts(tree: ast.expr, values: Mapping[str, float]) -> Iterator[Any]:

@@ -23,7 +23,9 @@ def test_twin_that_rests_for_seconds_is_simulated_near_its_true_parameters(name:
     truth = np.array([experiment.truth.get(p.name, p.nominal) for p in axis.axis.parameters])
     rng = np.random.default_rng(LIBRARY.index(name))
     near = truth * (1 + 0.01 * rng.uniform(-1.0, 1.0, (DRAWS, len(truth))))
-    batch = simulate_batch(axis, near, reference, law.period)
+    rows = np.minimum(np.arange(len(reference)), len(moves) - 1)  # what is recorded rests too
+    signals = axis.experiment_signals(law.period * rows)
+    batch = simulate_batch(axis, near, reference, law.period, signals=signals)
     assert batch.failures == {}
     assert np.isfinite(batch["position"]).all()
     resting = batch["velocity"][-round(1.0 / law.period) :]

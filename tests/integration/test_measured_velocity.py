@@ -23,7 +23,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.loops import loop_starts
 from axisid.estimation.records import LogBlocks
-from axisid.estimation.studies import identify_stream
+from axisid.estimation.streaming import identify_stream
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]

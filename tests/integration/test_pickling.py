@@ -30,6 +30,7 @@ from axisid import (
     build,
     compare,
     derive,
+    fit,
     friction_ladder,
     identify,
     load_axis,
@@ -53,7 +54,7 @@ from axisid.estimation import (
     simulate_batch,
 )
 from axisid.estimation.diagnostics.loop.control_law import check_law
-from axisid.estimation.studies.streaming import identify_stream
+from axisid.estimation.streaming import identify_stream
 from axisid.modeling import LIBRARY, Column
 from tests.faces import FACES, public_names
 
@@ -133,6 +134,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "saved estimate": saved["idm-iv"],
         "validation": validate(found, record),
         "sweep": sweep(axis, record, [40.0, 80.0], FILTER, ["idm-ls"]),
+        "fit": fit(axis, record, bounds={"Fc": (None, 20.0)}),
         "comparison": compare(ladder, record, FILTER),
         "simulation": simulate(axis, axis.nominal, reference, record.period),
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
@@ -154,7 +156,7 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "comparison,simulation,batch,law check,streamed estimate,log blocks,feed-forward,"
+    "fit,comparison,simulation,batch,law check,streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")
@@ -178,7 +180,7 @@ def test_copy_is_equal(objects: dict[str, Any], kind: str) -> None:
 #: What says when it is equal, to the last bit, in place of NumPy's array of truths.
 EQUAL = (
     "generated axis,record,masked record,identification,estimate,saved identification,"
-    "saved estimate,validation,sweep,comparison,simulation,batch,streamed estimate"
+    "saved estimate,validation,sweep,fit,comparison,simulation,batch,streamed estimate"
 ).split(",")
 
 

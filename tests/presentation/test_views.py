@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from axisid import (
     Prefilter,
     compare,
+    fit,
     friction_ladder,
     identify,
     load_axis,
@@ -35,6 +36,7 @@ def test_every_result_has_text_plain_data_and_a_page(
         record,
         result,
         validate(result, record),
+        fit(emps2015, record),
         sweep(emps2015, record, [40.0, 60.0], methods=["idm-ls"]),
         compare(friction_ladder(load_axis("emps2015")), record, Prefilter()),
     ]
@@ -46,7 +48,7 @@ def test_every_result_has_text_plain_data_and_a_page(
 
 def test_every_kind_of_result_has_its_row() -> None:
     kinds = {kind.__name__ for kind in Presentable.__subclasses__()}
-    assert len(kinds) == 11
+    assert len(kinds) == 13
     for view in (views.as_blocks, views.as_document):
         assert kinds <= {kind.__name__ for kind in view.registry}
 

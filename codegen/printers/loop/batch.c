@@ -77,11 +77,60 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
 #if SIGNALS
         double held[HELD];
         hold(held, CONTINUOUS ? r : tau, rate, error, added, now);
+#if LAGGED
+        held[1] = FIRST_TARGET(memory, next);
+#endif
+#else
+#if LAGGED
+        const double held[4] = {tau, FIRST_TARGET(memory, next)};
 #else
         const double held[4] = {CONTINUOUS ? r : tau, rate, error, added};
 #endif
+#endif
         b->slow[l] = events(b->q[l], b->dq[l], &moved, held, &mode, p, step) + away;
     }
+#if RESPONSE
+    (void)substeps;
+}
+
+/* What follows the first step of a sample, under a force that changes. */
+static void respond_block(struct block *b, double period, ptrdiff_t substeps)
+{
+    double elapsed = 0.0;
+    for (int l = 0; l < LANES; ++l)
+        b->now[l] = b->tau[l];
+    for (ptrdiff_t i = 1; i < PARTS * substeps; ++i) {
+        const double before = step_of(i - 1, period, substeps), step = step_of(i, period, substeps);
+        for (int l = 0; l < LANES; ++l) {
+            double p[PARAMETERS], held[HELD];
+#if SIGNALS
+            double now[2 * SIGNALS];
+            recorded_of(b, l, now);
+            for (int j = 0; j < 2 * SIGNALS; j += 2)
+                now[j] += now[j + 1] * elapsed;
+            hold(held, b->now[l], 0.0, 0.0, 0.0, now);
+#else
+            held[0] = b->now[l];
+#endif
+#if LAGGED
+            held[1] = PARTS == 2 && i <= substeps ? b->memory[OLDEST][l] : b->next[OLDEST][l];
+#endif
+            pass(held, before);
+            if (i == substeps)
+                held[LAGGED] = b->next[OLDEST][l];
+            b->now[l] = held[0];
+            const struct mode mode = mode_of(b, l, b->direction[l]);
+            for (int j = 0; j < PARAMETERS; ++j)
+                p[j] = b->parameters[j][l];
+            const struct moved moved = move(b->q1[l], b->dq1[l], held, &mode, p, step);
+            b->slow[l] += events(b->q1[l], b->dq1[l], &moved, held, &mode, p, step);
+            b->q1[l] = moved.q;
+            b->dq1[l] = moved.dq;
+        }
+        elapsed += before;
+    }
+}
+#else
     if (substeps > 1)
         for (int l = 0; l < LANES; ++l)
             b->now[l] = b->reference[l];
@@ -110,6 +159,7 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
             b->dq1[l] = moved.dq;
         }
 }
+#endif
 
 static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps)
 {
@@ -232,7 +282,12 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                     recorded[j * recorded_each + k * recorded_time + from * recorded_lane];
 #endif
         }
+#if RESPONSE
+        step_block(&b, step_of(0, period, substeps), substeps);
+        respond_block(&b, period, substeps);
+#else
         step_block(&b, period / (double)substeps, substeps);
+#endif
         put_block(out.before, at, k ? b.end : b.direction, count);
         for (int l = 0; l < LANES; ++l) {
             b.end[l] = b.direction[l];

@@ -1,6 +1,10 @@
 /* What is held, `span` seconds later. */
 static void pass(double *held, double span)
 {
+#if LAGGED
+    double until;
+    drive_response(held[0], held[1], span, held, &until);
+#endif
 #if CONTINUOUS
     held[0] += held[1] * span;
 #else
@@ -13,10 +17,35 @@ static void pass(double *held, double span)
 #endif
 }
 
+#if LAGGED
+static int sticks_after(double q, const double *held, const struct mode *mode, const double *p,
+                        double span)
+{
+    double later[HELD];
+    for (int i = 0; i < HELD; ++i)
+        later[i] = held[i];
+    pass(later, span);
+    return fabs(at_rest(q, later, mode, p)) < 1.0;
+}
+
+#endif
 /* Time at which a stuck axis leaves rest, at most `left`. */
 static double breakaway(double q, const double *held, const struct mode *mode, const double *p,
                         double left)
 {
+#if LAGGED
+    double low = 0.0, high = left;
+    if (sticks_after(q, held, mode, p, left))
+        return left;
+    for (int i = 0; i < MOST_REFINEMENTS; ++i) {
+        const double middle = 0.5 * (low + high);
+        if (sticks_after(q, held, mode, p, middle))
+            low = middle;
+        else
+            high = middle;
+    }
+    return high;
+#else
 #if SIGNALS
     double low = 0.0, high = left, later[HELD];
     for (int i = 0; i < HELD; ++i)
@@ -53,6 +82,7 @@ static double breakaway(double q, const double *held, const struct mode *mode, c
 #else
     (void)q, (void)held, (void)mode, (void)p;
     return left;
+#endif
 #endif
 #endif
 }
@@ -233,11 +263,15 @@ static int advance(double *q, double *dq, struct mode *mode, double *held, const
             pass(held, span);
             left -= span;
             if (left <= 0.0) {
+#if LAGGED
+                mode->direction = at_rest(*q, held, mode, p);
+#else
 #if SIGNALS
                 mode->direction = at_rest(*q, held, mode, p);
 #else
 #if CONTINUOUS
                 mode->direction = at_rest(*q, held, mode, p);
+#endif
 #endif
 #endif
                 return DONE;

@@ -17,6 +17,32 @@ static inline void hold(double *held, double first, double rate, double error, d
 }
 
 #endif
+#if RESPONSE
+/* Of what the drive remembers, the force of the oldest command: at a sample of the one that acts
+   first, at the next of the one that acts last. A command that begins to act in between, after its
+   part of the sample, cuts it in two. */
+enum { OLDEST = MEMORY - 1 - LAGGED };
+#if SPLIT
+#define FIRST_TARGET(memory, next) (memory)[OLDEST]
+enum { PARTS = 2 };
+#else
+#define FIRST_TARGET(memory, next) (next)[OLDEST]
+enum { PARTS = 1 };
+#endif
+
+/* How long a step of a sample is, each part of which takes as many steps. */
+static inline double step_of(ptrdiff_t i, double period, ptrdiff_t substeps)
+{
+#if SPLIT
+    const double until = SPLIT * period;
+    return (i < substeps ? until : period - until) / (double)substeps;
+#else
+    (void)i;
+    return period / (double)substeps;
+#endif
+}
+
+#endif
 /* One lane through one sample. */
 struct lane {
     double q, dq;     /* at the sample, then at the next */
@@ -56,6 +82,9 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
                      &lane->control, ignored + 2);
     held[0] = CONTINUOUS ? reference : lane->force;
 #endif
+#if LAGGED
+    held[1] = FIRST_TARGET(lane->memory, memory);
+#endif
     if (lane->dq == 0.0)
         choose_at_rest(lane->q, held, mode, p);
     held_acceleration(lane->q, lane->dq, held, IN(mode), p, &lane->acceleration, &lane->force);
@@ -64,6 +93,17 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
     lane->direction = mode->direction;
     for (int i = 0; i < MEMORY; ++i)
         lane->memory[i] = memory[i];
+#if RESPONSE
+    for (ptrdiff_t i = 0; i < PARTS * substeps; ++i) {
+        if (i == substeps)
+            held[LAGGED] = memory[OLDEST];
+        if (i && lane->dq == 0.0)
+            choose_at_rest(lane->q, held, mode, p);
+        const int status = advance(&lane->q, &lane->dq, mode, held, p, step_of(i, period, substeps));
+        if (status != DONE)
+            return status;
+    }
+#else
     for (ptrdiff_t i = 0; i < substeps; ++i) {
         const int status = advance(&lane->q, &lane->dq, mode, held, p, period / (double)substeps);
         if (status != DONE)
@@ -71,6 +111,7 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
         if (i + 1 < substeps && lane->dq == 0.0)
             choose_at_rest(lane->q, held, mode, p);
     }
+#endif
     return DONE;
 }
 
@@ -81,10 +122,17 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
 #endif
 
 /* Move on through the later substeps of a sample; `changes` says whether one changes the mode. */
+#if RESPONSE
+APART static struct moved later_substeps(struct moved end, const double *later, struct mode mode,
+                                         const double *p, double period, double last_target,
+                                         ptrdiff_t substeps, double *changes)
+{
+#else
 APART static struct moved later_substeps(struct moved end, const double *later, struct mode mode,
                                          const double *p, double step, ptrdiff_t substeps,
                                          double *changes)
 {
+#endif
 #if SIGNALS
     double held[HELD];
     for (int i = 0; i < HELD; ++i)
@@ -92,9 +140,17 @@ APART static struct moved later_substeps(struct moved end, const double *later, 
 #else
     double held[4] = {later[0], later[1], later[2], later[3]};
 #endif
+#if RESPONSE
+    for (ptrdiff_t i = 1; i < PARTS * substeps; ++i) {
+        const double q = end.q, dq = end.dq, step = step_of(i, period, substeps);
+        pass(held, step_of(i - 1, period, substeps));
+        if (i == substeps)
+            held[LAGGED] = last_target;
+#else
     for (ptrdiff_t i = 1; i < substeps; ++i) {
         const double q = end.q, dq = end.dq;
         pass(held, step);
+#endif
         end = move(q, dq, held, &mode, p, step);
         *changes += events(q, dq, &end, held, &mode, p, step);
     }
@@ -147,7 +203,11 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
 {
     struct lane lane = {.q = start};
     struct mode mode = {0};
+#if RESPONSE
+    const double step = step_of(0, period, substeps);
+#else
     const double step = period / (double)substeps;
+#endif
     double p[PARAMETERS]; /* nothing else points here, so what depends on it alone leaves the loop */
     for (int j = 0; j < PARAMETERS; ++j)
         p[j] = parameters[j];
@@ -182,19 +242,33 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         closed_loop_step(q, dq, memory, r, rate, error, added, now, IN(&mode), p, step, &q1, &dq1,
                          next, &ddq, &tau, &u, &last);
         hold(held, CONTINUOUS ? r : tau, rate, error, added, now);
+#if LAGGED
+        held[1] = FIRST_TARGET(memory, next);
+#endif
         const struct moved moved = {q1, dq1, ddq, last};
 #else
         closed_loop_step(q, dq, memory, r, rate, error, added, IN(&mode), p, step, &q1, &dq1, next,
                          &ddq, &tau, &u, &last);
         const struct moved moved = {q1, dq1, ddq, last};
+#if LAGGED
+        const double held[4] = {tau, FIRST_TARGET(memory, next)};
+#else
         const double held[4] = {CONTINUOUS ? r : tau, rate, error, added};
+#endif
 #endif
         double changes = events(q, dq, &moved, held, &mode, p, step);
         end = mode.direction;
+#if RESPONSE
+        if (changes == 0.0 && PARTS * substeps > 1) {
+            double more = 0.0;
+            const struct moved end_of_sample = later_substeps(
+                moved, held, mode, parameters, period, next[OLDEST], substeps, &more);
+#else
         if (changes == 0.0 && substeps > 1) {
             double more = 0.0;
             const struct moved end_of_sample =
                 later_substeps(moved, held, mode, parameters, step, substeps, &more);
+#endif
             q1 = end_of_sample.q;
             dq1 = end_of_sample.dq;
             changes = more;

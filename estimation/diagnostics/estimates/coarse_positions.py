@@ -1,10 +1,16 @@
 """Whether the steps of a logged position, which its law did not measure, move least squares."""
 
+import numpy as np
+
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds.diagnostics import MAX_UNSEEN_BIAS, NEGLIGIBLE_BIAS
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_UNSEEN_BIAS,
+    MIN_STEPS_OF_TRAVEL,
+    NEGLIGIBLE_BIAS,
+)
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 
@@ -34,8 +40,9 @@ def coarse_positions(data: FilteredRecord, ls: Estimate) -> Check | Missing | No
         if shift > MAX_UNSEEN_BIAS.value
     )
     unit = ls.form.axis.axis.coordinate.unit
-    good = worst <= MAX_UNSEEN_BIAS.value
-    large = any(
+    few = float(np.ptp(data.record.position)) / step < MIN_STEPS_OF_TRAVEL.value
+    good = worst <= MAX_UNSEEN_BIAS.value and not few
+    large = few or any(
         shift > MAX_UNSEEN_BIAS.value and abs(by) > NEGLIGIBLE_BIAS.value * abs(values[name].value)
         for name, (by, shift) in shifts.items()
     )
@@ -51,7 +58,10 @@ def coarse_positions(data: FilteredRecord, ls: Estimate) -> Check | Missing | No
         "than half a deviation"
         if good
         else f"the steps of the logged position, {step:.3g} {unit}, which the control does not "
-        f"answer to, move least squares, {listed}; its intervals miss for it: log the position as "
-        "finely as the drive measures it, record the reference, from which instruments are made, "
-        "or lower the cut-off",
+        f"answer to, move least squares{f', {listed}' * bool(listed)}"
+        + few
+        * f"; there are fewer than {MIN_STEPS_OF_TRAVEL.value:g} in the whole motion, so that "
+        "they may move it by more than can be reckoned"
+        + "; its intervals miss for it: log the position as finely as the drive measures it, "
+        "record the reference, from which instruments are made, or lower the cut-off",
     )

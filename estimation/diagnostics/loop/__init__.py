@@ -18,6 +18,8 @@ from .in_time import ForceTiming as ForceTiming
 from .in_time import force_timing as force_timing
 from .in_time import law_in_time as law_in_time
 from .in_time import timing_remedy as timing_remedy
+from .law_by_runs import GainsBeside as GainsBeside
+from .law_terms import compared_as as compared_as
 from .measured_motion import MotionComparison as MotionComparison
 from .measured_motion import compared_motion as compared_motion
 from .measured_motion import compared_motions as compared_motions

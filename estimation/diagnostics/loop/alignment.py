@@ -264,7 +264,9 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     equations = form.equations(quiet.signals)
     reduced = equations.reduced(quiet)
     law = quiet.axis.axis.control
-    sensed = quiet.record.force is not None and quiet.prefilter.hold == "raw"
+    sensed = quiet.prefilter.hold == "raw" and (
+        quiet.record.force is not None or not quiet.axis.axis.holds_force
+    )
     # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
     still = law is None or law.continuous or sensed
     made = 0.0 if still else hold_delay(law, quiet.period, clock_of(quiet.record))
@@ -308,7 +310,7 @@ def alignment_check(
         f"hold {hold} takes it {used:g} samples earlier{by_ls}"
     )
     other, moves = _other_hold(profile, data), f"A sample of delay moves {moved}"
-    advice = remedy if other is None else Remedy.of("Try ", other)
+    advice = _of_drive(profile, data, remedy) if other is None else Remedy.of("Try ", other)
     aligned = (
         abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
         and not profile.at_the_end
@@ -323,6 +325,20 @@ def alignment_check(
         meaning=fits if aligned else f"{fits}. {moves}" if advice is None else f"{fits}. ",
         remedy=None if aligned or advice is None else Remedy.of(advice, f". {moves}"),
     )
+
+
+def _of_drive(profile: Alignment, data: FilteredRecord, remedy: Remedy | None) -> Remedy | None:
+    """To declare what is between a command and its force, before what else there is to do."""
+    axis, record, apart = data.axis.axis, data.record, profile.best - data.hold_delay
+    sampled = axis.control is None or not axis.control.continuous
+    if record.force is not None or not sampled or apart <= 0 or profile.at_the_end:
+        return remedy
+    more = "" if axis.drive.is_immediate else "more "
+    said = (
+        f"Declare what lies between command and force, the drive's delay or its lag, "
+        f"{apart * record.period:.3g} s {more}in all"
+    )
+    return Remedy.of(said) if remedy is None else Remedy.of(said, ". ", remedy)
 
 
 def _other_hold(profile: Alignment, data: FilteredRecord) -> Setting | None:

@@ -7,14 +7,13 @@ that takes an ideal sensor's velocity is compared after a zero-phase low-pass of
 that velocity is not recorded; the identification's own filter plays no part.
 """
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.regression import Hac, factor, least_squares
@@ -25,18 +24,17 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_EXPLAINED_RESIDUAL,
     MAX_FACTOR_ERROR,
     MAX_LAW_RESIDUAL,
-    MAX_REPAIRED_RESIDUAL,
     MAX_SCALE_ERROR,
     MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
-from axisid.modeling.declaration import ControlLaw, velocity_variants
+from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.remedy import Note, Remedy
 
-from .law_between import left_open_percent
+from .law_by_runs import GainsBeside, said_of_gains
 from .law_sentences import (
     CONSTANT,
     DRIFT,
@@ -45,18 +43,14 @@ from .law_sentences import (
     large_fault,
     remedy_by_test_signal,
     remedy_by_time,
+    repair_of,
     small_fault,
 )
-from .law_terms import LAW_SETTLING, compared_with_law, law_error_percent
-from .position_zero import position_zero, told_zero, zero_note
+from .law_terms import LAW_SETTLING, compared_as, compared_with_law, left_open_percent
+from .law_unevenly import Reading, is_uneven, open_for_jitter, other_readings
+from .position_zero import told_zero
 
 _LAGS = 50  # samples over which what the law leaves may be alike
-_COLUMN_FAULTS = {
-    -1.0: "its sign",
-    1e-3: "its unit, such as millimetres for metres",
-    1e3: "its unit, such as metres for millimetres",
-    math.pi / 180: "its unit, such as degrees for radians",
-}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +60,8 @@ class LawCheck:
     Attributes
     ----------
     factors : dict of str to float
-        By product of gains, and ``injected`` for a test signal that was added to the control; each
+        By product of gains, or by gain of a law that is no sum of such products (how many times the
+        declared one it is), and ``injected`` for a test signal that was added to the control; each
         is 1 if the law is the drive's. Empty where the record cannot tell them apart.
     residual_percent : float or None
         ``100 ||control - law|| / ||control||``, with the law as declared; None for a record of
@@ -84,6 +79,9 @@ class LawCheck:
         One sentence for the user, up to the remedy where there is one.
     remedy : Remedy or None
         How it goes on, where something can be set about it.
+    as_recorded_percent : float or None
+        What the samples of the record leave, where these are uneven and the rest is of what the
+        law read in their place.
     """
 
     factors: dict[str, float]
@@ -94,6 +92,7 @@ class LawCheck:
     passed: bool
     meaning: str
     remedy: Remedy | None = None
+    as_recorded_percent: float | None = None
 
     @property
     def note(self) -> Note:
@@ -119,6 +118,62 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     incomparable = _incomparable(law, record)
     if incomparable is not None:
         return incomparable
+    found = _compared(axis, law, record, advises=False)
+    if isinstance(found, Missing) or found.passed:
+        return found
+    return _read_otherwise(axis, law, record, found) or _compared(axis, law, record)
+
+
+def _read_otherwise(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, found: LawCheck
+) -> LawCheck | Missing | None:
+    """The check by what else the law may have read where times are uneven; None for nothing."""
+    if not is_uneven(record):
+        return None
+    best, nearest = found, None
+    for reading in other_readings(record):
+        other = _compared(axis, law, reading.record, advises=False)
+        if isinstance(other, Missing):
+            continue
+        if other.passed:
+            return _with_reading(other, found, reading)
+        if _unexplained(other) < _unexplained(best):
+            best, nearest = other, reading
+    left = open_for_jitter(axis, record, float(best.residual_percent or 0.0))
+    if left is None or _unexplained(best) < MAX_LAW_RESIDUAL.value:
+        if nearest is None:
+            return None
+        said = _compared(axis, law, nearest.record)
+        return said if isinstance(said, Missing) else _with_reading(said, found, nearest)
+    return Missing(
+        "the record's samples are off even times, and what the law read between them, noise above "
+        f"all, leaves {left:.2g} % of its control open ({best.residual_percent:.2g} % off)"
+    )
+
+
+def _unexplained(found: LawCheck) -> float:
+    """What no factors of the law's terms explain, percent."""
+    fitted = found.fitted_residual_percent
+    return float(found.residual_percent or 0.0) if fitted is None else fitted
+
+
+def _with_reading(law: LawCheck, found: LawCheck, reading: Reading) -> LawCheck:
+    """A check of what the law may have read, which says so, beside that of the samples."""
+    as_it_is = f"it is {found.residual_percent:.2g} % off as the record has them"
+    if not law.passed:
+        return replace(law, meaning=f"{reading.said}, {law.meaning}")
+    return replace(
+        law,
+        meaning=f"{law.meaning}, {reading.said}; {as_it_is}" + ": " * (reading.remedy is not None),
+        remedy=reading.remedy,
+        as_recorded_percent=found.residual_percent,
+    )
+
+
+def _compared(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, *, advises: bool = True
+) -> LawCheck | Missing:
+    """A law against the samples of a record, with what would mend it where that is asked for."""
     record = record.longest()  # a law's memory does not outlast a gap
     settle = round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
     if len(record.position) < 2 * settle + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
@@ -133,6 +188,35 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         return _too_open(law, record, left_open)
     shift = _best_shift(terms.sum(axis=1), control, used)
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
+    both = _Both(axis, law, record, settle, control, terms, used, advises)
+    # An integral shows its start along the whole record, and wrong gains move what starts it.
+    if not law.gains or (law.is_polynomial and not law.balanced):
+        return _by_products(both, declared, shift, left_open)
+    return _by_gains(both, shift, left_open)
+
+
+@dataclass(frozen=True, slots=True)
+class _Both:
+    """Control and law, as `compared_with_law` gives them, and whether to say what would mend it."""
+
+    axis: GeneratedAxis
+    law: ControlLaw
+    record: Record
+    settle: int
+    control: Array
+    terms: Array
+    used: NDArray[np.bool_]
+    advises: bool
+
+    @property
+    def unit(self) -> str:
+        return self.axis.axis.drive.unit
+
+
+def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> LawCheck:
+    """Of a law that is a sum of products of gains with signals that have none."""
+    axis, law, record, settle = of.axis, of.law, of.record, of.settle
+    control, terms, used = of.control, of.terms, of.used
     names = [str(product) for product, _ in law.terms]
     names += [] if record.added_control is None else [INJECTED]
     factors, fitted = _factors(control[used], terms[used], names)
@@ -144,9 +228,10 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     lean = _lean(left, control[used], following)
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
-    repair = None if passed else _repair(axis, law, record, settle, declared, shift)
+    sought = not passed and of.advises
+    repair = repair_of(axis, law, record, settle, declared, shift) if sought else None
     zero = told_zero(axis, law, record, settle) if CONSTANT in lean else ""
-    fault = small_fault(law, scaled, lean, factors, axis.axis.drive.unit, zero)
+    fault = small_fault(law, scaled, lean, factors, of.unit, zero)
     remedy = None
     if declared >= MAX_LAW_RESIDUAL.value or shift:
         delay = None if law.continuous else law.delay
@@ -160,14 +245,77 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         delay=shift,
         constant=float(np.mean(left)),
         passed=passed,
-        meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
-        + f"; what it reads between the samples leaves {left_open:.2g} % open" * (left_open > 0)
+        meaning=_reproduced(declared, left_open)
         if passed
-        else f"the recorded control is not the declared law's ({declared:.3g} % off), but "
-        f"{repair.text}"
+        else _but(declared, repair)
         if repair
         else fault,
         remedy=None if passed else repair.remedy if repair else remedy,
+    )
+
+
+def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck:
+    """Of a law that is limited, filtered or has an integral, by runs of it."""
+    axis, law, record = of.axis, of.law, of.record
+    beside = GainsBeside.of(axis, law, record, of.used, compared_as(law, record))
+    declared, left = beside.percent(beside.point), beside.left(beside.point)
+    times = beside.times(beside.point)
+    off = {name: value for name, (value, clear) in times.items() if clear}
+    leans = [_leaning(beside.compared(each), beside.neighbours)[0] for each in beside.rounded]
+    open_ = MIN_DISTANCE_FROM_NOISE.value * np.abs(leans).max(axis=0)
+    lean = _lean(left, of.control[of.used], beside.neighbours, open_)
+    check = LawCheck(
+        factors={name: value for name, (value, _) in times.items()},
+        residual_percent=declared,
+        fitted_residual_percent=declared,
+        delay=shift,
+        constant=float(np.mean(left)),
+        passed=declared < MAX_LAW_RESIDUAL.value and shift == 0 and not off and not lean,
+        meaning=_reproduced(declared, left_open),
+    )
+    if check.passed or not of.advises:
+        return check
+    if repair := repair_of(axis, law, record, of.settle, declared, shift):
+        return replace(check, meaning=_but(declared, repair), remedy=repair.remedy)
+    if shift:
+        delay = None if law.continuous else law.delay
+        fault = large_fault(law, {}, declared, None, shift, delay, None)
+        return replace(check, meaning=fault, remedy=remedy_by_time(shift, delay))
+    if not off and declared < MAX_LAW_RESIDUAL.value:
+        zero = told_zero(axis, law, record, of.settle) if CONSTANT in lean else ""
+        fault = small_fault(law, {}, lean, {}, of.unit, zero)
+        return replace(check, meaning=fault)
+    large = declared >= MAX_LAW_RESIDUAL.value
+    fault, change = said_of_gains(
+        beside,
+        f"the recorded control is not the declared law's ({declared:.3g} % off): "
+        if large
+        else "the recorded control is the declared law's but for its gains: ",
+    )
+    if change is None:
+        remedy = remedy_by_test_signal(record, None, shift, None)
+        return replace(check, factors={}, meaning=fault, remedy=remedy if large else None)
+    return replace(
+        check,
+        factors={**dict.fromkeys(times, 1.0), **change.times},
+        fitted_residual_percent=change.percent,
+        meaning=fault,
+    )
+
+
+def _reproduced(declared: float, left_open: float) -> str:
+    """What is said of a law that passes."""
+    between = f"; what it reads between the samples leaves {left_open:.2g} % open"
+    return (
+        f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
+        f"{between * (left_open > 0)}"
+    )
+
+
+def _but(declared: float, repair: Note) -> str:
+    """What is said where something mends it."""
+    return (
+        f"the recorded control is not the declared law's ({declared:.3g} % off), but {repair.text}"
     )
 
 
@@ -177,7 +325,8 @@ def law_check(law: LawCheck | Missing) -> Check | Missing:
         return law
     return Check(
         name="control law",
-        status=passed(law.passed),
+        # What is to be said of a law that fits is said.
+        status="note" if law.passed and law.remedy is not None else passed(law.passed),
         figure=law.residual_percent,
         threshold=MAX_LAW_RESIDUAL.value,
         source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "
@@ -231,89 +380,6 @@ def _other_clock(note: Note) -> LawCheck:
     )
 
 
-def _repair(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, declared: float, shift: int
-) -> Note | None:
-    """What would make the law fit: columns changed, or its velocity formed otherwise; or None.
-
-    Where the control is only some samples early or late, there is nothing else to mend.
-    """
-    good = min(MAX_LAW_RESIDUAL.value, MAX_REPAIRED_RESIDUAL.value * declared)
-    if shift:
-        if law_error_percent(axis, law, record.shifted(control=-shift), settle) < good:
-            return None
-        return _moved_column(axis, law, record, settle, good)
-    for said, changed in _changed_columns(record, law):
-        if law_error_percent(axis, law, changed, settle) < good:
-            return Note(f"it is with {said}")
-    if moved := _moved_column(axis, law, record, settle, good):
-        return moved
-    zero = position_zero(axis, law, record, settle)
-    if zero is not None and zero.error_percent < good:
-        return zero_note(axis, record, zero)
-    offs = {
-        name: law_error_percent(
-            build(replace(axis.axis, control=variant), native=False), variant, record, settle
-        )
-        for name, variant in velocity_variants(law).items()
-    }
-    best = min(offs, key=lambda name: offs[name], default="")
-    if not best or offs[best] >= good:
-        return None
-    return Note(
-        f"it is that of the law {best} with the same gains ({offs[best]:.2g} % off), which forms "
-        "the velocity in another way: declare that"
-    )
-
-
-def _moved_column(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, good: float
-) -> Note | None:
-    """The reference or the position some samples earlier or later, where the law fits them so."""
-    offs = {
-        (role, samples): law_error_percent(axis, law, record.shifted(**{role: samples}), settle)
-        for samples in (1, -1, 2, -2)
-        for role in ("reference", "position", *_signals_of(law))
-    }
-    role, samples = min(offs, key=lambda moved: offs[moved])
-    if offs[role, samples] >= good:
-        return None
-    way = "later" if samples > 0 else "earlier"
-    return Note(
-        f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: where the "
-        "log wrote it at another time, move it with ",
-        Remedy.of(Setting("shift", f"{role}={samples}")),
-    )
-
-
-def _changed_columns(record: Record, law: ControlLaw) -> Iterator[tuple[str, Record]]:
-    """The record as it would be without a common mistake in its columns, and which."""
-    reference, position = record.reference, record.position
-    assert reference is not None  # noqa: S101  # there is none to check without it
-    if record.injected is not None:
-        there = "reference" if record.injected_at == "control" else "control"
-        yield f"the test signal added to the {there}", replace(record, injected_at=there)
-        for scale, what in _COLUMN_FAULTS.items():
-            scaled = replace(record, injected=scale * record.injected)
-            yield f"the test signal times {scale:g}: check {what}", scaled
-        yield "no test signal: check which column it is", replace(record, injected=None)
-    for role, values in (("position", position), ("reference", reference)):
-        for scale, what in _COLUMN_FAULTS.items():
-            changed = replace(record, **{role: scale * values})  # type: ignore[arg-type]
-            yield f"the {role} times {scale:g}: check {what}", changed
-    for name in _signals_of(law):
-        for scale, what in _COLUMN_FAULTS.items():
-            signals = {**record.signals, name: scale * record.signals[name]}
-            yield f"the {name} times {scale:g}: check {what}", replace(record, signals=signals)
-    swapped = replace(record, position=reference, reference=position)
-    yield "position and reference exchanged: check which column is which", swapped
-
-
-def _signals_of(law: ControlLaw) -> tuple[str, ...]:
-    """Names of the recorded signals that a law reads."""
-    return tuple(sorted(map(str, law.signals)))
-
-
 def _factors(
     control: Array, terms: Array, names: list[str]
 ) -> tuple[dict[str, float], float | None]:
@@ -353,21 +419,40 @@ def _scaled(
     }
 
 
-def _lean(left: Array, control: Array, neighbours: Neighbours) -> dict[str, float]:
-    """A constant and a drift over the record that stand out of what the law leaves, by name."""
-    half = neighbours.places - neighbours.places.mean()
-    terms = np.column_stack([np.ones(len(left)), half / np.ptp(half)])
-    names = (CONSTANT, DRIFT)
-    fit = least_squares(left, factor(terms, names, neighbours=neighbours))
-    lags = min(_LAGS, len(left) // 4)
-    deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
+def _lean(
+    left: Array,
+    control: Array,
+    neighbours: Neighbours,
+    left_open: Array | tuple[float, float] = (0.0, 0.0),
+) -> dict[str, float]:
+    """A constant and a drift over the record that stand out of what the law leaves, by name.
+
+    Parameters
+    ----------
+    left, control : (n,) array
+    neighbours : Neighbours
+    left_open : (2,) array_like
+        How large either may be for what the log does not write.
+    """
+    values, deviations = _leaning(left, neighbours)
     least = MAX_CONTROL_LEAN.value * float(np.sqrt(np.mean(control**2))) * np.array([1.0, 2.0])
     far = np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * deviations)
     return {
         name: float(value)
-        for name, value, limit in zip(names, fit.theta, far, strict=True)
+        for name, value, limit in zip(
+            (CONSTANT, DRIFT), values, np.maximum(far, left_open), strict=True
+        )
         if abs(value) > limit
     }
+
+
+def _leaning(left: Array, neighbours: Neighbours) -> tuple[Array, Array]:
+    """Constant and drift of what is left, and their deviations, (2,) each."""
+    half = neighbours.places - neighbours.places.mean()
+    terms = np.column_stack([np.ones(len(left)), half / np.ptp(half)])
+    fit = least_squares(left, factor(terms, (CONSTANT, DRIFT), neighbours=neighbours))
+    lags = min(_LAGS, len(left) // 4)
+    return fit.theta, np.sqrt(np.diag(Hac(lags).matrix(fit)))
 
 
 def _constant(

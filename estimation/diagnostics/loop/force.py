@@ -14,6 +14,7 @@ from axisid.estimation.signals import (
     Neighbours,
     Prefilter,
     SampledFilter,
+    acting_force,
     drive_force,
     recorded_signals,
 )
@@ -196,6 +197,7 @@ def _compared(axis: GeneratedAxis, record: Record) -> _ForceComparison:
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
     recorded = recorded_signals(axis, record.provenance.source, record.signals)
     commanded = drive_force(axis, control, record.position, velocity, recorded)
+    commanded = acting_force(axis, commanded, [0], record.period, held=True, mean=False)
     cutoff = min(COMPARISON_CUTOFF.value / record.period, MAX_FORCE_CUTOFF.value)
     settle = round(1 / (cutoff * record.period))
     used = minimum_filter1d(_unmasked(record), 2 * settle + 1, mode="constant", cval=0)

@@ -1,11 +1,24 @@
 """The recorded control beside the terms of the declared law, where the two can be compared."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.loops import LawTicks, law_ticks, start_of_law, terms_along
+from axisid.estimation.loops import (
+    LawTicks,
+    as_logged,
+    between,
+    control_along,
+    law_ticks,
+    position_noise,
+    start_of_law,
+    terms_along,
+    two_clocks,
+)
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter
 from axisid.estimation.thresholds.diagnostics import COMPARISON_CUTOFF, MAX_LIMIT_EXCESS
@@ -13,6 +26,7 @@ from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 
+_COINCIDES = 1e-6  # of a sample
 LAW_SETTLING = 10  # samples in which the law's memory fills
 
 
@@ -31,18 +45,26 @@ def compared_with_law(
     limited[:settle] = True
     ticks = law_ticks(axis, record, whole)
     terms = terms_along(axis, ticks, start_of_law(axis, record, whole, ticks))
-    terms = np.hstack([terms, _added(record, law, ticks)])
+    terms = np.hstack([terms, _added(axis, record, law, ticks)])
     if not law.takes_velocity:
         return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
-    low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
-    smooth = SampledFilter(low_pass, record.period)
+    smooth = compared_as(law, record)
     if np.all(np.isfinite(terms)):
-        control, *columns = (smooth.motion(signal)[0] for signal in (control, *terms.T))
+        control, *columns = map(smooth, (control, *terms.T))
         terms = np.column_stack(columns)
     limited[-settle:] = True
     limited |= _cut(control, terms, axis.axis.drive.limit)
     # The low-pass spreads a limited sample over its neighbours.
     return control, terms, ~maximum_filter1d(limited, settle)
+
+
+def compared_as(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
+    """What both sides are filtered by: a low-pass, where the law reads an ideal velocity."""
+    if not law.takes_velocity:
+        return lambda signal: signal
+    low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
+    smooth = SampledFilter(low_pass, record.period)
+    return lambda signal: smooth.motion(signal)[0]
 
 
 def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> float:
@@ -58,8 +80,49 @@ def _cut(control: Array, terms: Array, limit: float) -> NDArray[np.bool_]:
     return np.asarray(there & (wanted * np.sign(control) > limit))
 
 
-def _added(record: Record, law: ControlLaw, ticks: LawTicks) -> Array:
+def _added(axis: GeneratedAxis, record: Record, law: ControlLaw, ticks: LawTicks) -> Array:
     """What was added to the control besides, as late as the law, (N, 1); (N, 0) for nothing."""
     if record.added_control is None:
         return np.empty((len(record), 0))
-    return ticks.added_at_samples(law.delay)[:, None]
+    return as_logged(axis, ticks.added_at_samples(law.delay)[:, None])
+
+
+def left_open_percent(axis: GeneratedAxis, record: Record, used: NDArray[np.bool_]) -> float:
+    """How far the control of a right law may be from the recorded one, percent of that.
+
+    Between the samples of a log the position is taken by a cubic spline. What that misses is the
+    noise that the law measured, and a motion faster than the log: how much the control may differ
+    by them is measured, with noise of the same size added to the positions, and with every second
+    sample left out of the spline.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    record : Record
+        Of one piece, with a reference and a control.
+    used : (N,) array of bool
+        Samples that are compared.
+
+    Returns
+    -------
+    float
+        0 where law and log have one clock, or the law reads samples of the log alone.
+    """
+    whole = (0, len(record))
+    clocks = two_clocks(axis, record, whole)
+    if clocks is None:
+        return 0.0
+    ticks = law_ticks(axis, record, whole)
+    start = start_of_law(axis, record, whole, ticks)
+    if np.allclose(clocks.times, np.round(clocks.times), rtol=0, atol=_COINCIDES):
+        return 0.0  # every position that the law read is in the log
+    noise = position_noise(record.position) * np.random.default_rng(0).normal(size=len(ticks))
+    undisturbed = control_along(axis, ticks, start)
+    off = [
+        control_along(axis, replace(ticks, position=position), start) - undisturbed
+        for position in (ticks.position + noise, between(record.position[::2], clocks.times / 2))
+    ]
+    control = np.asarray(record.control)
+    by_noise, by_spline = (relative_error_percent(each[used], control[used]) for each in off)
+    return float(np.hypot(by_noise, by_spline))

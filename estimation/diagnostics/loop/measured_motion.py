@@ -7,6 +7,7 @@ the truth lies between the two [Frisch1934]_. A delay is found by moving the der
 regression asks for no more: there noise has nothing to attenuate.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,10 +121,33 @@ def compared_motion(record: Record, role: str) -> MotionComparison | Missing:
     longest = record.longest()
     by_position = role == "velocity" or record.velocity is None
     if by_position and record.integrated:
-        return Missing(f"no position was recorded that the {role} could be held against")
+        return Missing(
+            f"no position was recorded that the {role} could be held against, and no loop can be "
+            f"simulated: the scale of the motion rests on the column of the {role} alone"
+        )
     basis = longest.position if by_position else np.asarray(longest.velocity)
     times = 2 if role == "acceleration" and by_position else 1
     return _compared(longest, basis, times, np.asarray(getattr(longest, role)))
+
+
+def compared_with_loop(record: Record, velocities: Sequence[Array]) -> MotionComparison | Missing:
+    """Hold a velocity that was measured alone against that of the simulated loop.
+
+    The loop follows the recorded reference, whatever its parameters are but for a little: it has
+    the scale and the zero of the motion.
+
+    Parameters
+    ----------
+    record : Record
+        Of a velocity without a position.
+    velocities : sequence of (N,) array
+        Of the loop, by segment.
+    """
+    lengths = [len(each) for each in velocities]
+    longest = int(np.argmax(lengths))
+    return _compared(
+        record.longest(), velocities[longest], 0, np.asarray(record.longest().velocity)
+    )
 
 
 def _compared(
@@ -207,9 +231,18 @@ def _fit(given: Array, target: Array, rows: NDArray[np.int64], order: Neighbours
     return least_squares(target[rows], regressor)
 
 
-def compared_motions(record: Record) -> dict[str, MotionComparison | Missing]:
-    """`compared_motion` of each of the two that was measured."""
-    return {role: compared_motion(record, role) for role in record.motion if role != "position"}
+def compared_motions(
+    record: Record, velocities: Sequence[Array] = ()
+) -> dict[str, MotionComparison | Missing]:
+    """`compared_motion` of each of the two that was measured.
+
+    A velocity without a position is held against those of the simulated loop, (N,) by segment,
+    where there are any.
+    """
+    found = {role: compared_motion(record, role) for role in record.motion if role != "position"}
+    if record.integrated and velocities and "velocity" in found:
+        found["velocity"] = compared_with_loop(record, velocities)
+    return found
 
 
 def motion_check(
@@ -244,6 +277,8 @@ def motion_check(
 
 
 def _derivative(record: Record, role: str) -> str:
+    if role == "velocity" and record.integrated:
+        return "that of the simulated loop, which follows the reference"
     if role == "velocity":
         return "the position's derivative"
     return (
@@ -272,7 +307,8 @@ def _remedy(axis: GeneratedAxis, record: Record, found: MotionComparison, role: 
     if found.late > 1:
         parts.append(_in_time(record, found, role))
     if found.scaled > 1:
-        parts.append(_in_scale(axis, found, role, name))
+        beside = "reference" if role == "velocity" and record.integrated else "position"
+        parts.append(_in_scale(axis, found, role, name, beside))
     if found.moved > 1:
         unit = f"{axis.axis.coordinate.unit}/s{'^2' * (role == 'acceleration')}"
         zero = Setting("columns", f"{role}={name}:UNIT{-found.offset:+.3g}{unit}")
@@ -298,7 +334,9 @@ def _in_time(record: Record, found: MotionComparison, role: str) -> Remedy:
     )
 
 
-def _in_scale(axis: GeneratedAxis, found: MotionComparison, role: str, name: str) -> Remedy:
+def _in_scale(
+    axis: GeneratedAxis, found: MotionComparison, role: str, name: str, beside: str
+) -> Remedy:
     vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation + MAX_MOTION_FACTOR_ERROR.value
     for unit in _UNITS[role][axis.axis.coordinate.unit]:
         known = label_unit(unit)
@@ -307,7 +345,7 @@ def _in_scale(axis: GeneratedAxis, found: MotionComparison, role: str, name: str
     if abs(found.factor + 1) <= vague:
         return Remedy.of("turn its sign (", Setting("columns", f"{role}={name}:UNIT*-1"), ")")
     return Remedy.of(
-        "check its unit and scale, and those of the position (",
+        f"check its unit and scale, and those of the {beside} (",
         Setting("columns", f"{role}={name}:UNIT"),
         ")",
     )

@@ -41,7 +41,7 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
     "number",
     type=click.IntRange(min=1),
     metavar="N",
-    help="One of several records, whose own parameters (--local) are wanted.",
+    help="One of several records, whose parameters (by --local and --known) are wanted.",
 )
 @click.option(
     "--dead-zone",

@@ -9,7 +9,7 @@ import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import axis_and_records, leave_out_option
+from axisid.commands.options.inputs import Inputs, axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command, check_idle, check_needed
 from axisid.commands.options.outputs import (
     Target,
@@ -35,6 +35,8 @@ from .identify_in_blocks import identify_streamed
 from .identify_outputs import put_identification
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from axisid.codegen.artefacts import GeneratedAxis
     from axisid.estimation.records import Record
     from axisid.estimation.signals import Prefilter
@@ -46,7 +48,7 @@ def _check_idle(methods: tuple[str, ...], covariance: str, json_file: str | None
         raise click.UsageError("--method all is by itself; name those that are wanted, or none.")
     check_needed(("--figure-format", "--figure-width"), ("--figures",))
     check_needed(("--no-sweep",), ("--report", "--figures"))
-    check_needed(("--validate-window",), ("--validate",))
+    check_needed(("--validate-window", "--validate-like"), ("--validate",))
     if "all" not in methods and not any(map(is_iteration, methods)):
         named = " and ".join(methods)
         check_idle("--start", f"is of instruments, which --method {named} does without")
@@ -132,6 +134,14 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     "same file.",
 )
 @click.option(
+    "--validate-like",
+    "like",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="The record, of those that are identified from, whose --local parameters and --known "
+    "values the record of --validate has.",
+)
+@click.option(
     "--covariance",
     type=click.Choice(covariance_names()),
     default=covariance_names()[0],
@@ -189,6 +199,7 @@ def identify(
     methods: tuple[str, ...],
     further: tuple[str, ...],
     second_windows: tuple[str, ...],
+    like: int | None,
     filtering: Filtering,
     reading: Reading,
     columns_of: tuple[tuple[int, str], ...],
@@ -242,7 +253,7 @@ def identify(
         own_columns=own_columns,
     )
     if further:
-        sharing.check_validates()
+        sharing.check_validates(like)
     inputs, shared = sharing.of(inputs, len(record))
 
     from axisid.estimation.identification import identify as run
@@ -274,7 +285,20 @@ def identify(
         draws=draws or 0,
         command=shlex.join(["axisid", *sys.argv[1:]]),
     )
-    put_identification(result, json_file, others, draws or 0, outputs, full=full)
+    own = None if like is None else _place(inputs, result.records, like)
+    put_identification(result, json_file, others, draws or 0, outputs, full=full, like=own)
+
+
+def _place(inputs: Inputs, used: "Sequence[Record]", number: int) -> int:
+    """Number among the records that were used of one of the command line's."""
+    read = dict(zip(inputs.used, inputs.records, strict=True)).get(number - 1)
+    found = [i for i, record in enumerate(used, 1) if record is read]
+    if not found:
+        raise click.BadParameter(
+            f"record {number} is none of the {len(used)} that were used",
+            param_hint="--validate-like",
+        )
+    return found[0]
 
 
 def _held_out(

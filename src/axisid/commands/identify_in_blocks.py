@@ -27,7 +27,7 @@ def identify_streamed(
     method_option = ("--method",) if set(methods) <= {"all", "idm-ls"} else ()
     check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *method_option), own)
     from axisid.codegen.artefacts import build
-    from axisid.estimation.studies import identify_stream
+    from axisid.estimation.streaming import identify_stream
     from axisid.modeling.declaration import leave_out
     from axisid.modeling.text import load_axis
 

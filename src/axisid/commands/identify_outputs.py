@@ -22,6 +22,7 @@ def put_identification(
     outputs: "Outputs",
     *,
     full: bool,
+    like: int | None = None,
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
     from axisid.estimation.studies import validate
@@ -31,7 +32,7 @@ def put_identification(
     from axisid.support.remedy import as_options
 
     with ProgressLine("judging the estimates"):
-        validations = [validate(result, other) for other in others]
+        validations = [validate(result, other, like=like) for other in others]
         written = None if json_file is None else result.to_dict(draws)
         document = (
             ()

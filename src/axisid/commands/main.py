@@ -25,8 +25,10 @@ from axisid.support.version import __version__
 from .compare import compare, compare_results
 from .declare import new, show
 from .export import export
+from .fit import fit
 from .generate import generate
 from .identify import identify
+from .law import law
 from .paper import paper
 from .sweep import sweep
 
@@ -42,9 +44,11 @@ _NO_MEMORY = (
 @click.group(
     commands=[
         identify,
+        fit,
         sweep,
         compare,
         compare_results,
+        law,
         new,
         show,
         generate,

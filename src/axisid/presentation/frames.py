@@ -7,7 +7,9 @@ from typing import Any
 
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
+from axisid.estimation.law_search import LawSearch
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, Sweep, Validation
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
@@ -115,6 +117,22 @@ def _of_validation(result: Validation) -> Mapping[str, Any]:
     )
 
 
+def _of_laws(result: LawSearch) -> Mapping[str, Any]:
+    return _columns(
+        {
+            "law": each.title,
+            "gain": name,
+            "value": value,
+            "sd": each.deviations.get(name),
+            "delay": each.law.delay,
+            "held_out_percent": each.held_out_percent,
+            "fitted_percent": each.fitted_percent,
+        }
+        for each in result.laws
+        for name, value in each.law.gains.items()
+    )
+
+
 def _of_diagnosis(result: Diagnosis) -> Mapping[str, Any]:
     return _columns(
         {
@@ -129,6 +147,22 @@ def _of_diagnosis(result: Diagnosis) -> Mapping[str, Any]:
     )
 
 
+def _of_fit(result: OutputFit) -> Mapping[str, Any]:
+    return _columns(
+        {
+            "parameter": name,
+            "unit": value.unit,
+            "value": value.value,
+            "sd": value.deviation,
+            "lower_95": value.interval[0],
+            "upper_95": value.interval[1],
+            "at_bound": result.at_bound.get(name, ""),
+            "fixed": name in result.fixed,
+        }
+        for name, value in result.values.items()
+    )
+
+
 def _of_record(result: Record) -> Mapping[str, Any]:
     return result.channels()
 
@@ -138,9 +172,11 @@ columns_of.register(SavedEstimate, _of_estimate)
 columns_of.register(Identification, _of_identification)
 columns_of.register(SavedIdentification, _of_identification)
 columns_of.register(Sweep, _of_sweep)
+columns_of.register(LawSearch, _of_laws)
 columns_of.register(Comparison, _of_comparison)
 columns_of.register(Validation, _of_validation)
 columns_of.register(Diagnosis, _of_diagnosis)
+columns_of.register(OutputFit, _of_fit)
 columns_of.register(Record, _of_record)
 
 

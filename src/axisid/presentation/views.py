@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
+from axisid.estimation.law_search import LawSearch
 from axisid.estimation.records import Record
-from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
+from axisid.estimation.streaming import StreamedEstimate
+from axisid.estimation.studies import Comparison, Sweep, Validation
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.blocks import Document, plain_text
@@ -17,6 +20,8 @@ from axisid.presentation.documents import (
     diagnosis_dict,
     estimate_dict,
     identification_dict,
+    law_search_dict,
+    output_fit_dict,
     record_dict,
     stream_dict,
     sweep_dict,
@@ -31,6 +36,7 @@ from axisid.presentation.plots import (
     drawable,
     force_plot,
     friction_plot,
+    output_plot,
     record_plot,
     repeats_plot,
     spectrum_plot,
@@ -53,11 +59,13 @@ from axisid.presentation.text import (
     diagnosis_blocks,
     estimate_document,
     identification_document,
+    law_search_document,
     record_document,
     stream_document,
     sweep_document,
     validation_document,
 )
+from axisid.presentation.text.fits import output_fit_document
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
@@ -107,9 +115,11 @@ as_blocks.register(Diagnosis, diagnosis_blocks)
 as_blocks.register(Estimate, _settled(estimate_document))
 as_blocks.register(Identification, identification_document)
 as_blocks.register(Sweep, sweep_document)
+as_blocks.register(LawSearch, law_search_document)
 as_blocks.register(Comparison, comparison_document)
 as_blocks.register(Validation, validation_document)
 as_blocks.register(StreamedEstimate, stream_document)
+as_blocks.register(OutputFit, output_fit_document)
 as_blocks.register(ResultComparison, _settled(result_comparison_document))
 as_blocks.register(SavedIdentification, saved_document)
 as_blocks.register(SavedEstimate, _settled(saved_estimate_document))
@@ -153,9 +163,11 @@ as_document.register(Diagnosis, diagnosis_dict)
 as_document.register(Estimate, estimate_dict)
 as_document.register(Identification, identification_dict)
 as_document.register(Sweep, sweep_dict)
+as_document.register(LawSearch, law_search_dict)
 as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
 as_document.register(StreamedEstimate, stream_dict)
+as_document.register(OutputFit, output_fit_dict)
 as_document.register(ResultComparison, ResultComparison.to_dict)
 as_document.register(SavedIdentification, lambda saved: plain(saved.document))
 as_document.register(SavedEstimate, lambda saved: plain(saved.document))
@@ -225,6 +237,18 @@ def _of_sweep(result: Sweep, what: str, method: str | None = None) -> Plot:
     return sweep_plot(result)
 
 
+def _of_fit(
+    result: OutputFit, what: str, method: str | None = None, record: int | None = None
+) -> Plot:
+    if not is_among(what, ("", "output")):
+        raise _no_figure(result, what, ("output",))
+    _check_method(result, method, ())
+    number = 1 if record is None else record
+    if not (is_whole(number) and 1 <= number <= len(result.records)):
+        raise _no_record(record, len(result.records))
+    return output_plot(result, int(number) - 1)
+
+
 def _of_saved_estimate(result: SavedEstimate, what: str, method: str | None = None) -> Plot:
     _check_method(result, method, (result.method,))
     return drawable(saved_plot(result, what), what)
@@ -242,6 +266,7 @@ plot_of.register(SavedIdentification, _of_saved)
 plot_of.register(Estimate, _of_estimate)
 plot_of.register(Identification, _of_identification)
 plot_of.register(Sweep, _of_sweep)
+plot_of.register(OutputFit, _of_fit)
 
 
 def _check_method(result: Presentable, method: str | None, own: Sequence[str]) -> None:

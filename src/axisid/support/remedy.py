@@ -194,6 +194,7 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         ),
         "method": Argument(of="compare", name="method", written=_text("method")),
         "skip-bad": Argument(of="identify", name="skip_bad", written=lambda _: "skip_bad=True"),
+        "validate-like": Argument(of="validate", name="like", written=_number("like")),
         "local": Argument(of="identify", name="local", written=_names("local")),
         "known": Argument(of="identify", name="known", written=_by_record("known")),
         "start": Argument(of="identify", name="start", written=_text("start")),

@@ -17,11 +17,11 @@ from axisid.codegen.lowering.axis_functions import axis_programs
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.structured_text import print_st
 from axisid.elements import Drive, coulomb, cubic_spring, stribeck, viscous
-from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities.constants import with_numbers
 from axisid.modeling.quantities.symbols import FORCE
 from tests.axes.bodies import rotor
 from tests.axes.bodies import turn as q
+from tests.axes.recorded import UNRECORDED
 from tests.codegen.lowering.test_feed_forward import TRIED, exported, in_python, in_st
 from tests.refusals import refuses
 from tests.strategies.expressions import expressions
@@ -170,7 +170,7 @@ def test_every_target_has_the_declared_force_where_terms_cancel(name: str) -> No
             assert check(axis, values, (x, v, 0.7), what)
 
 
-@pytest.mark.parametrize("name", [*LIBRARY, "stribeck"])
+@pytest.mark.parametrize("name", [*UNRECORDED, "stribeck"])
 def test_every_target_of_the_library_has_the_declared_force(
     name: str, rng: np.random.Generator
 ) -> None:

@@ -99,7 +99,8 @@ def test_a_plain_drive_of_any_size_is_right(gain: float, limit: float) -> None:
 def test_the_drives_of_the_library_are_right(name: str) -> None:
     axis = build(load_axis(name), native=False)
     gain = axis.axis.drive.gain
-    assert axis.evaluate("drive_control", gain, 0.0, 0.0)[0][0, 0] == pytest.approx(1.0, rel=1e-15)
+    (control,) = axis.evaluate("drive_control", gain, 0.0, 0.0, *(1.0 for _ in axis.axis.signals))
+    assert control[0, 0] == pytest.approx(1.0, rel=1e-15)
 
 
 @pytest.mark.parametrize("slope", [None, 0.999, -1.0])

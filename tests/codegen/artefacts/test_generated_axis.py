@@ -48,7 +48,7 @@ def evaluator(name: str, what: str) -> Callable[..., list[float]]:
         "acceleration": [model.acceleration],
         "ddm": [] if isinstance(model.ddm, Missing) else list(model.ddm.regressor.columns),
     }[what]
-    arguments = [q.symbol, q.velocity, third, DIRECTION, *parameters]
+    arguments = [q.symbol, q.velocity, third, DIRECTION, *model.axis.signal_symbols, *parameters]
     return sympy.lambdify(arguments, expressions, "math")  # type: ignore[no-any-return]
 
 
@@ -59,6 +59,8 @@ def test_functions_equal_the_symbolic_model_at_random_points_and_at_zero(
 ) -> None:
     model, axis = model_of(name), axis_of(name)
     theta = [data.draw(POSITIVE if i == 0 else NUMBERS) for i in range(len(axis.parameters))]
+    beside = [data.draw(NUMBERS) for _ in axis.axis.signals]
+    still, motion = motion[:2], (*motion, *beside)
 
     row, known = axis.evaluate("idm_regressor", *motion)
     lost = CANCELLED.get(name, 1e-10) * (1 + np.abs(motion).max() ** 2)
@@ -75,7 +77,7 @@ def test_functions_equal_the_symbolic_model_at_random_points_and_at_zero(
     )
     (acceleration,) = axis.evaluate("direct_dynamics", *motion, theta)
     push, rest = (
-        axis.evaluate("direct_dynamics", *motion[:2], f, 0.0, theta)[0] for f in (1.0, 0.0)
+        axis.evaluate("direct_dynamics", *still, f, 0.0, *beside, theta)[0] for f in (1.0, 0.0)
     )
     lost = 1e-9 + 1e-10 * added * np.abs(push - rest).max()
     expected = evaluator(name, "acceleration")(*motion, *theta)
@@ -115,16 +117,17 @@ def test_inverse_undoes_direct_dynamics(
 ) -> None:
     theta = rng.uniform(1, 100, len(library_axis.parameters))
     q, dq, tau, s = rng.normal(size=(4, 50))
-    (ddq,) = library_axis.evaluate("direct_dynamics", q, dq, tau, s, theta)
-    (back,) = library_axis.evaluate("inverse_dynamics", q, dq, ddq, s, theta)
-    (rest,) = library_axis.evaluate("inverse_dynamics", q, dq, 0 * ddq, s, theta)
+    beside = (*rng.normal(size=(len(library_axis.axis.signals), 50)), theta)
+    (ddq,) = library_axis.evaluate("direct_dynamics", q, dq, tau, s, *beside)
+    (back,) = library_axis.evaluate("inverse_dynamics", q, dq, ddq, s, *beside)
+    (rest,) = library_axis.evaluate("inverse_dynamics", q, dq, 0 * ddq, s, *beside)
     assert np.all(np.abs(back[:, 0] - tau) <= 1e-9 + 1e-12 * np.abs(rest[:, 0]))
 
 
 def test_many_samples_give_the_rows_of_single_samples(
     library_axis: GeneratedAxis, rng: np.random.Generator
 ) -> None:
-    motion = rng.normal(size=(4, 7))
+    motion = rng.normal(size=(4 + len(library_axis.axis.signals), 7))
     rows, _ = library_axis.evaluate("idm_regressor", *motion)
     assert rows.shape == (7, len(library_axis.parameters))
     for k in range(7):

@@ -29,9 +29,10 @@ def states(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray
 def test_control_that_makes_a_force_makes_it(name: str, rng: np.random.Generator) -> None:
     axis = build(load_axis(name), native=False)
     control, q, dq = states(rng)
-    force = axis.evaluate("drive_force", control, q, dq)[0][:, 0]
+    beside = [rng.normal(size=len(q)) for _ in axis.axis.signals]
+    force = axis.evaluate("drive_force", control, q, dq, *beside)[0][:, 0]
     np.testing.assert_array_equal(force, axis.axis.drive.gain * control)
-    back = axis.evaluate("drive_control", force, q, dq)[0][:, 0]
+    back = axis.evaluate("drive_control", force, q, dq, *beside)[0][:, 0]
     np.testing.assert_allclose(back, control, rtol=1e-15)
 
 
@@ -41,9 +42,9 @@ def test_a_force_that_is_a_gain_is_its_own_slope_to_the_bit(
 ) -> None:
     """What the gain does to an estimate has no rounding of its own then."""
     axis = build(load_axis(name), native=False)
-    made = states(rng)
+    made, beside = states(rng), [rng.normal(size=50) for _ in axis.axis.signals]
     np.testing.assert_array_equal(
-        axis.force_by_gain(*made), axis.evaluate("drive_force", *made)[0][:, 0]
+        axis.force_by_gain(*made, beside), axis.evaluate("drive_force", *made, *beside)[0][:, 0]
     )
 
 

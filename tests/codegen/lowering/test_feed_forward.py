@@ -32,11 +32,10 @@ from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.shared import comment
 from axisid.codegen.printers.structured_text import print_st
 from axisid.elements import Drive, coulomb, viscous
-from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import FORCE
 from tests.axes import bodies
 from tests.axes.drives import braked, varying
-from tests.axes.recorded import fed_law, recorded_axis
+from tests.axes.recorded import UNRECORDED, fed_law, recorded_axis
 from tests.axes.simulated import AXES
 from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
 from tests.codegen.structured_text import StructuredText, StructuredTextError
@@ -47,7 +46,7 @@ from tests.strategies.expressions import expressions, operations
 Functions = dict[str, Callable[..., float]]
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-Wmissing-prototypes"]
 TRIED = {
-    **{name: load_axis(name) for name in LIBRARY},
+    **{name: load_axis(name) for name in UNRECORDED},
     **AXES,
     "stribeck": stribeck_axis(),
     "braked": braked(load_axis("emps2015")),

@@ -119,6 +119,23 @@ def test_model_that_is_no_number_anywhere_is_not_refused() -> None:
     assert native.library() is not None, native.refusal
 
 
+def test_model_that_chatters_about_a_side_is_not_refused() -> None:
+    """A force that is no number beside a kink passes it again and again, for minutes."""
+    lost = sympy.log(x.velocity * SECOND / METRE - 100)
+    kink = sympy.Max(x.symbol / METRE - lost, sympy.cos((x.symbol / METRE) ** 2))
+    axis = declared("lost", fc * kink)
+    loop = VirtualLoop(
+        build(axis, native=False).functions,
+        np.ones(2),
+        LoopSettings(period=1e-3, resolution=0.0, allowed=np.inf, substeps=1),
+        8,
+    )
+    status, stopped, _ = loop.run(np.zeros(4), None, None, LoopStart(position=0.0))
+    assert (STATUSES[status], stopped) == ("chatter", 0)
+    native = build(axis).native
+    assert native.library() is not None, native.refusal
+
+
 def test_overflow_in_the_virtual_machine_ends_as_not_finite_without_a_warning() -> None:
     functions = build(FAST["power_of_12"], native=False).functions
     settings = LoopSettings(period=1.0, resolution=1e-6, allowed=np.inf, substeps=1)

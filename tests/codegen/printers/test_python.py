@@ -16,8 +16,8 @@ from axisid.codegen.printers.casadi import print_function
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.runtime.execute import execute
 from axisid.elements import Drive
-from axisid.modeling.library import LIBRARY
 from tests.axes.bodies import rotor, turn
+from tests.axes.recorded import UNRECORDED
 from tests.codegen.lowering.test_feed_forward import TRIED, as_export, exported, in_c, in_python
 from tests.codegen.lowering.test_lower import X, Y, program_of
 from tests.strategies.expressions import operations
@@ -112,7 +112,7 @@ def test_python_has_the_values_of_c_for_every_size_of_number(
     assert not np.any(wrong), (tried[wrong][:5], numbers[wrong][:5], virtual[wrong][:5])
 
 
-@pytest.mark.parametrize("name", [*LIBRARY, "stribeck"])
+@pytest.mark.parametrize("name", [*UNRECORDED, "stribeck"])
 def test_an_axis_has_the_values_of_c_at_every_special_motion(name: str, tmp_path: Path) -> None:
     axis = TRIED[name]
     export = exported(axis, np.random.default_rng(5).uniform(0.5, 2.0, len(axis.parameters)))

@@ -17,7 +17,7 @@ Run = Callable[..., tuple[int, str, str]]
 
 TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
 KINDS = (
-    *("identify", "sweep", "compare", "compare-results", "report", "figure", "export"),
+    *("identify", "fit", "sweep", "compare", "compare-results", "report", "figure", "export"),
     *("generate", "paper"),
 )
 QUICK = ("--method", "idm-ls", "--no-sweep")
@@ -38,6 +38,7 @@ def done(run: Run, *arguments: object) -> None:
 def test_every_output_is_written_anew_by_its_command_alone(run: Run, here: Path) -> None:
     commands = {
         "identify": ("identify", "emps2015", *QUICK[:2], "--json", "identify"),
+        "fit": ("fit", "emps2015", "--json", "fit"),
         "report": ("identify", "emps2015", *QUICK, "--report", "report"),
         "sweep": ("sweep", "emps2015", "--points", 2, "--json", "sweep"),
         "compare": ("compare", "--ladder", "emps2015", "--json", "compare"),

@@ -16,7 +16,7 @@ from axisid.estimation import check_law
 from axisid.estimation.diagnostics.loop.control_law import LawCheck
 from axisid.estimation.loops.clocks import two_clocks
 from axisid.estimation.regression.simulated_rows import LoopDataError, simulated_loops
-from axisid.estimation.simulation.closed_loop import signals_before, simulate_estimate
+from axisid.estimation.simulation.closed_loop import signals_about, simulate_estimate
 from axisid.estimation.simulation.twin import trajectory
 from axisid.estimation.simulation.two_clocks import TwoClocks
 from axisid.modeling.declaration.experiment import Move, back_and_forth
@@ -152,7 +152,7 @@ def test_any_two_clocks_follow_an_independent_integrator(ratio: float) -> None:
     assert np.abs(loop.position - expected).max() < (2e-9 if ratio > 1 else 2e-7)
     # Each row, just before and just after a sample, satisfies the model.
     axis = stage(law)
-    for s in (loop.signals, signals_before(axis, THETA, loop)):
+    for s in (loop.signals, signals_about(axis, THETA, loop)[1]):
         row, known = axis.evaluate(
             "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
         )

@@ -106,3 +106,12 @@ def test_gap_is_one_of_the_whole_log_though_the_first_block_is_slower() -> None:
     ]
     with refuses("uneven-time", says=r"0\.001 to 0\.0018 s, 0\.001"):
         extent("log", blocks, None)
+
+
+def test_a_long_table_is_refused_in_blocks_with_what_to_do(tmp_path: Path) -> None:
+    file = tmp_path / "long.csv"
+    rows = [f"{t:.3f},{name},{t:.3f}" for t in TIME for name in ("position", "control")]
+    file.write_text("\n".join(["time,name,value", *rows]))
+    with refuses("long-in-blocks", "(time, name, value)") as refused:
+        list(LogBlocks(file=file))
+    assert "write a column for each signal" in str(refused.value)

@@ -12,7 +12,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.loop.control_law import LawCheck, check_law
 from axisid.estimation.records.times.own_period import own_period
-from axisid.estimation.studies.streaming import identify_stream
+from axisid.estimation.streaming import identify_stream
 from axisid.support.missing import Missing
 from tests.refusals import refuses
 

@@ -6,7 +6,7 @@ import pytest
 
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.studies.streaming import identify_stream
+from axisid.estimation.streaming import identify_stream
 from tests.refusals import refuses
 
 

@@ -13,7 +13,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import REFERENCE, ControlLaw
 from axisid.elements import Drive, coulomb, spring
-from axisid.estimation.simulation.closed_loop import Simulation, signals_before
+from axisid.estimation.simulation.closed_loop import Simulation, signals_about
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration.experiment import Move
 from tests.axes.bodies import body, c, k, m, x
@@ -45,7 +45,7 @@ MOTIONS = {
 
 def check_rows(axis: GeneratedAxis, loop: Simulation, theta: np.ndarray) -> None:
     """Force, motion and friction direction satisfy the model at every sample."""
-    for s in (loop.signals, signals_before(axis, theta, loop)):
+    for s in (loop.signals, signals_about(axis, theta, loop)[1]):
         row, known = axis.evaluate(
             "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
         )
@@ -82,7 +82,7 @@ def test_before_and_after_share_motion_and_differ_by_the_held_force(
     emps2015: GeneratedAxis,
 ) -> None:
     loop = simulate(emps2015, TRUTH, MOTIONS["1 Hz, 0.1 m sine"], PERIOD)
-    before = signals_before(emps2015, TRUTH, loop)
+    before = signals_about(emps2015, TRUTH, loop)[1]
     assert np.array_equal(before.position, loop.position)
     assert np.array_equal(before.force[1:], loop.force[:-1])
 

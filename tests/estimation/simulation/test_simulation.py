@@ -27,7 +27,7 @@ from axisid.codegen.runtime.virtual_loop import VirtualLoop
 from axisid.control import MEASURED_POSITION
 from axisid.elements import Drive, coulomb
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation.closed_loop import signals_before
+from axisid.estimation.simulation.closed_loop import signals_about
 from tests.axes.bodies import Fc, body, force_law, q
 from tests.axes.simulated import AXES
 from tests.estimation.exact_axis import ExactAxis, closed_loop
@@ -87,7 +87,7 @@ def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
     axis = built(name)
     theta = axis.nominal
     loop = simulate(axis, theta, motion_of(axis), period_of(axis))
-    for s in (loop.signals, signals_before(axis, theta, loop)):
+    for s in (loop.signals, signals_about(axis, theta, loop)[1]):
         row, known = axis.evaluate(
             "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
         )

@@ -7,6 +7,7 @@ import pytest
 
 from axisid import read_record
 from axisid.estimation import Repairs
+from axisid.estimation.logs import read_table
 from tests.refusals import refuses
 
 TIME = 1e-3 * np.arange(300)
@@ -50,6 +51,13 @@ def test_a_log_with_a_state_in_words_is_no_long_one(tmp_path: Path) -> None:
         ]
         record = read_record(written(tmp_path / "state.csv", header, rows))
         assert len(record) == len(TIME)
+
+
+def test_a_column_of_numbers_with_a_damaged_one_has_no_names(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = ["1.15;0.1;e5", *(f"{-0.3 - k // 3};{0.1 * k};{1.46 + k // 3}" for k in range(6))]
+    file.write_text("u;ref;n\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    assert list(read_table(file).columns) == ["u", "ref", "n"]
 
 
 def test_a_frame_may_be_long_too() -> None:

@@ -14,7 +14,7 @@ from axisid import (
     newton,
 )
 from axisid.elements import Drive, coulomb, stribeck, viscous
-from axisid.modeling.declaration.left_out import left_out_text
+from axisid.modeling.declaration.variants import left_out_text
 from tests.refusals import refuses
 
 x = Coordinate("x")

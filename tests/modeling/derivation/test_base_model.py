@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from axisid import Axis, ModelError, Parameter, UsageError, derive, fix, load_axis
 from axisid.elements import G, asymmetric_coulomb
 from axisid.modeling import Experiment, Move
-from axisid.modeling.declaration.known_values import read_fixed
+from axisid.modeling.declaration.variants import read_fixed
 from axisid.modeling.derivation.base_model import base_model
 from axisid.modeling.derivation.base_terms import reduced_rows
 from axisid.modeling.library import LIBRARY

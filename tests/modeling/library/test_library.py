@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from axisid.modeling.quantities.symbols import DIRECTION, FORCE
 from axisid.support.missing import Missing
 
 
-def other_way(name: str, **energies: sympy.Expr) -> Axis:
+def other_way(name: str, **energies: Any) -> Axis:
     axis = load_axis(name)
     return lagrange(
         name,
@@ -130,6 +131,19 @@ def _crank() -> Axis:
     )
 
 
+def _balanced_slide() -> Axis:
+    q, dq, M, Fv, Fc, area = symbols("balanced_slide")
+    (pressure,) = load_axis("balanced_slide").signals
+    return other_way(
+        "balanced_slide",
+        kinetic=M * dq**2 / 2,
+        potential=M * G * q,
+        dissipation=friction(dq, Fv, Fc),
+        generalised_force=area * pressure,
+        signals=(pressure,),
+    )
+
+
 def _linear_motor() -> Axis:
     q, dq, M, Fv, Fc, Fa, Fb = symbols("linear_motor")
     wave = 2 * sympy.pi / Constant(0.016, "m").symbol
@@ -151,16 +165,24 @@ OTHER_WAY = {
     "valve": _valve,
     "crank": _crank,
     "linear_motor": _linear_motor,
+    "balanced_slide": _balanced_slide,
 }
 
 
 def rows(model: AxisModel, expressions: Iterable[sympy.Expr]) -> np.ndarray:
     """The expressions at motions that slide in both directions, and reach the stops."""
     q = model.axis.coordinate
-    arguments = [q.symbol, q.velocity, q.acceleration, FORCE, DIRECTION]
+    signals = model.axis.signal_symbols
+    arguments = [q.symbol, q.velocity, q.acceleration, FORCE, DIRECTION, *signals]
     function = sympy.lambdify(arguments, list(expressions), "math")
     motions = np.random.default_rng(7).normal(size=(20, 4)) * [0.3, 1, 10, 10]
-    return np.array([function(*motion, math.copysign(1, motion[1])) for motion in motions])
+    recorded = np.random.default_rng(8).normal(size=(20, len(signals)))
+    return np.array(
+        [
+            function(*motion, math.copysign(1, motion[1]), *beside)
+            for motion, beside in zip(motions, recorded, strict=True)
+        ]
+    )
 
 
 def direct_row(model: AxisModel) -> Regressor | None:

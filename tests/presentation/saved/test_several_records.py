@@ -1,6 +1,7 @@
 """Results of several records: as text, as JSON, read again, on a page, on the command line."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from axisid.presentation.report.page import report_html
 from tests.axes.stage import generated, stage, stage_record
 from tests.refusals import refuses
 
+_NUMBER = r"-?\d+\.\d+(?:e[-+]?\d+)?"
 STAGE = """
 from tests.axes.stage import stage
 axis = stage()
@@ -103,8 +105,8 @@ def test_what_needs_one_set_of_the_axis_parameters_is_refused_and_a_part_serves(
             "own-parameters-exported", r"tau0, m_add of this result are each record's own"
         ):
             export(result, "c")
-    with refuses("own-parameters"):
-        validate(loaded, stage_record(3))
+        with refuses("own-parameters", "like=1"):
+            validate(result, stage_record(3))
     assert "M_plus_m_add" in export(loaded.parts[1], "csv")
 
 
@@ -133,9 +135,35 @@ def test_one_of_several_records_is_exported_with_its_own_parameters(
             export(result, "python", record=3)
 
 
-def test_a_file_of_known_payloads_does_not_give_one_record_alone(file: Path) -> None:
-    with refuses("known-parameters-exported", says="result.parts"):
-        export(load_result(file, stage()), "python", record=1)
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_file_of_known_payloads_gives_each_record_as_the_live_result_does(
+    loaded: Identification, file: Path, number: int
+) -> None:
+    saved = load_result(file, stage())
+    live, part = loaded.part(number), saved.part(number)
+    for method, estimate in live.estimates.items():
+        values = part.estimates[method].parameters
+        assert [*values] == [*estimate.parameters]
+        for name, own in estimate.parameters.items():
+            read = values[name]
+            assert read.value == pytest.approx(own.value, rel=1e-12)
+            assert read.deviation == pytest.approx(own.deviation, rel=1e-9)
+            assert read.interval == pytest.approx(own.interval, rel=1e-9)
+    for to in ("c", "csv"):
+        texts = [export(result, to, record=number) for result in (loaded, saved)]
+        numbers = [list(map(float, re.findall(_NUMBER, text))) for text in texts]
+        assert numbers[0] == pytest.approx(numbers[1], rel=1e-6)
+
+
+def test_a_record_is_validated_as_one_that_it_is_like(loaded: Identification, file: Path) -> None:
+    heavy = stage_record(5, m_add=20.0, tau0=-5.0)
+    for result in (loaded, load_result(file, stage())):
+        held, off = (validate(result, heavy, like=number) for number in (2, 1))
+        assert held["idm-iv"].holds
+        assert not off["idm-iv"].holds  # of another payload
+        assert validate(result, loaded.records[1], like=2).same_record
+        with refuses("no-record-of-result", says="there are 2"):
+            validate(result, heavy, like=3)
 
 
 def test_the_page_has_a_picker_for_the_figures(loaded: Identification) -> None:

@@ -12,11 +12,13 @@ import msgspec
 import pytest
 from jsonschema import Draft202012Validator
 
-from axisid import Record, identify, load_axis, sweep, twin_record
+from axisid import Record, fit, identify, load_axis, sweep, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.presentation.schema import (
     WrittenComparison,
     WrittenIdentification,
+    WrittenLawSearch,
+    WrittenOutputFit,
     WrittenStream,
     WrittenSweep,
     plain,
@@ -24,7 +26,14 @@ from axisid.presentation.schema import (
 )
 from tests.golden.cases import CASES, FOLDER
 
-DOCUMENTS = (WrittenIdentification, WrittenSweep, WrittenComparison, WrittenStream)
+DOCUMENTS = (
+    WrittenIdentification,
+    WrittenSweep,
+    WrittenComparison,
+    WrittenStream,
+    WrittenLawSearch,
+    WrittenOutputFit,
+)
 GOLDEN = [FOLDER / f"{c.name}.json" for c in CASES if c.is_json and not c.name.startswith("export")]
 
 
@@ -181,6 +190,37 @@ def test_physical_parameters_by_known_values(
 
 def test_sweep(checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record) -> None:
     checker.validate(sweep(emps2015, twin, (30.0, 90.0)).to_dict())
+
+
+def test_law(checker: Draft202012Validator, run: Any) -> None:
+    _, out, _ = run("law", "emps2015", "--json", "-")
+    written = json.loads(out)
+    checker.validate(written)
+    assert written["schema"] == "axisid.law/1"
+    assert written["laws"][0]["law"] == "cascade_pd"
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"bootstrap": 8, "starts": 2},
+        {"output": "position", "bounds": {"Fc": (None, 20.0)}, "prior": {"M": (100.0, 1.0)}},
+        {"fixed": {"M": 100.0}, "loss": "huber", "start": "nominal"},
+    ],
+    ids=lambda how: " ".join(how),
+)
+def test_fit(
+    checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record, how: dict[str, Any]
+) -> None:
+    result = fit(emps2015, twin, **how)
+    written = result.to_dict()
+    checker.validate(written)
+    read = msgspec.json.decode(json.dumps(written), type=WrittenOutputFit)
+    assert json.dumps(plain(read)) == json.dumps(written)
+    for name, value in result.parameters.items():
+        own = written["parameters"][name]
+        assert (own["value"], own["sd"]) == (value.value, value.deviation)
+        assert (own["fixed"], own["at_bound"]) == (name in result.fixed, result.at_bound.get(name))
 
 
 def test_comparison(checker: Draft202012Validator, run: Any) -> None:

@@ -21,7 +21,9 @@ _EXPORTED = (
 _MARKS = {
     "identify": _SCHEMA % b"identification|stream",
     "sweep": _SCHEMA % b"sweep",
+    "law": _SCHEMA % b"law",
     "compare": _SCHEMA % b"comparison",
+    "fit": _SCHEMA % b"fit",
     "compare-results": _SCHEMA % b"result_comparison",
     "report": rb'<meta name="generator" content="axisid ',
     "figure": _FIGURE,
@@ -39,8 +41,8 @@ def is_earlier(file: Path, kind: str) -> bool:
     file : Path
         A regular file.
     kind : str
-        ``identify``, ``sweep``, ``compare``, ``compare-results``, ``export``, ``generate`` or
-        ``paper``, of the command's own document; ``report`` or ``figure``.
+        ``identify``, ``fit``, ``sweep``, ``compare``, ``compare-results``, ``export``,
+        ``generate`` or ``paper``, of the command's own document; ``report`` or ``figure``.
 
     Raises
     ------

@@ -19,12 +19,13 @@ class Sharing:
     known: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     gain: str = "identified"
 
-    def check_validates(self) -> None:
+    def check_validates(self, like: int | None) -> None:
         """Refuse to hold estimates against a record of which nothing says what is its own."""
-        if self.local or self.known:
+        if (self.local or self.known) and like is None:
             raise click.UsageError(
                 "--validate holds parameters against another record, of which nothing says what "
-                "--local and --known say of each; leave one of them out."
+                "--local and --known say of each; name the record that it is like: "
+                "--validate-like 1."
             )
 
     def of(self, inputs: Inputs, logs: int) -> tuple[Inputs, dict[str, Any]]:

@@ -10,6 +10,8 @@ from .identification import estimate_dict as estimate_dict
 from .identification import identification_dict as identification_dict
 from .identification import identification_document as identification_document
 from .identification import record_dict as record_dict
+from .law_search import law_search_dict as law_search_dict
+from .output_fit import output_fit_dict as output_fit_dict
 from .same_members import number as number
 from .same_members import read_as as read_as
 from .stream import stream_dict as stream_dict

@@ -89,7 +89,7 @@ def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> 
     return {
         "law_check": law_document(found.law),
         "alignment": _alignment(found.alignment, names),
-        "verdict": tuple(map(_check, found.verdict)),
+        "verdict": tuple(map(check_document, found.verdict)),
         "lack_of_fit": UNSET if left is None else written_as(WrittenLackOfFit, left),
         "measured_motion": {
             role: written_as(WrittenMotionComparison, each)
@@ -140,7 +140,7 @@ def _attenuation(found: Attenuation | Missing) -> WrittenAttenuation | UnsetType
     return UNSET if isinstance(found, Missing) else written_as(WrittenAttenuation, found)
 
 
-def _check(check: Check) -> WrittenCheck:
+def check_document(check: Check) -> WrittenCheck:
     """One check; what is not finite becomes None."""
     remedy = UNSET if check.remedy is None else tuple(map(_part, check.remedy.parts))
     return written_as(WrittenCheck, check, meaning=check.note.worded(as_options), remedy=remedy)

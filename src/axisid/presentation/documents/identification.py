@@ -13,6 +13,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.regression import DrawSummary
 from axisid.estimation.signals import Prefilter, Sampling
 from axisid.estimation.tables import Provenance, Repair
+from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Signal
 from axisid.presentation.schema import (
     Matrix,
@@ -26,6 +27,7 @@ from axisid.presentation.schema import (
     WrittenRecord,
     WrittenRepair,
     WrittenRequest,
+    WrittenResponse,
     WrittenSignal,
     WrittenValue,
     plain,
@@ -57,6 +59,7 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
         signature=result.axis.signature,
         left_out=left_out(result.axis),
         signals=tuple(map(_signal, result.axis.axis.signals)) or UNSET,
+        drive=_response(result.axis.axis.drive),
         record=record_document(result.record),
         prefilter=prefilter_document(result.data.sampling),
         requested=None if result.requested is None else request_document(result.requested),
@@ -77,6 +80,12 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
             [prefilter_document(data.sampling) for data in result.problem.data],
         ),
     )
+
+
+def _response(drive: Drive) -> WrittenResponse | UnsetType:
+    if drive.is_immediate:
+        return UNSET
+    return WrittenResponse(lag=drive.lag, delay=drive.delay, logged=cast(Any, drive.logged))
 
 
 def _signal(signal: Signal) -> WrittenSignal:

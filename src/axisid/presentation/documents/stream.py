@@ -3,7 +3,7 @@
 from typing import Any
 
 from axisid.estimation.signals import Sampling
-from axisid.estimation.studies import StreamedEstimate
+from axisid.estimation.streaming import StreamedEstimate
 from axisid.presentation.schema import WrittenStream, WrittenStreamRecord, plain
 from axisid.support.arrays import finite
 

@@ -9,6 +9,7 @@ from .estimate import force_plot as force_plot
 from .estimate import row_times as row_times
 from .estimate import spectrum_plot as spectrum_plot
 from .friction import friction_plot as friction_plot
+from .output_fit import output_plot as output_plot
 from .plot import SHADED as SHADED
 from .plot import TITLES as TITLES
 from .plot import Panel as Panel

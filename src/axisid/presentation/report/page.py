@@ -190,6 +190,7 @@ def _model(axis: Axis) -> str:
     said = (
         f"Position {q.name} in {q.unit}; {FORCE}, the drive's force, is {axis.drive.force_text(q)}."
     )
+    said += f" There {axis.drive.timing_text}." if axis.drive.timing_text else ""
     equation = f'<div class="equation">{motion}<p>{escape(said)}</p></div>'
     return equation if law is None else equation + _law(law, q)
 

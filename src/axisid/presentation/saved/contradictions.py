@@ -11,6 +11,7 @@ from axisid.presentation.schema import (
     WrittenIdentification,
     WrittenPrefilter,
     WrittenRecord,
+    WrittenResponse,
     WrittenStream,
     WrittenStreamRecord,
     WrittenValue,
@@ -80,6 +81,8 @@ def _identified(document: WrittenIdentification) -> Iterator[str]:
             yield from _record(document.record, document.prefilter, estimate.rows)
         elif estimate.rows != sum(member.rows for member in document.records):
             yield f"the rows of {estimate.method} are not those of its records"
+    if isinstance(drive := document.drive, WrittenResponse) and min(drive.lag, drive.delay) < 0:
+        yield f"its drive has a lag of {drive.lag:g} s and a delay of {drive.delay:g} s"
     yield from _several(document)
     for first, end in (*document.record.segments, *document.record.masked):
         if not 0 <= first < end <= document.record.samples:

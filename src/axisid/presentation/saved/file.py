@@ -12,6 +12,7 @@ from axisid.modeling.text import load_axis
 from axisid.presentation.schema import (
     WrittenIdentification,
     WrittenKnown,
+    WrittenOutputFit,
     WrittenStream,
     read_document,
     schema_of,
@@ -28,7 +29,11 @@ _REFUSED = {
     schema_of(WrittenStream): Note(
         "is of a log that was read in blocks, which has no verdict and no covariances; ",
         Remedy.of("to have them, ", Setting("stream", given=False), "."),
-    )
+    ),
+    schema_of(WrittenOutputFit): Note(
+        "is of a fit of an output, which is read as the JSON that it is; give a result of identify "
+        "to go on with it here."
+    ),
 }
 
 

@@ -4,19 +4,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from axisid.estimation.estimates import Value
-from axisid.estimation.identification import Identification
+from axisid.estimation.estimates import Value, physical_parameters
+from axisid.estimation.identification import Identification, RecordInfo, record_place
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.presentation.schema import WrittenStream
 from axisid.support.errors import UsageError
-from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
 from .estimate import named
 from .file import joined_model, read_fit
 from .identification import SavedIdentification
+from .part import SavedPart
 
 _STREAMED = "idm-ls"  # the one method of a log that is read in blocks
 
@@ -100,7 +100,7 @@ def fitted_axis(
         The file cannot be read, or is no identification.
     """
     if record is not None and isinstance(result, Identification):
-        return fitted_axis(result.parts[_place(result, record)])
+        return fitted_axis(result.part(record))
     if record is None:
         _refuse_own_parameters(result)
     if isinstance(result, Identification):
@@ -119,7 +119,7 @@ def fitted_axis(
         )
     if isinstance(saved, WrittenStream):
         if record is not None:
-            raise _no_record(record, 1)
+            record_place(record, 1)
         return _streamed(saved, model)
     return _of_file(saved, model, record)
 
@@ -129,58 +129,32 @@ def _of_file(saved: SavedIdentification, model: AxisModel, record: int | None) -
     if record is None:
         _refuse_own_parameters(saved)
         return _identified(saved, model, saved.signature)
-    place = _place(saved, record)
-    found = _identified(saved, model, saved.signature)
-    if not saved.of_records:
-        return found
-    _refuse_known(saved)
-    local = {name: names[place] for name, names in saved.local_names.items()}
-    names = {p.name: local.get(p.name, p.name) for p in model.axis.parameters}
-    if found.physical or not all(
-        own in values for values in found.estimates.values() for own in names.values()
-    ):
-        raise UsageError(
-            "the file holds no values of each declared parameter by record; identify again, and "
-            f"export the part that the record is in Python, result.parts[{place}].",
-            code="no-saved-part",
-        )
-    origin = saved.of_records[place].record.provenance
-    return replace(
-        found,
-        source=_writable(origin.source),
-        sha256=origin.sha256,
-        estimates={
-            method: {name: values[own] for name, own in names.items()}
-            for method, values in found.estimates.items()
+    part = replace(saved, declared=model.base.declared).part(record)
+    if not isinstance(part, SavedPart):
+        found = _identified(saved, model, saved.signature)
+        if not saved.of_records:
+            return found
+        return _from(found, saved.of_records[record - 1].record)
+    found = FittedAxis(
+        model=derive(part.axis.declared),
+        signature=part.axis.signature,
+        source="",
+        sha256="",
+        estimates={method: e.parameters for method, e in part.estimates.items()},
+        preferred=part.preferred_method,
+        physical={
+            method: declared.parameters
+            for method, e in part.estimates.items()
+            if (declared := physical_parameters(e)) is not None
         },
     )
+    return _from(found, part.record)
 
 
-def _place(result: Identification | SavedIdentification, record: object) -> int:
-    """Where a record is among those of a result, by its number from 1."""
-    count = max(len(result.of_records), 1)
-    if not is_whole(record) or not 1 <= record <= count:
-        raise _no_record(record, count)
-    return int(record) - 1
-
-
-def _no_record(record: object, count: int) -> UsageError:
-    there = "there is 1" if count == 1 else f"there are {count}, numbered from 1"
-    return UsageError(
-        f"the result has no record {quoted(record)}; {there}.", code="no-record-of-result"
-    )
-
-
-def _refuse_known(saved: SavedIdentification) -> None:
-    """Refuse a file whose records' parameters follow from what is known of each."""
-    known = [name for of_one in saved.of_records[:1] for name in of_one.known]
-    if known or saved.declared_gain is not None:
-        raise UsageError(
-            f"{', '.join(known) or 'the drive gain'} of this result is known of each record, so "
-            "that a file alone does not give one record's parameters; identify again, and export "
-            "the part that the record is in Python, result.parts[0].",
-            code="known-parameters-exported",
-        )
+def _from(found: FittedAxis, record: RecordInfo) -> FittedAxis:
+    """The same as of one record."""
+    origin = record.provenance
+    return replace(found, source=_writable(origin.source), sha256=origin.sha256)
 
 
 def _refuse_own_parameters(result: object) -> None:

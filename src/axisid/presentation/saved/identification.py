@@ -11,7 +11,8 @@ from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import NamedValues
-from axisid.estimation.identification import OfRecord
+from axisid.estimation.identification import OfRecord, record_place
+from axisid.estimation.joint import JointForm
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
@@ -31,6 +32,8 @@ from axisid.support.user_values import quoted
 
 from .diagnosis import read_diagnosis
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
+from .part import PartEstimate, SavedPart
+from .several import saved_layout
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -299,9 +302,34 @@ class SavedIdentification(Presentable):
         """
         return str(view_of("as_text", self, draws=draws, full=full))
 
-    def validate(self, record: Record) -> Validation:
+    def part(self, number: int) -> "SavedIdentification | SavedPart":
+        """The result as one of several records has it, by its number from 1; see `SavedPart`.
+
+        Raises
+        ------
+        UsageError
+            There is no such record.
+        """
+        place = record_place(number, len(self.of_records))
+        if not (self.local_names or any(of_one.known for of_one in self.of_records)):
+            return self
+        layout = saved_layout(self.axis, self.of_records, self.local_names, self.declared_gain)
+        form = JointForm(self.axis, layout=layout)
+        return SavedPart(
+            requested=self.requested,
+            preferred_method=self.preferred.method,
+            estimates={
+                method: PartEstimate(whole=estimate, joint=form, place=place)
+                for method, estimate in self.estimates.items()
+            },
+            of_record=self.of_records[place],
+            layout=layout,
+            place=place,
+        )
+
+    def validate(self, record: Record, *, like: int | None = None) -> Validation:
         """Hold every estimate, frozen, against another record of the axis, as `validate` does."""
-        return validate(self, record)
+        return validate(self, record, like=like)
 
 
 def _record(written: WrittenRecord) -> SavedRecord:

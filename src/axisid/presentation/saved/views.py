@@ -17,6 +17,7 @@ from axisid.presentation.plots import (
     convergence_plot,
     mean_residual_plot,
 )
+from axisid.presentation.schema import WrittenResponse
 from axisid.presentation.text import estimate_document, identification_document
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
@@ -115,7 +116,10 @@ def _axis(saved: SavedIdentification) -> _Like:
     combined = {name: made for p in saved.physical.values() for name, made in _made(p).items()}
     declared = saved.declared
     # The file alone does not tell the drive's force; a gain is what TOML and the library have.
+    written = saved.document.drive
     drive = Drive(gain=1.0) if declared is None else declared.drive
+    if declared is None and isinstance(written, WrittenResponse):
+        drive = Drive(gain=1.0, lag=written.lag, delay=written.delay, logged=written.logged)
     if declared is None:
         left_out = tuple(
             Parameter(name, "1", known=value)

@@ -19,14 +19,17 @@ from .diagnosis import WrittenBand as WrittenBand
 from .diagnosis import WrittenCheck as WrittenCheck
 from .diagnosis import WrittenEndogeneity as WrittenEndogeneity
 from .diagnosis import WrittenExcitation as WrittenExcitation
+from .diagnosis import WrittenExplainedLaw as WrittenExplainedLaw
 from .diagnosis import WrittenInstruments as WrittenInstruments
 from .diagnosis import WrittenLackOfFit as WrittenLackOfFit
 from .diagnosis import WrittenLawCheck as WrittenLawCheck
+from .diagnosis import WrittenLawSearch as WrittenLawSearch
 from .diagnosis import WrittenMotionComparison as WrittenMotionComparison
 from .diagnosis import WrittenNoiseBias as WrittenNoiseBias
 from .diagnosis import WrittenSetting as WrittenSetting
 from .diagnosis import WrittenStrength as WrittenStrength
 from .estimate import WrittenEstimate as WrittenEstimate
+from .estimate import WrittenStream as WrittenStream
 from .identification import WrittenApart as WrittenApart
 from .identification import WrittenIdentification as WrittenIdentification
 from .identification import WrittenMember as WrittenMember
@@ -34,6 +37,9 @@ from .identification import WrittenMethodValidation as WrittenMethodValidation
 from .identification import WrittenSweep as WrittenSweep
 from .identification import WrittenValidation as WrittenValidation
 from .json_schema import results_schema as results_schema
+from .output_fit import WrittenFitted as WrittenFitted
+from .output_fit import WrittenOutputFit as WrittenOutputFit
+from .output_fit import WrittenRecordError as WrittenRecordError
 from .reading import plain as plain
 from .reading import read_document as read_document
 from .reading import schema_of as schema_of
@@ -42,6 +48,7 @@ from .record import WrittenPrefilter as WrittenPrefilter
 from .record import WrittenRecord as WrittenRecord
 from .record import WrittenRepair as WrittenRepair
 from .record import WrittenRequest as WrittenRequest
+from .record import WrittenResponse as WrittenResponse
 from .record import WrittenSignal as WrittenSignal
 from .record import WrittenStreamRecord as WrittenStreamRecord
 from .residuals import WrittenAutocorrelation as WrittenAutocorrelation
@@ -53,7 +60,6 @@ from .residuals import WrittenRuns as WrittenRuns
 from .result_comparison import WrittenAlone as WrittenAlone
 from .result_comparison import WrittenDifference as WrittenDifference
 from .result_comparison import WrittenResultComparison as WrittenResultComparison
-from .stream import WrittenStream as WrittenStream
 from .values import WrittenDirectValue as WrittenDirectValue
 from .values import WrittenDrawn as WrittenDrawn
 from .values import WrittenKnown as WrittenKnown

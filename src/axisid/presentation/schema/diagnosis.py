@@ -193,3 +193,38 @@ class WrittenCheck(JsonObject, frozen=True, kw_only=True):
             "options there."
         ),
     ] = UNSET
+
+
+class WrittenExplainedLaw(JsonObject, frozen=True, kw_only=True):
+    """A ready law with the gains that explain a control best."""
+
+    law: Annotated[str, about("Its name, in `axisid.control` and in TOML.")]
+    words: Annotated[Mapping[str, str], about("Its arguments that are no numbers.")]
+    gains: Annotated[Mapping[str, float], about("SI, in the control's unit.")]
+    sd: Annotated[
+        Mapping[str, float],
+        about("Of the gains that the record tells apart, for autocorrelated residuals."),
+    ]
+    delay: Annotated[int, about("Samples between computing a control and logging it.")]
+    period: Annotated[float, about("s, of the log.")]
+    held_out_percent: Annotated[
+        float, about("What it leaves of the control on rows that are held out.")
+    ]
+    fitted_percent: Annotated[float, about("The same on the rows that its gains are from.")]
+    same: Annotated[str, about("What else gives the same control.")]
+    toml: Annotated[str, about("How a TOML declaration has it.")]
+
+
+class WrittenLawSearch(
+    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.law/1"
+):
+    """What `axisid law --json` writes."""
+
+    axis: str
+    unit: Annotated[str, about("Of the control.")]
+    explained: Annotated[bool, about("Whether the first leaves as little as the law check allows.")]
+    as_well: Annotated[int, about("How many of the first leave as little as the best.")]
+    laws: Annotated[
+        tuple[WrittenExplainedLaw, ...],
+        about("By what they leave; of those that leave as little, few gains first."),
+    ]

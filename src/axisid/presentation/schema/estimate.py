@@ -1,4 +1,4 @@
-"""One method's estimate."""
+"""One method's estimate, and one of a log that was read in blocks."""
 
 from collections.abc import Mapping
 from typing import Annotated, Literal
@@ -6,12 +6,13 @@ from typing import Annotated, Literal
 from msgspec import UNSET, UnsetType
 
 from .base import JsonObject, Matrix, about
+from .record import WrittenPrefilter, WrittenStreamRecord
 from .residuals import WrittenResidualTests
 from .values import WrittenDirectValue, WrittenDrawn, WrittenPhysical, WrittenValue
 
 
 class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
-    """One method's estimate."""
+    """One method's estimate, and one of a log that was read in blocks."""
 
     method: Annotated[str, about("As identify takes it.")]
     parameters: Annotated[Mapping[str, WrittenValue], about("Physical, by name.")]
@@ -90,3 +91,31 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     theta_ddm_gain_slopes: Annotated[
         Mapping[str, float] | None, about("The same of the direct model.")
     ]
+
+
+class WrittenStream(
+    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.stream/1"
+):
+    """Least squares on a log that was read in blocks."""
+
+    axis: str
+    signature: Annotated[str, about("Of the generated code.")]
+    left_out: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("What stands for the parameters that were left out, SI, by name."),
+    ] = UNSET
+    record: Annotated[WrittenStreamRecord, about("Where the data come from.")]
+    prefilter: WrittenPrefilter
+    parameters: Annotated[Mapping[str, WrittenValue], about("By name.")]
+    beyond_bounds: Annotated[
+        str | None,
+        about("Which parameters are outside their declared bounds; null for none."),
+    ]
+    time_base: Annotated[
+        str | None,
+        about("What speaks against the log's sampling period; null for nothing."),
+    ]
+    rows: Annotated[int, about("Of the regression.")]
+    lags: Annotated[int, about("Of the HAC covariance.")]
+    equation_error_percent: float
+    condition_number: Annotated[float | None, about("Of the regressor.")]

@@ -20,7 +20,13 @@ from .diagnosis import (
     WrittenNoiseBias,
 )
 from .estimate import WrittenEstimate
-from .record import WrittenPrefilter, WrittenRecord, WrittenRequest, WrittenSignal
+from .record import (
+    WrittenPrefilter,
+    WrittenRecord,
+    WrittenRequest,
+    WrittenResponse,
+    WrittenSignal,
+)
 from .values import WrittenKnown
 
 
@@ -132,6 +138,9 @@ class WrittenIdentification(
         tuple[WrittenSignal, ...] | UnsetType,
         about("Recorded signals that the axis declares, if there are any."),
     ] = UNSET
+    drive: Annotated[WrittenResponse | UnsetType, about("Of a drive with a lag or a delay.")] = (
+        UNSET
+    )
     record: WrittenRecord
     prefilter: WrittenPrefilter
     requested: Annotated[

@@ -6,9 +6,11 @@ from typing import Any
 from msgspec import json
 
 from .comparison import WrittenComparison
+from .diagnosis import WrittenLawSearch
+from .estimate import WrittenStream
 from .identification import WrittenIdentification, WrittenSweep
+from .output_fit import WrittenOutputFit
 from .result_comparison import WrittenResultComparison
-from .stream import WrittenStream
 
 _DOCUMENTS = (
     WrittenIdentification,
@@ -16,6 +18,8 @@ _DOCUMENTS = (
     WrittenComparison,
     WrittenResultComparison,
     WrittenStream,
+    WrittenLawSearch,
+    WrittenOutputFit,
 )
 _REFERENCE = "#/$defs/{name}"
 

@@ -95,6 +95,17 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
     ] = UNSET
 
 
+class WrittenResponse(JsonObject, frozen=True, kw_only=True):
+    """How the drive follows a command, and where the control was recorded."""
+
+    lag: Annotated[float, about("Time constant, s; 0 for none.")]
+    delay: Annotated[float, about("From the command to when it acts, s; 0 for none.")]
+    logged: Annotated[
+        Literal["command", "applied", "current"],
+        about("What the recorded control is: what acts after the delay, what is left by the lag."),
+    ]
+
+
 class WrittenSignal(JsonObject, frozen=True, kw_only=True):
     """A recorded signal that the axis declares."""
 

@@ -7,6 +7,7 @@ from .comparison import comparison_document as comparison_document
 from .details import checks_table as checks_table
 from .estimate import estimate_document as estimate_document
 from .estimate import iterations as iterations
+from .estimate import quantity as quantity
 from .identification import diagnosis_blocks as diagnosis_blocks
 from .identification import draws_table as draws_table
 from .identification import identification_document as identification_document
@@ -14,6 +15,7 @@ from .identification import missing_notes as missing_notes
 from .identification import preferred_physical as preferred_physical
 from .identification import shared_remarks as shared_remarks
 from .identification import verdict_block as verdict_block
+from .law_search import law_search_document as law_search_document
 from .moves import moves_notes as moves_notes
 from .physical import physical_notes as physical_notes
 from .record import listed_facts as listed_facts

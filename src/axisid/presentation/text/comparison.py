@@ -25,7 +25,7 @@ from axisid.presentation.blocks import (
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy, Setting, Wording, as_arguments
 
-from .quantity import quantity
+from .estimate import quantity
 from .record import (
     known_text,
     listed_facts,

@@ -29,11 +29,10 @@ from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Wording, as_arguments, worded
 
 from .details import checks_table, details_document
-from .estimate import iterations
+from .estimate import iterations, places, quantity
 from .moves import band_row, moves_notes
 from .noise import noise_notes, noise_row
 from .physical import physical_notes
-from .quantity import places, quantity
 from .record import (
     record_facts,
     records_table,

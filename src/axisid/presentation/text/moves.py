@@ -7,7 +7,7 @@ from axisid.estimation.estimates import Value
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.presentation.blocks import Cell, Quantity
 
-from .quantity import places
+from .estimate import places
 
 _OVER_MOVES = "sd over moves"
 

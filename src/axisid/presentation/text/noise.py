@@ -8,7 +8,7 @@ from axisid.estimation.noise import NoiseBias
 from axisid.presentation.blocks import Cell, Document, Paragraph, Table, paragraph, text_columns
 from axisid.support.missing import Missing
 
-from .quantity import places
+from .estimate import places
 
 _MOVED = "moved by noise"
 

@@ -1,7 +1,7 @@
 """What comes of a log that was read in blocks, as a document."""
 
 from axisid.estimation.signals import SampledFilter
-from axisid.estimation.studies import StreamedEstimate
+from axisid.estimation.streaming import StreamedEstimate
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.blocks import (
     Cell,
@@ -16,8 +16,8 @@ from axisid.presentation.blocks import (
 )
 from axisid.support.remedy import Remedy, Setting, Wording, as_arguments
 
+from .estimate import quantity
 from .identification import PARTS
-from .quantity import quantity
 
 _UNCHECKED = (
     "Not checked: instruments, control law, timing and residuals need the whole log in memory, as "

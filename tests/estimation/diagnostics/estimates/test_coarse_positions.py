@@ -53,6 +53,12 @@ def test_steps_that_the_log_alone_has_are_named_with_what_they_move(
     assert told == pytest.approx(mass.value - 100.2, rel=0.35)
 
 
+def test_a_few_steps_are_more_than_can_be_reckoned(emps2015: GeneratedAxis) -> None:
+    result = _without_reference(emps2015, STAGE, step=0.045 / 30)
+    assert "coarse positions" in _failed(result)
+    assert "fewer than 64 in the whole motion" in _checks(result)["coarse positions"].meaning
+
+
 @pytest.mark.parametrize("step", [0.0, 1e-8])
 def test_fine_positions_are_no_fault(emps2015: GeneratedAxis, step: float) -> None:
     result = _without_reference(emps2015, STAGE, step=step)

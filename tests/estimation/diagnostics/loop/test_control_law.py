@@ -19,7 +19,7 @@ from axisid.control import (
     gain,
 )
 from axisid.estimation.diagnostics.loop.control_law import LawCheck, check_law
-from axisid.modeling.declaration.control import LAWS, velocity_variants
+from axisid.modeling.laws.cascade_pd import CASCADES, velocity_variants
 from axisid.support.missing import Missing
 from tests.axes.simulated import AXES
 
@@ -291,8 +291,8 @@ def test_a_scale_near_one_is_found_on_the_real_record(
 @pytest.mark.parametrize("drives", ["cascade_pd", "cascade_pd_difference", "cascade_pd_averaged"])
 def test_the_velocity_that_the_drive_forms_is_found(emps2015: GeneratedAxis, drives: str) -> None:
     gains = {"kp": 160.18, "kv": 243.45, "period": 1e-3}
-    record = twin_record(replace(emps2015.axis, control=LAWS[drives](**gains)))
-    for declared, law in LAWS.items():
+    record = twin_record(replace(emps2015.axis, control=CASCADES[drives](**gains)))
+    for declared, law in CASCADES.items():
         found = check_law(build(replace(emps2015.axis, control=law(**gains)), native=False), record)
         assert isinstance(found, LawCheck)
         assert found.passed is (declared == drives), (declared, found)
@@ -315,7 +315,7 @@ def test_exchanged_columns_and_degrees_in_both_are_named(
 
 
 def test_only_a_cascade_has_other_velocities() -> None:
-    law = LAWS["cascade_pd"](kp=50.0, kv=60.0, period=1e-3)
+    law = CASCADES["cascade_pd"](kp=50.0, kv=60.0, period=1e-3)
     assert list(velocity_variants(law)) == ["cascade_pd_difference", "cascade_pd_averaged"]
     assert velocity_variants(replace(law, output=2 * law.output)) == {}
     assert velocity_variants(replace(law, delay=1)) == {}

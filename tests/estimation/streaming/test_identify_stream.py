@@ -22,8 +22,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.records.blocks import LogBlocks
-from axisid.estimation.studies.streamed_estimate import StreamedEstimate
-from axisid.estimation.studies.streaming import identify_stream
+from axisid.estimation.streaming import StreamedEstimate, identify_stream
 from tests.refusals import refuses
 
 

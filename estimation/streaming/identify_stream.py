@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.problems import Reach, check_identifiable, check_visible
-from axisid.estimation.records import Extent, extent, hold_delay, other_period
+from axisid.estimation.records import (
+    Extent,
+    LogBlocks,
+    extent,
+    hold_delay,
+    law_ratio,
+    other_period,
+)
 from axisid.estimation.regression import (
     Equations,
     Hac,
@@ -36,6 +43,7 @@ from axisid.estimation.signals import (
     Prefilter,
     SampledFilter,
     Signals,
+    acting_force,
     beside_motion,
     check_filter,
     check_without_position,
@@ -44,6 +52,7 @@ from axisid.estimation.signals import (
     near_turns,
     paired_with_force,
     recorded_signals,
+    response_reach,
     rest_below,
 )
 from axisid.estimation.tables import Provenance
@@ -85,7 +94,7 @@ def identify_stream(
     sample_period : float, optional
         s
     provenance : Provenance, optional
-        Of the log, for the result.
+        Of the log, for the result; by default that of `LogBlocks`.
 
     Raises
     ------
@@ -99,6 +108,8 @@ def identify_stream(
             code="blocks-type",
         )
     _check_axis(generated)
+    if provenance is None and isinstance(blocks, LogBlocks):
+        provenance = blocks.provenance()
     origin = provenance or Provenance()
     found = extent(origin.source, blocks, sample_period, generated.axis)
     chosen = prefilter(found.period) if callable(prefilter) else prefilter
@@ -211,6 +222,8 @@ class _LogRows:
         )
         late = hold_delay(axis.axis.control, found.period, found.clock)
         self.hold_delay = late if hold == "zoh" else 0.0
+        self.held = (law_ratio(axis.axis.control, found.period, found.clock) or 1.0) <= 1
+        self.reach_of_drive = response_reach(axis, found.period)
         self.filter = SampledFilter(self.prefilter, self.period)
         self.margins = self.filter.settling(_FORGOTTEN)
         self.turns = self.filter.turn_reach if without_turns else 0
@@ -249,7 +262,9 @@ class _LogRows:
 
     def _pieces(self) -> Iterator[tuple[Mapping[str, Array], int, int, int]]:
         """Columns by role from `begin` on, whose samples from `start` to `stop` are due."""
-        around = sum(self.margins) + self.turns + 2  # two more for the central differences
+        around = (
+            sum(self.margins) + self.turns + self.reach_of_drive + 2
+        )  # two more for the central differences
         names = [signal.name for signal in self.axis.axis.signals]
         columns: dict[str, Array] = {}
         begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
@@ -280,11 +295,15 @@ class _LogRows:
         driven = {role: columns.get(role) for role in ("force", "control")}
         recorded = recorded_signals(self.axis, self.source, columns)
         force = force_of(self.axis, self.source, filtered, **driven, recorded=recorded)
+        if driven["force"] is None:
+            mean = settings.hold == "zoh"
+            force = acting_force(self.axis, force, [0], self.period, held=self.held, mean=mean)
         beside = beside_motion(self.axis, recorded, [0])
         signals = paired_with_force(filtered, force, [0], delay=self.hold_delay, recorded=beside)
         equations = InverseForm(self.axis).equations(signals)
         # What the decimation filter sees begins and ends as it does in a whole record.
-        low = max(start - smoothing, cut, begin + (motion + self.turns + 2 if begin else 0))
+        unsettled = motion + self.turns + self.reach_of_drive + 2 if begin else 0
+        low = max(start - smoothing, cut, begin + unsettled)
         high = min(stop + smoothing, self.samples - end)
         weights = np.ones(len(force))
         both = np.column_stack([equations.regressor, equations.left, equations.intercept, weights])

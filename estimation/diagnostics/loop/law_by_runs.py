@@ -1,0 +1,279 @@
+"""A law that is no sum of products of its gains against the recorded control.
+
+Limited, filtered, adaptive, with an integral: no factor of a column says what a gain does. The law
+is run along the record instead, with its gains a little off, and the slopes of its control by each
+gain tell which gains are off; the least change of them that explains the control is found by runs
+with the changed gains.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.loops import LawAlong, LawPoint, law_ticks, start_of_law
+from axisid.estimation.records import Record
+from axisid.estimation.records.faults import quantum_of
+from axisid.estimation.regression import Hac, factor, least_squares
+from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_LAW_RESIDUAL,
+    MAX_SAME_RESIDUAL,
+    MAX_SCALE_ERROR,
+    MIN_GAIN_TOLD_APART,
+)
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.modeling.declaration import ControlLaw
+from axisid.support.arrays import Array, relative_error_percent
+
+_LAGS = 50  # samples over which what the law leaves may be alike
+_DRAWS = 3  # of what the log's last digit leaves open
+_LARGEST = 5.0  # logarithm of a change that is told to first order
+_MOST_TRIED = 3  # single gains that are tried by runs
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainsBeside:
+    """A law beside the recorded control, by its gains.
+
+    Attributes
+    ----------
+    along : LawAlong
+        The law.
+    point : LawPoint
+        Its declared gains, and the memory that the record's first controls show.
+    compared : callable
+        What is made of a control before it is compared.
+    neighbours : Neighbours
+        Of the rows that are compared.
+    rounded : tuple of (N,) array
+        By how much the law's output may differ for what the log rounds, drawn at random.
+    """
+
+    along: LawAlong
+    point: LawPoint
+    compared: Callable[[Array], Array]
+    neighbours: Neighbours
+    rounded: tuple[Array, ...]
+
+    @classmethod
+    def of(
+        cls,
+        axis: GeneratedAxis,
+        law: ControlLaw,
+        record: Record,
+        used: NDArray[np.bool_],
+        smooth: Callable[[Array], Array],
+    ) -> "GainsBeside":
+        """A law beside a record of one piece, with a reference and a control.
+
+        Parameters
+        ----------
+        axis : GeneratedAxis
+            Under that law.
+        law : ControlLaw
+        record : Record
+        used : (N,) array of bool
+            Samples that are compared.
+        smooth : callable
+            What both sides are filtered by before.
+        """
+        ticks = law_ticks(axis, record, (0, len(record)))
+        start = start_of_law(axis, record, (0, len(record)), ticks)[: len(law.memory)]
+        along = LawAlong.of(axis, law, ticks, record)
+        point = LawPoint(along.declared.gains, start)
+        return cls(
+            along=along,
+            point=point,
+            compared=lambda control: smooth(control)[used],
+            neighbours=Neighbours.of(np.flatnonzero(used), 1),
+            rounded=_rounded(along, point, record),
+        )
+
+    def left(self, point: LawPoint) -> Array:
+        """What the law leaves of the control, but for another start of its memory, (n,)."""
+        return self._besides_start(point, self._off(point)[:, None])[:, 0]
+
+    def percent(self, point: LawPoint) -> float:
+        """The same in percent of the control."""
+        return relative_error_percent(self.left(point), self.compared(self.along.control))
+
+    def off(self, point: LawPoint) -> dict[str, float]:
+        """How many times each gain is what the law has, for those that are clearly off."""
+        return {name: times for name, (times, clear) in self.times(point).items() if clear}
+
+    def times(self, point: LawPoint) -> dict[str, tuple[float, bool]]:
+        """How many times each gain is what the law has, to first order, and if it is clearly off.
+
+        Of the gains that show in the control, and are told from the others that do.
+        """
+        return {
+            name: (
+                float(np.exp(min(step, _LARGEST))),
+                abs(step) > max(MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value * deviation),
+            )
+            for name, (step, deviation) in self.steps(point).items()
+        }
+
+    def steps(self, point: LawPoint) -> dict[str, tuple[float, float]]:
+        """Change of the logarithm of each such gain that least squares asks for; its deviation."""
+        names = [*self.along.law.gains]
+        columns = self._besides_start(point, self._by_gain(point))
+        told = _told_apart(columns, float(np.linalg.norm(self.compared(self.along.control))))
+        if not told:
+            return {}
+        regressor = factor(columns[:, told], [names[i] for i in told], neighbours=self.neighbours)
+        fit = least_squares(self.left(point), regressor)
+        lags = min(_LAGS, len(fit.residuals) // 4)
+        variances = np.diag(Hac(lags).matrix(fit)) + np.mean(
+            [(fit.influence.T @ self.compared(each)) ** 2 for each in self.rounded], axis=0
+        )
+        found = zip(fit.theta, np.sqrt(variances), strict=True)
+        return {names[i]: (float(s), float(d)) for i, (s, d) in zip(told, found, strict=True)}
+
+    def least_change(self) -> "tuple[GainChange, ...]":
+        """The changes of fewest gains after which none is off; the best where none are enough.
+
+        Several where other single gains explain the control as well.
+        """
+        names = [*self.along.law.gains]
+        single = sorted(
+            (self._changed((i,)) for i in self._promising()), key=lambda change: change.percent
+        )
+        if single and not self.off(single[0].point):
+            most = MAX_SAME_RESIDUAL.value * single[0].percent
+            alike = [c for c in single if c.percent <= most and not self.off(c.point)]
+            return tuple(alike)
+        free: tuple[int, ...] = single[0].free if single else ()
+        best = single[0] if single else self._changed(())
+        while len(free) < len(names):
+            further = [i for i in range(len(names)) if i not in free]
+            found = [self._changed((*free, i)) for i in further]
+            best = min(found, key=lambda change: change.percent)
+            free = best.free
+            if not self.off(best.point):
+                break
+        return (best,)
+
+    def _promising(self) -> list[int]:
+        """The gains that explain most of what the law leaves, each by itself and to first order."""
+        columns = self._besides_start(self.point, self._by_gain(self.point))
+        sizes = np.linalg.norm(columns, axis=0)
+        explained = np.abs(columns.T @ self.left(self.point)) / np.where(sizes > 0, sizes, np.inf)
+        return [int(i) for i in np.argsort(-explained)[:_MOST_TRIED] if explained[i] > 0]
+
+    def _changed(self, free: tuple[int, ...]) -> "GainChange":
+        point = self.along.fitted(self.point, self.compared, free)
+        times = point.gains / np.where(self.point.gains == 0, 1.0, self.point.gains)
+        names = [*self.along.law.gains]
+        return GainChange(
+            free=free,
+            point=point,
+            times={names[i]: float(times[i]) for i in free},
+            percent=self.percent(point),
+        )
+
+    def _by_gain(self, point: LawPoint) -> Array:
+        """How what is compared changes with the logarithm of each gain, (n, g)."""
+        return np.column_stack([*map(self.compared, self.along.slopes(point)[0].T)])
+
+    def _off(self, point: LawPoint) -> Array:
+        return self.compared(self.along.control) - self.compared(self.along.output(point))
+
+    def _besides_start(self, point: LawPoint, columns: Array) -> Array:
+        """Columns without what another start of the memory explains."""
+        by_start = self.along.slopes(point)[1]
+        starts = np.column_stack([np.empty((len(columns), 0)), *map(self.compared, by_start.T)])
+        shown = starts[:, np.any(starts != 0, axis=0)]
+        if not shown.shape[1]:
+            return columns
+        basis, effect, _ = np.linalg.svd(shown / np.linalg.norm(shown, axis=0), full_matrices=False)
+        basis = basis[:, effect > MIN_GAIN_TOLD_APART.value * effect.max()]
+        return np.asarray(columns - basis @ (basis.T @ columns))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainChange:
+    """Gains that are others than declared.
+
+    Attributes
+    ----------
+    free : tuple of int
+        Which may change.
+    point : LawPoint
+        With what they are.
+    times : mapping of str to float
+        How many times the declared one each is.
+    percent : float
+        What the law leaves of the control then, percent of it.
+    """
+
+    free: tuple[int, ...]
+    point: LawPoint
+    times: Mapping[str, float]
+    percent: float
+
+    def said(self, law: ControlLaw) -> str:
+        """In words: ``kp is 1.1 times the declared one, 44 for 40``."""
+        return " and ".join(
+            f"{name} is {value:.4g} times the declared one, {value * law.gains[name]:.5g} for "
+            f"{law.gains[name]:.5g}"
+            for name, value in self.times.items()
+        )
+
+
+def said_of_gains(beside: GainsBeside, start: str) -> tuple[str, GainChange | None]:
+    """The least change of gains that explains the control, in words, and that change."""
+    law = beside.along.law
+    changes = beside.least_change() if law.gains else ()
+    best = changes[0] if changes else None
+    if best is None or best.percent > MAX_LAW_RESIDUAL.value or beside.off(best.point):
+        return (
+            f"{start}no change of its gains explains it; check how it forms the velocity, its "
+            "filters, its limits and anti-windup, the period and the noise",
+            None,
+        )
+    ways = "; or ".join(change.said(law) for change in changes)
+    several = len(changes) > 1
+    these = "that" if len(best.times) == 1 else "these"
+    rest = (
+        "the record does not tell which"
+        if several
+        else f"and every other gain is right; declare {these}"
+        if len(law.gains) > len(best.times)
+        else f"declare {these}"
+    )
+    return f"{start}{ways}, {rest}", best
+
+
+def _told_apart(columns: Array, size: float) -> list[int]:
+    """Columns of gains that show in the control, and are told from the others that do."""
+    sizes = np.linalg.norm(columns, axis=0)
+    shown = np.flatnonzero(np.isfinite(sizes) & (sizes > MIN_GAIN_TOLD_APART.value * size))
+    if not len(shown):
+        return []
+    _, weights, order = qr(columns[:, shown] / sizes[shown], mode="economic", pivoting=True)
+    clear = np.abs(np.diag(weights)) > MIN_GAIN_TOLD_APART.value
+    return sorted(int(shown[i]) for i in order[: len(clear)][clear])
+
+
+def _rounded(along: LawAlong, point: LawPoint, record: Record) -> tuple[Array, ...]:
+    """By how much the output may differ for the digits that a log does not write."""
+    steps = [quantum_of(values) for values in (record.position, np.asarray(record.reference))]
+    if not any(steps):
+        return (np.zeros(len(record)),)
+    rng, found = np.random.default_rng(0), []
+    undisturbed = along.output(point)
+    for _ in range(_DRAWS):
+        position, reference = (
+            values + step * rng.uniform(-0.5, 0.5, len(values))
+            for step, values in zip(
+                steps, (along.ticks.position, along.ticks.reference), strict=True
+            )
+        )
+        ticks = replace(along.ticks, position=position, reference=reference)
+        found.append(replace(along, ticks=ticks).output(point) - undisturbed)
+    return tuple(found)

@@ -1,0 +1,287 @@
+"""From where a search ended to a result: deviations, intervals, what the law moves."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.estimates import Value, student_interval
+from axisid.estimation.predictions import Predictions
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+from axisid.support.remedy import Note
+
+from .basis import FitBasis
+from .result import OutputFit, RecordError
+from .search import Found, Weighing
+from .spread import Autoregression, Scores, with_steps
+from .starting import FitStart, Searched
+from .unknowns import Unknowns
+from .unseen import Unseen, unseen_directions
+
+_FEWEST_TWINS = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ended:
+    """A fit at its end, before it is told."""
+
+    axis: GeneratedAxis
+    records: tuple[Record, ...]
+    whose: Searched
+    output: str
+    loss: str
+    unknowns: Unknowns
+    predictions: Predictions
+    start: FitStart
+    begun: Array
+    scale: Array
+    weighing: Weighing
+    remarks: tuple[Note, ...]
+    best: Found
+    ends: tuple[Found, ...]
+    bootstrap: int
+    seed: int
+    horizon: float | None
+
+    @property
+    def inner(self) -> NDArray[np.bool_]:
+        """Which parameters are free and not at a bound, (P,)."""
+        return np.asarray(self.unknowns.free & (self.best.at_bound == 0))
+
+    @cached_property
+    def rows(self) -> Array:
+        """Slopes of the weighted errors by all free parameters, (n, P)."""
+        return np.asarray(self.weighing.weights[:, None] * self.best.slopes.jacobian)
+
+    @cached_property
+    def scores(self) -> Scores:
+        """Of the parameters that are free and not at a bound."""
+        return self._scores(self.inner)
+
+    def _scores(self, chosen: NDArray[np.bool_]) -> Scores:
+        weighed = self.weighing.weights * self.best.slopes.errors
+        z = (weighed / self.weighing.tuning) ** 2
+        _, first, second = self.weighing.loss(z)
+        known = np.diag(1 / self.unknowns.prior_sd)[self.unknowns.has_prior]
+        return Scores(
+            jacobian=self.rows[:, chosen],
+            errors=first * weighed,
+            curvature=np.maximum(first + 2 * z * second, 0.0),
+            known=known[:, chosen],
+            spans=self.predictions.spans,
+            periods=tuple(record.period for record in self.records),
+        )
+
+    @cached_property
+    def autoregressions(self) -> tuple[Autoregression, ...]:
+        """Of the errors, by record."""
+        return self.scores.autoregressions
+
+    @cached_property
+    def unseen(self) -> Unseen:
+        """What neither outputs nor what was known before show."""
+        chosen = self.inner
+        known = np.diag(1 / self.unknowns.prior_sd)[self.unknowns.has_prior]
+        rows = np.vstack([self.rows, known])[:, chosen]
+        return unseen_directions(rows, self.scale[chosen]).among(chosen)
+
+    @cached_property
+    def covariances(self) -> dict[str, Array]:
+        """By name, (P, P) each."""
+        chosen = self.inner
+        if not chosen.any():
+            nothing = np.zeros((len(chosen), len(chosen)))
+            return {"coloured": nothing, "iid": nothing}
+        coloured = self.scores.coloured(self.autoregressions)
+        if self.moved_by_steps is not None:
+            coloured = with_steps(coloured, self.moved_by_steps[chosen])
+        inner = {
+            "coloured": coloured,
+            "iid": self.scores.independent(),
+        }
+        found = {name: self._whole(matrix, chosen) for name, matrix in inner.items()}
+        if self.bootstrap:
+            moved = np.cov(self._twins()[chosen]).reshape(inner["iid"].shape)
+            found["bootstrap"] = self._whole(moved, chosen)
+        return found
+
+    @cached_property
+    def moved_by_steps(self) -> Array | None:
+        """What the steps of the encoders move the parameters by, (P, B); None without steps."""
+        with np.errstate(all="ignore"):
+            errors = self.predictions.by_steps(self.best.physical)
+        return None if errors is None else np.asarray(-self.influence @ errors)
+
+    def _twins(self) -> Array:
+        """What the noise of simulated twins moves the parameters by, (P, B)."""
+        random = np.random.default_rng(self.seed)
+        errors = self.predictions.by_noise(self.best.physical, self.bootstrap, random)
+        if errors.shape[1] < _FEWEST_TWINS:
+            raise EstimationError(
+                f"{errors.shape[1]} of {self.bootstrap} twins could be simulated with the noise "
+                "of the record; leave the bootstrap out.",
+                code="bootstrap-lost",
+            )
+        return np.asarray(-self.influence @ errors)
+
+    @property
+    def chosen(self) -> str:
+        """The covariance that is told."""
+        return "bootstrap" if "bootstrap" in self.covariances else "coloured"
+
+    def _whole(self, matrix: Array, chosen: NDArray[np.bool_]) -> Array:
+        """A covariance among all parameters; infinite variances of what is not shown."""
+        found = np.zeros((len(chosen), len(chosen)))
+        found[np.ix_(chosen, chosen)] = matrix
+        lost = np.flatnonzero(self.unseen.parts.any(axis=0))
+        found[lost, lost] = np.inf
+        return found
+
+    @cached_property
+    def influence(self) -> Array:
+        """Of the errors on the parameters, (P, n)."""
+        found = np.zeros((len(self.scale), len(self.weighing.weights)))
+        chosen = self.inner
+        if chosen.any():
+            s = self.scores
+            weighed = s.curvature[:, None] * s.jacobian * self.weighing.weights[:, None]
+            found[chosen] = s.inverse @ weighed.T
+        return found
+
+    def one_sided(self, j: int) -> tuple[float, float]:
+        """Interval at a bound: of a normal about the estimate without it, cut off there."""
+        side = int(self.best.at_bound[j])
+        free = self.inner.copy()
+        free[j] = True
+        scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
+        covariance = scores.coloured(self.autoregressions)
+        downhill = -(scores.jacobian.T @ scores.errors)
+        at = float(self.best.physical[j])
+        centre = at + float((scores.inverse @ downhill)[place])
+        deviation = float(np.sqrt(covariance[place, place]))
+        return cut_interval(at, centre, deviation, side)
+
+
+def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tuple[float, float]:
+    """95 % of a normal distribution that is cut off at a bound, from there on.
+
+    Parameters
+    ----------
+    bound, centre, deviation : float
+    side : {-1, 1}
+        Of a lower or of an upper bound.
+    """
+    if not deviation > 0:
+        return bound, bound
+    reach = side * (bound - centre) / deviation  # what lies beyond it, in deviations
+    tail = float(ndtr(reach))
+    width = -side * deviation * (reach - float(ndtri((1 - INTERVAL_LEVEL.value) * tail)))
+    return (bound, bound + width) if side < 0 else (bound + width, bound)
+
+
+def assembled(ended: Ended) -> OutputFit:
+    """The result of a fit."""
+    names = ended.unknowns.names
+    at_bound: dict[str, Literal["lower", "upper"]] = {
+        n: "lower" if side < 0 else "upper"
+        for n, side in zip(names, ended.best.at_bound, strict=True)
+        if side
+    }
+    return OutputFit(
+        axis=ended.axis,
+        records=ended.records,
+        output=ended.output,
+        unit=ended.predictions.unit,
+        loss=ended.loss,
+        quantities=ended.unknowns.quantities,
+        physical=ended.best.physical,
+        covariances=ended.covariances,
+        chosen=ended.chosen,
+        values=_values(ended),
+        at_bound=at_bound,
+        bounds=_pairs(names, ended.unknowns.lower, ended.unknowns.upper),
+        fixed=_chosen(names, ended.unknowns.fixed, ~ended.unknowns.free),
+        prior=_priors(ended.unknowns),
+        unseen=ended.unseen.texts(names),
+        local=ended.whose.local,
+        start=ended.begun,
+        started=ended.start.named,
+        remarks=ended.remarks,
+        steps=ended.best.steps,
+        ends=tuple((each.cost, each.physical) for each in ended.ends),
+        of_records=_of_records(ended),
+        errors=_errors(ended),
+        samples=ended.predictions.samples,
+        horizon=ended.horizon,
+        basis=FitBasis(
+            axes=ended.whose.axes,
+            predictions=ended.predictions,
+            best=ended.best,
+            ends=ended.ends,
+            influence=ended.influence,
+        ),
+    )
+
+
+def _values(ended: Ended) -> dict[str, Value]:
+    found, chosen = {}, ended.chosen
+    freedom = max(float(ended.weighing.weights.astype(bool).sum()) - ended.inner.sum(), 1.0)
+    if chosen == "bootstrap":
+        freedom = float(ended.bootstrap - 1)
+    for j, q in enumerate(ended.unknowns.quantities):
+        value = float(ended.best.physical[j])
+        deviations = {n: float(np.sqrt(c[j, j])) for n, c in ended.covariances.items()}
+        if ended.best.at_bound[j]:
+            interval = ended.one_sided(j)
+        else:
+            interval = student_interval(value, deviations[chosen], freedom)
+        found[q.name] = Value(
+            value=value, unit=q.unit, deviations=deviations, interval=interval, chosen=chosen
+        )
+    return found
+
+
+def _of_records(ended: Ended) -> tuple[RecordError, ...]:
+    errors, measured = ended.best.slopes.errors, ended.predictions.measured
+    counted, found = ended.predictions.counted > 0, []
+    for spans, model in zip(ended.predictions.spans, ended.autoregressions, strict=True):
+        rows = slice(spans[0].start, spans[-1].stop)
+        used = counted[rows]
+        e, y = errors[rows][used], measured[rows][used]
+        size = float(np.linalg.norm(y))
+        found.append(
+            RecordError(
+                rows=int(used.sum()),
+                error=float(np.sqrt(np.mean(e**2))),
+                percent=100 * float(np.linalg.norm(e)) / size if size else float("inf"),
+                order=model.order,
+            )
+        )
+    return tuple(found)
+
+
+def _errors(ended: Ended) -> tuple[Array, ...]:
+    errors = ended.best.slopes.errors
+    return tuple(errors[s[0].start : s[-1].stop] for s in ended.predictions.spans)
+
+
+def _pairs(names: tuple[str, ...], lower: Array, upper: Array) -> Mapping[str, tuple[float, float]]:
+    return {n: (float(a), float(b)) for n, a, b in zip(names, lower, upper, strict=True)}
+
+
+def _chosen(names: tuple[str, ...], values: Array, which: NDArray[np.bool_]) -> dict[str, float]:
+    return {n: float(v) for n, v, kept in zip(names, values, which, strict=True) if kept}
+
+
+def _priors(unknowns: Unknowns) -> dict[str, tuple[float, float]]:
+    means = _chosen(unknowns.names, unknowns.prior, unknowns.has_prior)
+    spreads = _chosen(unknowns.names, unknowns.prior_sd, unknowns.has_prior)
+    return {name: (means[name], spreads[name]) for name in means}

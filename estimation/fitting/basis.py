@@ -1,0 +1,33 @@
+"""What a fit is judged from, once it is asked for."""
+
+from dataclasses import dataclass
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.predictions import Predictions
+from axisid.support.arrays import Array
+
+from .search import Found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitBasis:
+    """What a fit is judged from.
+
+    Attributes
+    ----------
+    axes : tuple of GeneratedAxis
+        By record.
+    predictions : Predictions
+    best : Found
+        The search that is told.
+    ends : tuple of Found
+        All searches.
+    influence : (P, n) array
+        Of the errors on the parameters.
+    """
+
+    axes: tuple[GeneratedAxis, ...]
+    predictions: Predictions
+    best: Found
+    ends: tuple[Found, ...]
+    influence: Array

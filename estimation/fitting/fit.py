@@ -1,0 +1,271 @@
+"""Output error: a simulated output follows the recorded one, by whatever parameters are free."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUTPUTS, SQUARES
+from axisid.estimation.diagnostics.loop import LawCheck, check_law
+from axisid.estimation.identification import records_of, shared_records
+from axisid.estimation.joint import Told
+from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.progress import Progress
+from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.remedy import Note
+from axisid.support.user_values import is_among, quoted
+
+from .assembly import Ended, assembled
+from .law_moves import first_failing
+from .losses import LOSSES as LOSS_FUNCTIONS
+from .losses import TUNING, deviation_by_median
+from .result import OutputFit
+from .search import Found, Search, Weighing, best_of, cost_of
+from .starting import FitStart, StartLike, searched, starts_from
+from .unknowns import End, Unknowns, unknowns_of
+
+_MOST_STARTS = 1000
+_SPREAD = 0.5  # of the logarithm of further starts
+_PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
+
+
+def fit(
+    axis: Axis | GeneratedAxis,
+    record: Record | Sequence[Record],
+    output: str = "control",
+    *,
+    start: StartLike = FIT_STARTS[0],
+    local: str | Sequence[str] = (),
+    known: Mapping[str, Sequence[Told]] | None = None,
+    gain: str = "identified",
+    bounds: Mapping[str, tuple[End, End]] | None = None,
+    prior: Mapping[str, tuple[float, float]] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    loss: str = SQUARES,
+    starts: int = 1,
+    bootstrap: int = 0,
+    seed: int = 0,
+    horizon: float = 1.0,
+    progress: Progress | None = None,
+) -> OutputFit:
+    """Fit the simulated loop's output to that of a record, or of several of them together.
+
+    No filter and no derivative of what was measured is involved, so that neither the encoder's
+    noise nor a cut-off biases the parameters; the price is that the control law must be the
+    drive's. `OutputFit.checks` say whether it is, and what it moves.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+        With a control law.
+    record : Record or sequence of Record
+        Each with a reference and the output. A loop starts as its record does, segment by segment.
+    output : {"control", "position", "force", "open-loop"}
+        What is followed: ``control`` is little moved by a law that is a little wrong, ``position``
+        much, see `OutputFit.law_moves`; ``open-loop`` is the position under the recorded control,
+        without any law, in windows that each start where the record is.
+    start : str, mapping of str to float, or Estimate
+        ``instruments`` (or least squares, or nominal values, where these come to nothing),
+        ``least-squares``, ``nominal``, values by name, or an estimate of the same records.
+    local, known, gain
+        As in `identify`.
+    bounds : mapping of str to (float or None, float or None)
+        Lower and upper, SI, by parameter, within the declared ones, which hold anyway.
+    prior : mapping of str to (float, float)
+        What was known before of a parameter, with its standard deviation, which is weighed.
+    fixed : mapping of str to float
+        Parameters that are held. What the axis declares as known (`fix`) is held too, or weighed
+        where it has a deviation.
+    loss : {"squares", "soft-l1", "huber"}
+        Robust ones let errors count for less that are large beside the median of all.
+    starts : int
+        Searches, the first from the start, others from about it; the lowest end is taken.
+    bootstrap : int
+        Twins of the records, simulated in one batch with white noise of the position, from which
+        the deviations are taken; 0 for none.
+    seed : int
+        Of further starts and of the bootstrap's noise.
+    horizon : float
+        Length of the windows of an open loop, s.
+    progress : callable, optional
+        Told before each step how many are done, of how many at most, and how far it is.
+
+    Raises
+    ------
+    UsageError, DataError, ModelError
+        An argument does not suit axis and records.
+    EstimationError
+        No loop can be simulated from where the fit starts; the reason is named.
+
+    References
+    ----------
+    [Ljung1999]_, [Gautier2013]_.
+    """
+    _check(output, loss, starts, bootstrap, seed)
+    if not (is_real(horizon) and 0 < horizon < math.inf):
+        raise UsageError(
+            f"the horizon is {quoted(horizon)}; give a positive time, s.", code="fit-horizon"
+        )
+    generated, given = as_generated(axis), records_of(record)
+    default = Prefilter().at_rate_of(given[0].period)
+    shared = shared_records(generated, given, default, local, known, gain, skip_bad=False)
+    whose, records = searched(shared), shared.records
+    unknowns = unknowns_of(whose.form, whose.local, bounds or {}, prior or {}, fixed or {})
+    predictions: Predictions
+    if output == OPEN_LOOP:
+        predictions = WindowPredictions(whose.form, whose.axes, records, float(horizon))
+    else:
+        predictions = LoopPredictions(whose.form, whose.axes, records, output)
+    begins, why = starts_from(start, shared, whose.form, gain)
+    run = _Run(whose.axes, records, predictions, unknowns, loss, progress)
+    first, begun, lost = run.first(begins)
+    ends = run.searches(first, begun, starts, np.random.default_rng(seed))
+    return assembled(
+        Ended(
+            axis=generated,
+            records=records,
+            whose=whose,
+            output=output,
+            loss=loss,
+            unknowns=unknowns,
+            predictions=predictions,
+            start=first,
+            begun=begun,
+            scale=run.scale,
+            weighing=run.weighing,
+            remarks=(*why, *lost),
+            best=best_of(ends),
+            ends=ends,
+            bootstrap=bootstrap,
+            seed=seed,
+            horizon=float(horizon) if output == OPEN_LOOP else None,
+        )
+    )
+
+
+@dataclass
+class _Run:
+    """The searches of one fit."""
+
+    axes: Sequence[GeneratedAxis]
+    records: Sequence[Record]
+    predictions: Predictions
+    unknowns: Unknowns
+    loss: str
+    progress: Progress | None
+
+    def __post_init__(self) -> None:
+        self.scale = np.ones(len(self.unknowns.names))
+        self.weighing = Weighing(
+            weights=self.predictions.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0
+        )
+
+    def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[Note]]:
+        """The first start whose loops can be simulated, where that is, and why not the others."""
+        why: list[Note] = []
+        for begin in begins:
+            scale = self.unknowns.scale(begin.physical, begin.size)
+            at = self.unknowns.inside(begin.physical, scale)
+            lanes = self.predictions(at[None, :])
+            if not lanes.failures:
+                self.scale = scale
+                self._weigh(lanes.errors[:, 0])
+                return begin, at, why
+            why.append(Note(f"from {begin.named} values {lanes.failures[0]}"))
+        said = Note.of("the fit cannot start: ", why[0], _law_fault(self.axes, self.records))
+        raise EstimationError(said.text, said.remedy, code="fit-start-lost")
+
+    def searches(
+        self, first: FitStart, begun: Array, count: int, random: np.random.Generator
+    ) -> tuple[Found, ...]:
+        """The searches that come to an end: from the start, then from about it."""
+        found = [self._search(begun)]
+        for _ in range(count - 1):
+            factors = np.exp(_SPREAD * random.standard_normal(len(begun)))
+            at = self.unknowns.inside(first.physical * factors, self.scale)
+            try:
+                found.append(Search(*self._searching).run(at))
+            except EstimationError:
+                continue
+        return tuple(self._alike(each) for each in found)
+
+    def _alike(self, found: Found) -> Found:
+        """Its cost by the last weights, which are the same for all."""
+        at, errors = found.physical, found.slopes.errors
+        return replace(found, cost=cost_of(at, errors, self.unknowns, self.weighing))
+
+    @property
+    def _searching(self) -> tuple[Predictions, Unknowns, Array, Weighing, Progress | None]:
+        return self.predictions, self.unknowns, self.scale, self.weighing, self.progress
+
+    def _search(self, begun: Array) -> Found:
+        """Until the weights, by what the fit leaves, are those that it was made with."""
+        found = Search(*self._searching).run(begun)
+        for _ in range(_PASSES):
+            before = self.weighing.weights
+            self._weigh(found.slopes.errors)
+            change = np.abs(self.weighing.weights - before).max() / before.max()
+            if not self._needs_weights or change < _SETTLED:
+                return found
+            inside = self.unknowns.inside(found.physical, self.scale * _SETTLED)
+            again = Search(*self._searching).run(inside)
+            found = again.after(found)
+        return found
+
+    @property
+    def _needs_weights(self) -> bool:
+        """Whether it matters how large the noise is: of one record by squares alone it does not."""
+        several = len(self.predictions.spans) > 1
+        return several or self.loss != SQUARES or bool(self.unknowns.has_prior.any())
+
+    def _weigh(self, errors: Array) -> None:
+        """Weigh the rows of each record by the inverse of what is left of them."""
+        weights = self.predictions.counted.copy()
+        for rows in self._by_record():
+            own = errors[rows][weights[rows] > 0]
+            noise = float(np.sqrt(np.mean(own**2))) if len(own) else 0.0
+            if self.loss != SQUARES:
+                noise = deviation_by_median(own) or noise
+            weights[rows] /= noise or 1.0
+        tuning = 1.0 if self.loss == SQUARES else TUNING
+        self.weighing = Weighing(weights=weights, loss=LOSS_FUNCTIONS[self.loss], tuning=tuning)
+
+    def _by_record(self) -> Iterator[slice]:
+        for spans in self.predictions.spans:
+            yield slice(spans[0].start, spans[-1].stop)
+
+
+def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note | None:
+    """What the control law's check says, where it fails."""
+    law = first_failing([check_law(*pair) for pair in zip(axes, records, strict=True)])
+    failed = isinstance(law, LawCheck) and not law.passed
+    return Note.of(" The control law: ", law.note, ".") if failed else None
+
+
+def _check(output: object, loss: object, starts: object, bootstrap: object, seed: object) -> None:
+    for value, names, what in (
+        (output, tuple(OUTPUTS), "output"),
+        (loss, tuple(LOSSES), "loss"),
+    ):
+        if not is_among(value, names):
+            raise UsageError(
+                f"there is no {what} {quoted(value)}; choose from {', '.join(names)}.",
+                code=f"fit-{what}",
+            )
+    for number, least, most, what in (
+        (starts, 1, _MOST_STARTS, "starts"),
+        (bootstrap, 0, 100_000, "twins of the bootstrap"),
+        (seed, 0, 2**63, "seed"),
+    ):
+        if not (is_whole(number) and least <= number <= most):
+            raise UsageError(
+                f"the {what} are {quoted(number)}; give a whole number from {least} to {most}.",
+                code="fit-count",
+            )

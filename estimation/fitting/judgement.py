@@ -1,0 +1,199 @@
+"""Whether a fit is to be believed."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.choices.outputs import POSITION
+from axisid.estimation.diagnostics.loop import LawCheck, law_check
+from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds.fitting import (
+    MAX_APART,
+    MAX_LAW_SENSITIVITY,
+    MAX_LAW_SHIFT,
+    MIN_SHOWN,
+    SAME_END,
+)
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
+
+from .basis import FitBasis
+from .search import MOST_STEPS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judged:
+    """What a fit is judged by."""
+
+    output: str
+    names: tuple[str, ...]
+    physical: Array
+    deviations: Array
+    basis: FitBasis
+    at_bound: Mapping[str, str]
+    unseen: tuple[str, ...]
+    law: LawCheck | Missing
+    law_moves: Mapping[str, Array]
+    law_move: Array | None
+    percent: float
+
+
+def judged(of: Judged) -> tuple[Check, ...]:
+    """The checks, in the order in which they are told."""
+    return (
+        _law(of),
+        *_moved(of),
+        *_sensitive(of),
+        _follows(of),
+        _ended(of),
+        _shown(of),
+        _bounds(of),
+        *_starts(of),
+    )
+
+
+def _law(of: Judged) -> Check:
+    found = law_check(of.law)
+    return found if isinstance(found, Check) else Check.not_evaluated("control law", found)
+
+
+def _moved(of: Judged) -> Iterator[Check]:
+    """What the law as it is in the record moves the parameters by."""
+    if of.law_move is None:
+        return
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = np.nan_to_num(np.abs(of.law_move) / of.deviations, posinf=np.inf)
+    far = np.where(of.deviations > 0, far, 0.0)
+    worst, most = int(np.argmax(far)), MAX_LAW_SHIFT.value
+    name, value = of.names[worst], of.physical[worst]
+    share = 100 * abs(of.law_move[worst] / value) if value else np.inf
+    beyond = far[worst] > most
+    said = (
+        f"the law as its control is recorded, in place of the declared one, moves {name} by "
+        f"{share:.2g} % ({far[worst]:.2g} deviations)"
+    )
+    remedy = None
+    if beyond:
+        advice = "correct the gains of the declared law"
+        instead = ", or follow the control" if of.output == POSITION else ""
+        said, remedy = (
+            f"{said}: {advice}{instead}, or take instruments, ",
+            Remedy.of("which ask for no exact law: ", Setting("method", "idm-iv"), "."),
+        )
+    yield Check(
+        name="law's factors",
+        status=passed(not beyond),
+        figure=float(far[worst]),
+        threshold=most,
+        source=MAX_LAW_SHIFT.source,
+        meaning=said,
+        remedy=remedy,
+    )
+
+
+def _sensitive(of: Judged) -> Iterator[Check]:
+    """How exact the law has to be."""
+    if not of.law_moves:
+        return
+    sizes = np.abs(of.physical)
+    sizes = np.where(sizes > 0, sizes, np.inf)
+    shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
+    term = max(shares, key=lambda name: float(shares[name].max()))
+    j = int(np.argmax(shares[term]))
+    share, most = float(shares[term][j]), MAX_LAW_SENSITIVITY.value
+    said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
+    if share > most:
+        exact = "the law must be exact" if of.output == POSITION else "the law must be right"
+        said += f": {exact}, or the numbers are its error"
+    yield Check(
+        name="exact law",
+        status=passed(share <= most, matters=False),
+        figure=share,
+        threshold=most,
+        source=MAX_LAW_SENSITIVITY.source,
+        meaning=said,
+    )
+
+
+def _follows(of: Judged) -> Check:
+    most = MAX_SIMULATION_ERROR.value
+    good = of.percent < most
+    said = f"the simulated {of.output} leaves {of.percent:.3g} % of the recorded one"
+    more = "" if good else ", so that it does not follow it; check the law, the units and the signs"
+    return Check(
+        name="simulation",
+        status=passed(good),
+        figure=of.percent,
+        threshold=most,
+        source=MAX_SIMULATION_ERROR.source,
+        meaning=said + more,
+    )
+
+
+def _ended(of: Judged) -> Check:
+    best, lost = of.basis.best, ""
+    if best.lost:
+        lost = f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
+    if best.converged:
+        said = f"the search stands still after {len(best.steps)} steps"
+    else:
+        said = (
+            f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
+            "the record does not show"
+        )
+    return Check(
+        name="convergence",
+        status=passed(best.converged),
+        figure=float(len(best.steps)),
+        threshold=float(MOST_STEPS),
+        meaning=said + lost,
+    )
+
+
+def _shown(of: Judged) -> Check:
+    said = f"the {of.output} shows every parameter"
+    remedy = None
+    if of.unseen:
+        said = f"the {of.output} does not show {'; nor '.join(of.unseen)}; "
+        remedy = Remedy.of(
+            "hold one with ",
+            Setting("fix", f"{of.unseen[0].split()[0]}=VALUE"),
+            ", or record another motion.",
+        )
+    return Check(
+        name="parameters shown",
+        status=passed(not of.unseen),
+        threshold=MIN_SHOWN.value,
+        source=MIN_SHOWN.source,
+        meaning=said,
+        remedy=remedy,
+    )
+
+
+def _bounds(of: Judged) -> Check:
+    said = "no parameter is driven to a bound"
+    if of.at_bound:
+        listed = ", ".join(f"{name} ({side})" for name, side in of.at_bound.items())
+        said = (
+            f"at a bound: {listed}. The interval there is one-sided, and the others are what they "
+            "are with it"
+        )
+    return Check(name="bounds", status=passed(not of.at_bound, matters=False), meaning=said)
+
+
+def _starts(of: Judged) -> Iterator[Check]:
+    if len(of.basis.ends) < 2:
+        return
+    alike = sum(each.cost <= of.basis.best.cost * (1 + SAME_END.value) for each in of.basis.ends)
+    share = 1 - alike / len(of.basis.ends)
+    yield Check(
+        name="starts",
+        status=passed(share <= MAX_APART.value, matters=False),
+        figure=share,
+        threshold=MAX_APART.value,
+        source=MAX_APART.source,
+        meaning=f"{alike} of {len(of.basis.ends)} searches ended here, the others higher",
+    )

@@ -1,0 +1,46 @@
+"""How the size of an error counts: as its square, or for less where it is large."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from axisid.estimation.choices.outputs import HUBER, SOFT_L1, SQUARES
+from axisid.support.arrays import Array
+
+#: Takes squares of errors over the loss's scale, (n,), and gives the loss with its first two
+#: derivatives, (3, n).
+Loss = Callable[[Array], Array]
+
+#: Of normal errors, 95 % as precise as least squares [Huber1981]_.
+TUNING = 1.345
+_MAD_OF_NORMAL = 0.6744897501960817
+
+
+def _squares(z: Array) -> Array:
+    return np.array([z, np.ones_like(z), np.zeros_like(z)])
+
+
+def _soft_l1(z: Array) -> Array:
+    root = np.sqrt(1 + z)
+    return np.array([2 * (root - 1), 1 / root, -0.5 / root**3])
+
+
+def _huber(z: Array) -> Array:
+    beyond = z > 1
+    root = np.sqrt(np.where(beyond, z, 1.0))
+    return np.array(
+        [
+            np.where(beyond, 2 * root - 1, z),
+            1 / root,
+            np.where(beyond, -0.5 / root**3, 0.0),
+        ]
+    )
+
+
+LOSSES: Mapping[str, Loss] = MappingProxyType({SQUARES: _squares, SOFT_L1: _soft_l1, HUBER: _huber})
+
+
+def deviation_by_median(errors: Array) -> float:
+    """Standard deviation of normal errors, from the median of their distances from the median."""
+    return float(np.median(np.abs(errors - np.median(errors)))) / _MAD_OF_NORMAL

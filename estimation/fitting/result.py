@@ -1,0 +1,205 @@
+"""What a fit of outputs comes to."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis, Quantity
+from axisid.estimation.checks import Check
+from axisid.estimation.choices.outputs import OPEN_LOOP
+from axisid.estimation.diagnostics.loop import LawCheck, check_law
+from axisid.estimation.estimates import NamedValues, Value
+from axisid.estimation.records import Record
+from axisid.support.arrays import Array, Exact
+from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
+from axisid.support.remedy import Note
+
+from .basis import FitBasis
+from .judgement import Judged, judged
+from .law_moves import first_failing, move_by_record, moves_per_percent
+from .search import FitStep
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RecordError:
+    """What a fit leaves of one record.
+
+    Attributes
+    ----------
+    rows : int
+        Samples that count.
+    error : float
+        Root mean square, in the output's unit.
+    percent : float
+        Of the recorded output's.
+    order : int
+        Of the autoregression of the errors.
+    """
+
+    rows: int
+    error: float
+    percent: float
+    order: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OutputFit(Presentable, Exact):
+    """Parameters with which a simulated output follows that of the records.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    records : tuple of Record
+    output : str
+        ``control``, ``position``, ``force`` or ``open-loop``.
+    unit : str
+        Of the output.
+    loss : str
+        ``squares``, ``soft-l1`` or ``huber``.
+    quantities : tuple of Quantity
+        The parameters, length P.
+    physical : (P,) array
+    covariances : mapping of str to (P, P) array
+        By name: ``coloured``, for errors that follow an autoregression, ``iid`` for independent
+        ones, and ``bootstrap`` where it was asked for. Rows of what is fixed or at a bound are 0;
+        of what no output shows the variances are infinite.
+    chosen : str
+        Of `covariances`: what deviations and intervals are of.
+    values : mapping of str to Value
+        The parameters with deviations and intervals, by name; see `parameters`.
+    at_bound : mapping of str to str
+        ``lower`` or ``upper``, by parameters that are driven to a bound; the interval of one is on
+        the side that is allowed.
+    bounds : mapping of str to (float, float)
+        That were in force.
+    fixed : mapping of str to float
+    prior : mapping of str to (float, float)
+        What was known before, with its deviation.
+    unseen : tuple of str
+        Parameters, or sums of them, that no output shows, in words.
+    local : mapping of str to tuple of str
+        Names of each parameter that records have for themselves, by record.
+    start : (P,) array
+    started : str
+        Where it is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
+    remarks : tuple of Note
+    steps : tuple of FitStep
+        Where slopes were taken, the last at the end.
+    ends : tuple of (float, Array)
+        Cost and parameters (P,) of each search, where several were asked for.
+    of_records : tuple of RecordError
+    errors : tuple of (N,) array
+        Simulated less recorded output, by record.
+    samples : tuple of (N,) array of int
+        Of the record, that the errors are at.
+    horizon : float or None
+        Length of the windows of an open loop, s.
+    basis : FitBasis
+        What it is judged from.
+    """
+
+    axis: GeneratedAxis
+    records: tuple[Record, ...]
+    output: str
+    unit: str
+    loss: str
+    quantities: tuple[Quantity, ...]
+    physical: Array
+    covariances: Mapping[str, Array]
+    chosen: str
+    values: Mapping[str, Value]
+    at_bound: Mapping[str, Literal["lower", "upper"]]
+    bounds: Mapping[str, tuple[float, float]]
+    fixed: Mapping[str, float]
+    prior: Mapping[str, tuple[float, float]]
+    unseen: tuple[str, ...]
+    local: Mapping[str, tuple[str, ...]]
+    start: Array
+    started: str
+    remarks: tuple[Note, ...]
+    steps: tuple[FitStep, ...]
+    ends: tuple[tuple[float, Array], ...]
+    of_records: tuple[RecordError, ...]
+    errors: tuple[Array, ...]
+    samples: tuple[NDArray[np.intp], ...]
+    horizon: float | None
+    basis: FitBasis = field(repr=False, compare=False)
+
+    @cached_property
+    def law(self) -> LawCheck | Missing:
+        """The declared control law against the records: that of the first that fails."""
+        return first_failing(self._laws)
+
+    @cached_property
+    def law_moves(self) -> Mapping[str, Array]:
+        """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
+        return moves_per_percent(self.basis.predictions, self.physical, self.basis.influence)
+
+    @cached_property
+    def law_move(self) -> Array | None:
+        """What the law as the records have it would move them by, (P,)."""
+        return move_by_record(self.law_moves, self._laws)
+
+    @cached_property
+    def checks(self) -> tuple[Check, ...]:
+        """Whether to believe it."""
+        return judged(
+            Judged(
+                output=self.output,
+                names=self.names,
+                physical=self.physical,
+                deviations=np.array([value.deviation for value in self.values.values()]),
+                basis=self.basis,
+                at_bound=self.at_bound,
+                unseen=self.unseen,
+                law=self.law,
+                law_moves=self.law_moves,
+                law_move=self.law_move,
+                percent=self.error_percent,
+            )
+        )
+
+    @cached_property
+    def _laws(self) -> tuple[LawCheck | Missing, ...]:
+        if self.output == OPEN_LOOP:
+            return (Missing("no law is simulated: the control is the recorded one"),)
+        return tuple(map(check_law, self.basis.axes, self.records))
+
+    @property
+    def parameters(self) -> NamedValues:
+        """The parameters with unit, deviations and 95 % interval, by name."""
+        return NamedValues(self.values)
+
+    def __getitem__(self, name: str) -> Value:
+        return self.parameters[name]
+
+    @property
+    def covariance(self) -> Array:
+        """The one that was chosen, (P, P)."""
+        return self.covariances[self.chosen]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return tuple(q.name for q in self.quantities)
+
+    @property
+    def error(self) -> float:
+        """Root mean square of what is left of all records, in the output's unit."""
+        squares = sum(each.rows * each.error**2 for each in self.of_records)
+        return float(np.sqrt(squares / sum(each.rows for each in self.of_records)))
+
+    @property
+    def error_percent(self) -> float:
+        """Of the recorded output; of several records the largest."""
+        return max(each.percent for each in self.of_records)
+
+    @property
+    def believed(self) -> bool:
+        """Whether no check fails."""
+        return all(check.status != "fail" for check in self.checks)

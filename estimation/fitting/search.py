@@ -1,0 +1,271 @@
+"""The search: bounded least squares of weighted errors, by trust regions and differences.
+
+What is left of parameters beyond their bounds is settled at the end: one that is driven to a bound
+is held there, and the others are searched on, so that they are what they are with it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult, least_squares
+
+from axisid.estimation.predictions import Predictions, Slopes, slopes_of
+from axisid.estimation.thresholds.fitting import AT_BOUND
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+from axisid.support.progress import Progress
+
+from .losses import Loss
+from .unknowns import Unknowns
+
+MOST_STEPS = 60
+_TOLERANCE = 1e-8
+_LOST = 1e3  # times the errors at the start: what a loop that cannot be simulated counts as
+_ROUNDS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class FitStep:
+    """Where the search was.
+
+    Attributes
+    ----------
+    physical : (P,) array
+    error : float
+        Root mean square of the errors, in the output's unit.
+    """
+
+    physical: Array
+    error: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Weighing:
+    """How errors count.
+
+    Attributes
+    ----------
+    weights : (n,) array
+        Of the rows: the inverse of the noise, 0 for those that do not count.
+    loss : callable
+    tuning : float
+        Of the loss, in noise.
+    """
+
+    weights: Array
+    loss: Loss
+    tuning: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """Where the search ended.
+
+    Attributes
+    ----------
+    physical : (P,) array
+    slopes : Slopes
+        There, by the parameters that are not fixed.
+    at_bound : (P,) array of int
+        -1 at the lower, 1 at the upper one, 0 elsewhere.
+    steps : tuple of FitStep
+    cost : float
+    lost : int
+        Parameter sets on the way whose loop could not be simulated.
+    why_lost : str
+        Of the last of them.
+    converged : bool
+    """
+
+    physical: Array
+    slopes: Slopes
+    at_bound: NDArray[np.int8]
+    steps: tuple[FitStep, ...]
+    cost: float
+    lost: int
+    why_lost: str
+    converged: bool
+
+    def after(self, earlier: "Found") -> "Found":
+        """The same with the steps of an earlier search before its own."""
+        return replace(self, steps=(*earlier.steps, *self.steps), lost=earlier.lost + self.lost)
+
+
+class Search:
+    """One search.
+
+    Parameters
+    ----------
+    predictions : Predictions
+    unknowns : Unknowns
+    scale : (P,) array
+    weighing : Weighing
+    progress : callable, optional
+    """
+
+    def __init__(
+        self,
+        predictions: Predictions,
+        unknowns: Unknowns,
+        scale: Array,
+        weighing: Weighing,
+        progress: Progress | None = None,
+    ) -> None:
+        self._predictions, self._unknowns, self._scale = predictions, unknowns, scale
+        self._weighing, self._progress = weighing, progress
+        self._steps: list[FitStep] = []
+        self._largest, self._lost, self._why = 0.0, 0, ""
+        self._slopes: tuple[Array, Slopes] | None = None
+        self._free = unknowns.free
+
+    def run(self, start: Array) -> Found:
+        """Search from parameters (P,) strictly inside their bounds.
+
+        Raises
+        ------
+        EstimationError
+            The loop cannot be simulated at the start, or near where the search came to.
+        """
+        at, bound = start.copy(), np.zeros(len(start), dtype=np.int8)
+        for _ in range(_ROUNDS):
+            searched = self._free & (bound == 0)
+            ended = self._searched(at, searched) if searched.any() else None
+            at = at if ended is None else self._whole(at, searched, ended.x)
+            moved = self._at_bounds(at)
+            if np.array_equal(moved, bound):
+                break
+            freed = (bound != 0) & (moved == 0)
+            at = np.where(moved < 0, self._unknowns.lower, at)
+            at = np.where(moved > 0, self._unknowns.upper, at)
+            at = np.where(freed, self._unknowns.inside(at, self._scale), at)
+            bound = moved
+        slopes = self._slopes_at(at)
+        return Found(
+            physical=at,
+            slopes=slopes,
+            at_bound=bound,
+            steps=tuple(self._steps),
+            cost=cost_of(at, slopes.errors, self._unknowns, self._weighing),
+            lost=self._lost,
+            why_lost=self._why,
+            converged=ended is None or ended.status > 0,
+        )
+
+    def _searched(self, at: Array, chosen: NDArray[np.bool_]) -> OptimizeResult:
+        """Trust regions in the chosen parameters, in units of their scales."""
+        scale, u = self._scale[chosen], self._unknowns
+        bounds = u.lower[chosen] / scale, u.upper[chosen] / scale
+        rows = len(self._weighing.weights)
+
+        def errors(x: Array) -> Array:
+            return self._residuals(self._whole(at, chosen, x))
+
+        def slopes(x: Array) -> Array:
+            return self._jacobian(self._whole(at, chosen, x))[:, chosen] * scale
+
+        def loss(z: Any) -> Any:
+            found = np.array([z, np.ones_like(z), np.zeros_like(z)])
+            found[:, :rows] = self._weighing.loss(z[:rows])
+            return found
+
+        return least_squares(
+            errors,
+            np.clip(at[chosen] / scale, *bounds),
+            slopes,
+            bounds=bounds,
+            method="trf",
+            x_scale="jac",
+            ftol=_TOLERANCE,
+            xtol=_TOLERANCE,
+            gtol=_TOLERANCE,
+            loss=cast("Any", loss),
+            f_scale=self._weighing.tuning,
+            max_nfev=MOST_STEPS,
+        )
+
+    def _whole(self, at: Array, chosen: NDArray[np.bool_], x: Array) -> Array:
+        whole = at.copy()
+        whole[chosen] = x * self._scale[chosen]
+        return np.where(self._free, np.clip(whole, self._unknowns.lower, self._unknowns.upper), at)
+
+    def _residuals(self, at: Array) -> Array:
+        """Weighted errors, then those of what was known before; large ones for a lost loop."""
+        if self._slopes is not None and np.array_equal(self._slopes[0], at):
+            return self._rows(at, self._slopes[1].errors)
+        if not self._largest:
+            return self._rows(at, self._slopes_at(at).errors)
+        lanes = self._predictions(at[None, :])
+        if lanes.failures:
+            self._lost, self._why = self._lost + 1, next(iter(lanes.failures.values()))
+            return np.full(self._size, _LOST * self._largest)
+        return self._rows(at, lanes.errors[:, 0])
+
+    def _rows(self, at: Array, errors: Array) -> Array:
+        return weighed_rows(at, errors, self._unknowns, self._weighing)
+
+    @property
+    def _size(self) -> int:
+        return len(self._weighing.weights) + int(self._unknowns.has_prior.sum())
+
+    def _jacobian(self, at: Array) -> Array:
+        slopes = self._slopes_at(at)
+        jacobian = self._weighing.weights[:, None] * slopes.jacobian
+        known = self._unknowns.has_prior
+        if known.any():
+            jacobian = np.vstack([jacobian, np.diag(1 / self._unknowns.prior_sd)[known]])
+        return jacobian
+
+    def _slopes_at(self, at: Array) -> Slopes:
+        if self._slopes is not None and np.array_equal(self._slopes[0], at):
+            return self._slopes[1]
+        self._predictions.settle(at)
+        u = self._unknowns
+        slopes = slopes_of(self._predictions, at, self._scale, u.lower, u.upper, self._free)
+        self._slopes = at.copy(), slopes
+        self._largest = self._largest or max(
+            float(np.abs(self._rows(at, slopes.errors)).max()), 1.0
+        )
+        error = float(np.sqrt(np.mean(slopes.errors**2)))
+        self._steps.append(FitStep(physical=at.copy(), error=error))
+        if self._progress is not None:
+            told = f"step {len(self._steps)}, error {error:.4g}"
+            self._progress(len(self._steps) - 1, MOST_STEPS, told)
+        return slopes
+
+    def _at_bounds(self, at: Array) -> NDArray[np.int8]:
+        """Which parameters the errors drive to a bound, and which of those there are kept."""
+        slopes, u = self._slopes_at(at), self._unknowns
+        rows, jacobian = self._rows(at, slopes.errors), self._jacobian(at)
+        n, c = len(self._weighing.weights), self._weighing.tuning
+        rows[:n] *= self._weighing.loss((rows[:n] / c) ** 2)[1]
+        downhill = -(jacobian.T @ rows)
+        reach = AT_BOUND.value / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+        low = self._free & (downhill < 0) & (at - u.lower <= reach)
+        high = self._free & (downhill > 0) & (u.upper - at <= reach)
+        return np.where(low, -1, np.where(high, 1, 0)).astype(np.int8)
+
+
+def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> Array:
+    """Weighted errors (n,), then those of what was known before, over its deviations."""
+    found, known = weighing.weights * errors, unknowns.has_prior
+    if known.any():
+        off = (at - unknowns.prior)[known] / unknowns.prior_sd[known]
+        found = np.concatenate([found, off])
+    return found
+
+
+def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> float:
+    """What the search makes least, of parameters (P,) and the errors (n,) that they leave."""
+    rows, c, n = weighed_rows(at, errors, unknowns, weighing), weighing.tuning, len(errors)
+    own = c * c * weighing.loss((rows[:n] / c) ** 2)[0]
+    return 0.5 * float(own.sum() + rows[n:] @ rows[n:])
+
+
+def best_of(found: Sequence[Found]) -> Found:
+    """The search that ended lowest."""
+    if not found:
+        raise EstimationError("no search came to an end.", code="fit-no-end")
+    return min(found, key=lambda each: each.cost)

@@ -1,0 +1,159 @@
+"""Where a fit starts, and whose parameters it searches."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.choices.outputs import (
+    FIT_STARTS,
+    INSTRUMENTS_START,
+    LEAST_SQUARES_START,
+    NOMINAL_START,
+)
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.identification import Shared, identify
+from axisid.estimation.joint import JointForm
+from axisid.estimation.regression import Form, InverseForm
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError, UsageError
+from axisid.support.real_numbers import is_real
+from axisid.support.remedy import Note
+from axisid.support.user_values import is_among, quoted
+
+_PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
+_METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
+
+#: As users give it: a name, parameters, or an estimate.
+StartLike = str | Mapping[str, float] | Estimate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Searched:
+    """Whose parameters a fit searches.
+
+    Attributes
+    ----------
+    form : Form
+        In the parameters of all records.
+    axes : tuple of GeneratedAxis
+        By record.
+    local : mapping of str to tuple of str
+        Names of each parameter that records have for themselves, by record.
+    """
+
+    form: Form
+    axes: tuple[GeneratedAxis, ...]
+    local: Mapping[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitStart:
+    """Where a search starts.
+
+    Attributes
+    ----------
+    physical : (P,) array
+    size : (P,) array
+        Least size that steps are taken of, as a parameter may be 0.
+    named : str
+        Of `FIT_STARTS`, or ``given``.
+    """
+
+    physical: Array
+    size: Array
+    named: str
+
+
+def searched(shared: Shared) -> Searched:
+    """The parameters of an axis that records share."""
+    axis, layout = shared.axis, shared.own_layout
+    axes = tuple(shared.axes(axis, layout))
+    if layout is None:
+        return Searched(form=InverseForm(axis), axes=axes, local={})
+    return Searched(form=JointForm(axis, layout=layout), axes=axes, local=layout.local)
+
+
+def starts_from(
+    asked: StartLike, shared: Shared, form: Form, gain: str
+) -> tuple[list[FitStart], list[Note]]:
+    """Starts in the order in which they are tried, and why others came to nothing.
+
+    Parameters
+    ----------
+    asked : str, mapping of str to float or Estimate
+        Of a name of `FIT_STARTS`: that, and those that follow it.
+    shared : Shared
+    form : Form
+    gain : str
+        As `identify` takes it.
+
+    Raises
+    ------
+    UsageError
+        What is asked for is none of them, or parameters are none of the fit's.
+    """
+    names = [q.name for q in form.physical_quantities]
+    size = np.abs(form.start)
+    nominal = FitStart(physical=form.start, size=size, named=NOMINAL_START)
+    if isinstance(asked, Estimate):
+        return [_of_estimate(asked, names, "given")], []
+    if isinstance(asked, Mapping):
+        return [FitStart(physical=_given(asked, names, form), size=size, named="given")], []
+    if not is_among(asked, FIT_STARTS):
+        raise UsageError(
+            f"there is no start {quoted(asked)}; choose from {', '.join(FIT_STARTS)}, or give an "
+            "estimate, or values by name.",
+            code="unknown-start",
+        )
+    found, why = [], []
+    for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
+        try:
+            with np.errstate(all="ignore"):
+                estimate = _estimate(_METHODS[name], shared, gain)
+            found.append(_of_estimate(estimate, names, name))
+            break
+        except AxisidError as error:
+            why.append(error.note)
+    return [*found, nominal], why
+
+
+def _estimate(method: str, shared: Shared, gain: str) -> Estimate:
+    result = identify(
+        shared.axis,
+        shared.records,
+        methods=[method],
+        local=shared.local,
+        known=shared.known or None,
+        gain=gain,
+    )
+    return result[method]
+
+
+def _of_estimate(estimate: Estimate, names: Sequence[str], named: str) -> FitStart:
+    if [q.name for q in estimate.quantities] != [*names]:
+        raise UsageError(
+            f"the estimate to start from has {', '.join(q.name for q in estimate.quantities)}, the "
+            f"fit {', '.join(names)}; give one of the same axis and records.",
+            code="other-start",
+        )
+    size = np.zeros(len(names))
+    if estimate.X.shape[1] == len(names):
+        columns = np.linalg.norm(estimate.X, axis=0)
+        whole = np.full(len(names), np.linalg.norm(estimate.y))
+        size = _PART_OF_FORCE * np.divide(whole, columns, out=size, where=columns > 0)
+    return FitStart(physical=estimate.physical, size=size, named=named)
+
+
+def _given(asked: Mapping[str, float], names: Sequence[str], form: Form) -> Array:
+    found = form.start.copy()
+    for name, value in asked.items():
+        if name not in names or not (is_real(value) and np.isfinite(value)):
+            raise UsageError(
+                f"the start of {quoted(name)} is {quoted(value)}; give finite numbers, by name, "
+                f"of {', '.join(names)}.",
+                code="fit-start",
+            )
+        found[names.index(name)] = value
+    return found

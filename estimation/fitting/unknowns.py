@@ -1,0 +1,205 @@
+"""What a fit searches: parameters with their bounds, priors, fixed values and scales."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import Quantity
+from axisid.estimation.regression import Form
+from axisid.support.arrays import Array
+from axisid.support.errors import ModelError, UsageError
+from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
+
+#: A bound, or None for none.
+End = float | None
+_INSIDE = 0.05  # of a parameter's scale, or a quarter of its range: how far inside it starts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unknowns:
+    """The parameters of a fit, (P,) each.
+
+    Attributes
+    ----------
+    quantities : tuple of Quantity
+    lower, upper : array
+    prior, prior_sd : array
+        What was known before; infinite deviations where nothing was.
+    fixed : array
+        Values that are held; NaN where a parameter is searched.
+    """
+
+    quantities: tuple[Quantity, ...]
+    lower: Array
+    upper: Array
+    prior: Array
+    prior_sd: Array
+    fixed: Array
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return tuple(q.name for q in self.quantities)
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Which are searched."""
+        return np.isnan(self.fixed)
+
+    @property
+    def has_prior(self) -> NDArray[np.bool_]:
+        """Of which something was known before, and is weighed."""
+        return np.isfinite(self.prior_sd) & self.free
+
+    def scale(self, start: Array, size: Array) -> Array:
+        """Scale of each parameter, from which its steps follow; never 0, as friction may be."""
+        scale = np.max(np.abs([start, size, self.prior]), axis=0)
+        return np.where(scale > 0, scale, 1.0)
+
+    def inside(self, start: Array, scale: Array) -> Array:
+        """A start strictly inside the bounds, fixed values as they are.
+
+        A search that starts on a bound stands still there.
+        """
+        margin = np.minimum(_INSIDE * scale, (self.upper - self.lower) / 4)
+        moved = np.clip(start, self.lower + margin, self.upper - margin)
+        return np.where(self.free, moved, self.fixed)
+
+
+def unknowns_of(
+    form: Form,
+    local: Mapping[str, tuple[str, ...]],
+    bounds: Mapping[str, tuple[End, End]],
+    prior: Mapping[str, tuple[float, float]],
+    fixed: Mapping[str, float],
+) -> Unknowns:
+    """The parameters of a form, with what was declared of them and what is asked for.
+
+    Parameters
+    ----------
+    form : Form
+    local : mapping of str to tuple of str
+        Names of each declared parameter that records have for themselves: what is said of it is
+        said of all of them.
+    bounds : mapping of str to (float or None, float or None)
+        Narrower than the declared ones.
+    prior : mapping of str to (float, float)
+        Value and standard deviation.
+    fixed : mapping of str to float
+
+    Raises
+    ------
+    UsageError
+        A name is no parameter's, or a value is none, contradicts another, or is out of bounds.
+    ModelError
+        The axis fixes a parameter that the fit does not search by itself.
+    """
+    quantities, declared = form.physical_quantities, form.declared
+    names = [q.name for q in quantities]
+    count, nothing = len(names), np.full(len(names), np.nan)
+    found = Unknowns(
+        quantities=quantities,
+        lower=np.array([p.lower for p in declared], dtype=float),
+        upper=np.array([p.upper for p in declared], dtype=float),
+        prior=np.zeros(count),
+        prior_sd=np.full(count, np.inf),
+        fixed=nothing,
+    )
+
+    def places(name: object, what: str) -> list[int]:
+        own = local.get(str(name), (str(name),))
+        missing = [each for each in own if each not in names]
+        if missing:
+            raise UsageError(
+                f"there is no parameter {quoted(name)} to {what}; the fit has {', '.join(names)}.",
+                code="no-such-unknown",
+            )
+        return [names.index(each) for each in own]
+
+    _with_declared(found, form, names)
+    _with_bounds(found, bounds, places)
+    _with_priors(found, prior, places)
+    _with_fixed(found, fixed, places)
+    if not found.free.any():
+        raise UsageError(
+            "every parameter is fixed; leave at least one to search.", code="nothing-free"
+        )
+    return found
+
+
+_Places = Callable[[object, str], list[int]]
+
+
+def _with_declared(found: Unknowns, form: Form, names: list[str]) -> None:
+    """What the axis declares as known: held where it is exact, else weighed."""
+    for p in form.axis.base.known:
+        if p.name not in names:
+            raise ModelError(
+                f"{p.name} of axis {form.axis.axis.name!r} is fixed, and the fit searches "
+                f"{', '.join(names)}, in which it is with others; leave the fixed value out, and "
+                "let identify make the others of it.",
+                code="fixed-in-base",
+            )
+        at, value = names.index(p.name), float(p.known or 0.0)
+        if p.known_sd:
+            found.prior[at], found.prior_sd[at] = value, p.known_sd
+        else:
+            found.fixed[at] = value
+
+
+def _with_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places: _Places) -> None:
+    for name, given in bounds.items():
+        pair = given if isinstance(given, (tuple, list)) else (None,)
+        if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
+            raise UsageError(
+                f"the bounds of {quoted(name)} are {quoted(given)}; give a lower and an upper one, "
+                "None for none.",
+                code="fit-bounds",
+            )
+        for j in places(name, "bound"):
+            low = found.lower[j] if pair[0] is None else max(found.lower[j], float(pair[0]))
+            high = found.upper[j] if pair[1] is None else min(found.upper[j], float(pair[1]))
+            if not low < high:
+                raise UsageError(
+                    f"the bounds of {found.names[j]} leave nothing between {low:g} and {high:g}, "
+                    "the declared ones counted; give others, or fix it.",
+                    code="fit-bounds-empty",
+                )
+            found.lower[j], found.upper[j] = low, high
+
+
+def _with_priors(
+    found: Unknowns, prior: Mapping[str, tuple[float, float]], places: _Places
+) -> None:
+    for name, given in prior.items():
+        pair = given if isinstance(given, (tuple, list)) else ()
+        sound = len(pair) == 2 and all(is_real(x) and math.isfinite(x) for x in pair)
+        if not sound or pair[1] <= 0:
+            raise UsageError(
+                f"what was known of {quoted(name)} is {quoted(given)}; give a value and its "
+                "standard deviation, which is more than 0 (fix it if it is exact).",
+                code="fit-prior",
+            )
+        for j in places(name, "know"):
+            found.prior[j], found.prior_sd[j] = float(pair[0]), float(pair[1])
+
+
+def _with_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) -> None:
+    for name, value in fixed.items():
+        if not (is_real(value) and math.isfinite(value)):
+            raise UsageError(
+                f"the fixed value of {quoted(name)} is {quoted(value)}; give a finite number.",
+                code="fit-fixed",
+            )
+        for j in places(name, "fix"):
+            if not found.lower[j] <= value <= found.upper[j]:
+                raise UsageError(
+                    f"{found.names[j]} is fixed at {value:g}, beyond its bounds of "
+                    f"{found.lower[j]:g} and {found.upper[j]:g}; fix it within them.",
+                    code="fit-fixed-bounds",
+                )
+            found.fixed[j] = float(value)

@@ -1,0 +1,208 @@
+"""The forms of the ready laws that are tried, and how a regression starts each.
+
+A form without an integral or a filter is linear in products of its gains; one with an integral is
+linear in more products than it has gains, which start the search all the same.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from axisid.modeling.declaration import ControlLaw
+from axisid.modeling.laws import LAWS
+from axisid.support.arrays import Array
+
+#: Coefficients of a regression of the control, by column.
+Coefficients = Mapping[str, float]
+#: Time constants and 1/bandwidths that begin the search for a filter, sampling periods.
+_FILTERS = (1.0, 4.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawForm:
+    """A ready law with its words, whose gains are sought.
+
+    Attributes
+    ----------
+    law : str
+        Its name in `LAWS`.
+    words : mapping of str to str
+        Its arguments that are no numbers.
+    columns : tuple of str
+        Signals of which the control is a sum, by which the search starts; see `Signals`.
+    gains : callable
+        Gains by name from the coefficients of the columns.
+    extra : str
+        A gain that is no coefficient: ``velocity_filter``, ``pll_bandwidth``, ``filter_time``.
+    same : str
+        What else gives the same control, in words.
+    """
+
+    law: str
+    columns: tuple[str, ...]
+    gains: Callable[[Coefficients], dict[str, float]]
+    words: Mapping[str, str] = field(default_factory=dict)
+    extra: str = ""
+    same: str = ""
+
+    @property
+    def title(self) -> str:
+        """Its name and words: ``cascade_p_pi, velocity averaged``."""
+        return ", ".join([self.law, *(f"{k} {v}" for k, v in self.words.items())])
+
+    @property
+    def has_integral(self) -> bool:
+        """Whether it may wind up."""
+        return "sum of error" in self.columns
+
+    def made(self, gains: Mapping[str, float], period: float, delay: int) -> ControlLaw:
+        """The law with gains."""
+        return replace(LAWS[self.law](**gains, **self.words, period=period), delay=delay)
+
+    def wound(self, anti_windup: str) -> "LawForm":
+        """The same with an anti-windup."""
+        return replace(self, words={**self.words, "anti_windup": anti_windup})
+
+    def begun(self, period: float) -> Sequence[float | None]:
+        """Where the search for the extra gain begins; None without one."""
+        if not self.extra:
+            return (None,)
+        times = [period * each for each in _FILTERS]
+        return [1 / time / 2 for time in times] if self.extra == "pll_bandwidth" else times
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Signals:
+    """What controls are made of, at the samples of a record, (N,) each."""
+
+    reference: Array
+    position: Array
+    ideal_velocity: Array
+    period: float
+
+    def columns(self, form: LawForm, extra: float | None) -> dict[str, Array]:
+        """The columns of a form by name, its filter with a value of the extra gain."""
+        error, rate = self.reference - self.position, self._rate(self.reference)
+        velocity = self._velocity(form, extra)
+        derivative = self._smooth(self._rate(error), extra if form.extra == "filter_time" else None)
+        known = {
+            "error": error,
+            "velocity": velocity,
+            "rate": rate,
+            "acceleration": self._rate(rate),
+            "derivative": derivative,
+            "sum of error": self._sum(error),
+            "sum of velocity": self._sum(velocity),
+            "sum of rate": self._sum(rate),
+            "constant": np.ones_like(error),
+        }
+        return {name: known[name] for name in form.columns}
+
+    def _velocity(self, form: LawForm, extra: float | None) -> Array:
+        how = form.words.get("velocity", "difference")
+        if how == "ideal" or form.law == "cascade_pd":
+            return self.ideal_velocity
+        if how == "averaged" or form.law == "cascade_pd_averaged":
+            before = np.concatenate([self.position[:1], self.position[:1], self.position[:-2]])
+            return np.asarray((self.position - before) / (2 * self.period))
+        if how == "pll" and extra is not None:
+            return self._smooth(self._rate(self.position), 2 / extra)
+        return self._smooth(
+            self._rate(self.position), extra if form.extra == "velocity_filter" else None
+        )
+
+    def _rate(self, values: Array) -> Array:
+        return np.asarray(np.diff(values, prepend=values[0]) / self.period)
+
+    def _sum(self, values: Array) -> Array:
+        return self.period * np.concatenate([[0.0], np.cumsum(values)[:-1]])
+
+    def _smooth(self, values: Array, time: float | None) -> Array:
+        """A low-pass of first order, as `low_pass` computes it."""
+        if not time:
+            return values
+        from scipy.signal import lfilter
+
+        share = self.period / (self.period + time)
+        return np.asarray(lfilter([share], [1.0, share - 1.0], values))
+
+
+def _over(above: float, below: float) -> float:
+    """A quotient; 0 where there is none."""
+    return above / below if below else 0.0
+
+
+def _cascade(c: Coefficients) -> dict[str, float]:
+    kv = -c["velocity"]
+    found = {"kp": _over(c["error"], kv), "kv": kv}
+    if "rate" in c:
+        found["velocity_feed_forward"] = _over(c["rate"], kv)
+    if "acceleration" in c:
+        found["acceleration_feed_forward"] = c["acceleration"]
+    if "sum of error" in c:
+        found["tn"] = abs(_over(c["error"], c["sum of error"])) or 1.0
+    return found
+
+
+def _pid(c: Coefficients) -> dict[str, float]:
+    found = {"kp": c["error"], "kd": c.get("derivative", -c.get("velocity", 0.0))}
+    return {**found, "ki": c["sum of error"]} if "sum of error" in c else found
+
+
+_PD = ("error", "velocity")
+_PI = (*_PD, "sum of error", "sum of velocity", "constant")
+_AHEAD = ("rate", "sum of rate")
+_PID = ("error", "derivative", "sum of error", "constant")
+
+
+def _p_pi(velocity: str, *columns: str, extra: str = "") -> LawForm:
+    return LawForm(
+        law="cascade_p_pi",
+        columns=columns,
+        gains=_cascade,
+        words={"velocity": velocity},
+        extra=extra,
+    )
+
+
+#: The forms that are tried, those of few gains first.
+FORMS: tuple[LawForm, ...] = (
+    LawForm(
+        law="cascade_pd_difference",
+        columns=_PD,
+        gains=_cascade,
+        same="state_feedback with k_position = kp kv and k_velocity = kv",
+    ),
+    LawForm(law="cascade_pd_averaged", columns=_PD, gains=_cascade),
+    LawForm(law="cascade_pd", columns=_PD, gains=_cascade),
+    LawForm(
+        law="impedance",
+        columns=("error", "derivative"),
+        gains=_pid,
+        same="pid with ki = 0",
+    ),
+    *(_p_pi(how, *_PI) for how in ("difference", "averaged")),
+    *(_p_pi(how, *_PD, "rate") for how in ("difference", "averaged")),
+    LawForm(
+        law="pid",
+        columns=_PID,
+        gains=_pid,
+        same="pid_ideal with k = kp, ti = kp / ki, td = kd / kp, and dynamixel_position with its "
+        "registers times their factors",
+    ),
+    LawForm(
+        law="pid",
+        columns=("error", "velocity", "sum of error", "constant"),
+        gains=_pid,
+        words={"derivative_of": "position"},
+        same="state_feedback with k_position = kp, k_velocity = kd and k_integral = ki",
+    ),
+    *(_p_pi(how, *_PI, *_AHEAD) for how in ("difference", "averaged")),
+    *(_p_pi(how, *_PI, *_AHEAD, "acceleration") for how in ("difference", "averaged")),
+    LawForm(law="pid", columns=_PID, gains=_pid, extra="filter_time"),
+    _p_pi("difference", *_PI, extra="velocity_filter"),
+    _p_pi("pll", *_PI, extra="pll_bandwidth"),
+    _p_pi("difference", *_PI, *_AHEAD, extra="velocity_filter"),
+    _p_pi("pll", *_PI, *_AHEAD, extra="pll_bandwidth"),
+)

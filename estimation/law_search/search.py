@@ -1,0 +1,289 @@
+"""The search: each form started by a regression, its gains found by runs, judged on other rows."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.diagnostics.loop import GainsBeside, compared_as
+from axisid.estimation.loops import (
+    Compared,
+    LawAlong,
+    LawPoint,
+    LawTicks,
+    measured_velocity,
+    unlimited,
+)
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Neighbours, recorded_signals
+from axisid.estimation.thresholds.diagnostics import (
+    COMPARISON_CUTOFF,
+    MAX_LAW_RESIDUAL,
+    MIN_SAMPLES_PER_FACTOR,
+)
+from axisid.estimation.thresholds.law_search import (
+    MAX_AS_WELL,
+    MIN_LIMITED_SHARE,
+    NEGLIGIBLE_LEFT,
+)
+from axisid.modeling.declaration import Axis, ControlLaw
+from axisid.modeling.laws import ANTI_WINDUP
+from axisid.support.arrays import relative_error_percent
+from axisid.support.errors import DataError, ModelError
+
+from .forms import FORMS, LawForm, Signals
+from .result import ExplainedLaw, LawSearch
+
+_BLOCKS = 10  # of rows, every second of which is held out
+_DELAYS = 4  # samples, the most that are tried
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class _Rows:
+    """Samples of a record that gains are found from, and those that are held out, (N,) each."""
+
+    used: NDArray[np.bool_]
+    held_out: NDArray[np.bool_]
+
+
+def find_law(
+    axis: Axis | GeneratedAxis, record: Record, *, progress: Progress | None = None
+) -> LawSearch:
+    """Which of the ready laws explains a recorded control, with which gains and delay.
+
+    Each form of the ready laws is started by a regression of the control on what it is made of,
+    at every delay; its gains are then found by runs along half of the record, in blocks, and it is
+    judged on the other half.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+        Whose drive and signals the record has; a law that it declares plays no part.
+    record : Record
+        With position, reference and control. Of several pieces the longest is taken.
+    progress : callable, optional
+        Called with how many forms are done, how many there are, and what is done.
+
+    Raises
+    ------
+    DataError
+        The record has no reference, no control or no position, or is too short.
+    """
+    generated = as_generated(axis)
+    piece = _fit_for_it(record)
+    rows, signals, ticks = _rows(generated, piece), _signals(piece), _ticks(generated, piece)
+    found: list[ExplainedLaw] = []
+    for done, form in enumerate(FORMS):
+        if progress is not None:
+            progress(done, len(FORMS), form.title)
+        explained = _explained(form, generated, piece, rows, signals, ticks)
+        if explained is not None:
+            found.append(explained)
+            found += _wound(form, explained, generated, piece, rows, ticks)
+    if not found:
+        raise DataError(
+            "no ready law can be run along the record; check the units of its columns.",
+            code="no-law",
+        )
+    return _ranked(generated, record, found)
+
+
+def _fit_for_it(record: Record) -> Record:
+    """The longest piece of a record that has what a law reads and gives."""
+    if record.reference is None or record.control is None or record.integrated:
+        missing = (
+            "reference"
+            if record.reference is None
+            else "control"
+            if record.control is None
+            else "position"
+        )
+        raise DataError(
+            f"the record has no {missing}; a law is found from position, reference and control. "
+            "Name its columns, columns={...}.",
+            code="law-columns",
+        )
+    piece = record.longest()
+    needed = 2 * _BLOCKS * MIN_SAMPLES_PER_FACTOR.value
+    if len(piece) < needed:
+        raise DataError(
+            f"the record has {len(piece)} samples; to find a law it takes {needed:g} or more.",
+            code="law-record-short",
+        )
+    return piece
+
+
+def _rows(axis: GeneratedAxis, record: Record) -> _Rows:
+    used = unlimited(axis, record, (0, len(record))).copy()
+    settling = round(1 / COMPARISON_CUTOFF.value)  # of a low-pass, at either end
+    used[: settling + _DELAYS] = used[len(record) - settling :] = False
+    block = np.arange(len(record)) * _BLOCKS // len(record)
+    return _Rows(used & (block % 2 == 0), used & (block % 2 == 1))
+
+
+def _signals(record: Record) -> Signals:
+    return Signals(
+        reference=np.asarray(record.commanded),
+        position=record.position,
+        ideal_velocity=measured_velocity(record.position, record.period),
+        period=record.period,
+    )
+
+
+def _ticks(axis: GeneratedAxis, record: Record) -> LawTicks:
+    recorded = recorded_signals(axis, record.provenance.source, record.signals)
+    velocity = measured_velocity(record.position, record.period)
+    return LawTicks.at_samples(np.asarray(record.commanded), record.position, velocity, recorded)
+
+
+def _explained(
+    form: LawForm,
+    axis: GeneratedAxis,
+    record: Record,
+    rows: _Rows,
+    signals: Signals,
+    ticks: LawTicks,
+) -> ExplainedLaw | None:
+    """A form with its best gains; None where it does not explain the control at all."""
+    starts = [
+        _started(form, extra, delay, record, rows, signals)
+        for extra in form.begun(record.period)
+        for delay in range(_DELAYS + 1)
+    ]
+    possible = [start for start in starts if start is not None]
+    if not possible:
+        return None
+    _, law = min(possible, key=lambda start: start[0])
+    return _fitted(form, law, axis, record, rows, ticks)
+
+
+def _started(
+    form: LawForm,
+    extra: float | None,
+    delay: int,
+    record: Record,
+    rows: _Rows,
+    signals: Signals,
+) -> tuple[float, ControlLaw] | None:
+    """What a regression leaves, and the law that it starts with."""
+    columns = signals.columns(form, extra)
+    late = np.column_stack([*columns.values()])
+    late = np.vstack([np.repeat(late[:1], delay, axis=0), late[: len(late) - delay]])
+    control, regressor = np.asarray(record.control)[rows.used], late[rows.used]
+    sizes = np.linalg.norm(regressor, axis=0)
+    if not np.all(sizes > 0):
+        return None
+    values, *_ = np.linalg.lstsq(regressor / sizes, control, rcond=None)
+    gains = form.gains(dict(zip(columns, values / sizes, strict=True)))
+    if extra is not None:
+        gains[form.extra] = extra
+    if not all(np.isfinite(value) and value for value in gains.values()):
+        return None
+    try:
+        law = form.made(gains, record.period, delay)
+    except ModelError:
+        return None  # a negative time
+    return float(np.linalg.norm(control - regressor @ (values / sizes))), law
+
+
+def _fitted(
+    form: LawForm,
+    law: ControlLaw,
+    axis: GeneratedAxis,
+    record: Record,
+    rows: _Rows,
+    ticks: LawTicks,
+) -> ExplainedLaw | None:
+    """A law with the gains that explain the rows best, from those that it has."""
+    along, smooth = LawAlong.of(axis, law, ticks, record), compared_as(law, record)
+    point = along.fitted(
+        along.declared, lambda values: smooth(values)[rows.used], range(len(law.gains))
+    )
+    control, off = smooth(along.control), smooth(along.control - along.output(point))
+    left = [relative_error_percent(off[some], control[some]) for some in (rows.held_out, rows.used)]
+    if not np.all(np.isfinite(left)):
+        return None
+    gains = dict(zip(law.gains, map(float, point.gains), strict=True))
+    return ExplainedLaw(
+        law=replace(law, gains=gains),
+        function=form.law,
+        words=dict(form.words),
+        deviations=_deviations(along, point, rows, smooth),
+        held_out_percent=left[0],
+        fitted_percent=left[1],
+        same=form.same,
+    )
+
+
+def _deviations(
+    along: LawAlong, point: LawPoint, rows: _Rows, smooth: Compared
+) -> dict[str, float]:
+    """Standard deviation of each gain that the record tells apart."""
+    beside = GainsBeside(
+        along=along,
+        point=point,
+        compared=lambda values: smooth(values)[rows.used],
+        neighbours=Neighbours.of(np.flatnonzero(rows.used), 1),
+        rounded=(np.zeros(len(rows.used)),),
+    )
+    values = dict(zip(along.law.gains, point.gains, strict=True))
+    steps = beside.steps(point)
+    return {name: float(abs(values[name]) * sd) for name, (_, sd) in steps.items()}
+
+
+def _wound(
+    form: LawForm,
+    plain: ExplainedLaw,
+    axis: GeneratedAxis,
+    record: Record,
+    rows: _Rows,
+    ticks: LawTicks,
+) -> list[ExplainedLaw]:
+    """The same with each anti-windup, where the drive was at its limit."""
+    limited = 1 - float(np.mean(rows.used | rows.held_out))
+    if not form.has_integral or limited < MIN_LIMITED_SHARE.value:
+        return []
+    found = []
+    for how in ANTI_WINDUP[1:]:
+        wound = form.wound(how)
+        law = wound.made(plain.law.gains, record.period, plain.law.delay)
+        explained = _fitted(wound, law, axis, record, rows, ticks)
+        found += [] if explained is None else [explained]
+    return found
+
+
+def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> LawSearch:
+    """The laws in their order: those that leave as little as the best by their gains.
+
+    An ideal velocity is in no log; a law that reads one comes first where no other explains the
+    control.
+    """
+    of_log = [each.held_out_percent for each in found if not each.law.takes_velocity]
+    least = min(of_log, default=np.inf)
+    explained = least < MAX_LAW_RESIDUAL.value
+    if not explained:
+        least = min(each.held_out_percent for each in found)
+    most = max(MAX_AS_WELL.value * least, NEGLIGIBLE_LEFT.value)
+
+    def is_first(each: ExplainedLaw) -> bool:
+        return each.held_out_percent <= most and not (explained and each.law.takes_velocity)
+
+    first = sorted(
+        filter(is_first, found),
+        key=lambda each: (len(each.law.gains), len(each.words), each.held_out_percent),
+    )
+    others = sorted(
+        (each for each in found if not is_first(each)), key=lambda each: each.held_out_percent
+    )
+    return LawSearch(
+        axis=axis.axis.name,
+        unit=axis.axis.drive.unit,
+        record=record,
+        laws=(*first, *others),
+        explained=first[0].held_out_percent < MAX_LAW_RESIDUAL.value,
+        as_well=len(first),
+    )

@@ -1,0 +1,249 @@
+"""A control law along recorded signals by its gains, and the gains with which it gives a control.
+
+A law that is limited, filtered or has an integral is no sum of products of its gains: it is run
+along the record, with each gain a little larger and smaller, and Gauss-Newton steps are made. What
+the law remembers at the start is free along with them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis, law_functions
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds.simulation import MIN_MEMORY_EFFECT
+from axisid.modeling.declaration import ControlLaw
+from axisid.support.arrays import Array
+
+from .as_logged import as_logged, late_in_log
+from .law_ticks import LawTicks
+from .start_memory import unlimited
+
+_STEP = 1e-5  # of a gain and of a memory's size, for slopes
+_ROUNDS, _HALVINGS = 12, 6  # of Gauss-Newton steps, and of each that leads nowhere
+_STILL = 1e-7  # relative change of what is left, at which they end
+_EXACT = 1e-9  # of the control, what may be left at most where they end too
+_LARGEST = 0.5  # step of the logarithm of a gain
+_SETTLED = 10  # samples in which the law's memory fills
+_BLOCK = 25  # evaluations that are one function: to call one takes longer than to evaluate it
+_CLEAR = 1e-8  # singular value of unit columns, by the largest, of what the record shows at all
+
+#: What is made of a control before it is compared: its rows, or a low-pass of them.
+Compared = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, slots=True)
+class LawPoint:
+    """Gains of a law, (g,), and what it remembers at the first evaluation, (m,)."""
+
+    gains: Array
+    start: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawAlong:
+    """A law along recorded signals.
+
+    Attributes
+    ----------
+    law : ControlLaw
+        Its gains are those of no run.
+    ticks : LawTicks
+        What it measured.
+    control : (N,) array
+        Recorded, without what was added to the law's.
+    at_limit : (N,) array of bool
+        Where that is the drive's limit.
+    functions : mapping of str to casadi.Function
+        The law's, see `law_functions`.
+    logged : callable
+        What a record has of what the law gives, see `as_logged`.
+    late : int
+        Samples after which it has it.
+    """
+
+    law: ControlLaw
+    ticks: LawTicks
+    control: Array
+    at_limit: NDArray[np.bool_]
+    functions: Mapping[str, Any]
+    logged: Compared
+    late: int
+
+    @classmethod
+    def of(
+        cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawTicks, record: Record
+    ) -> "LawAlong":
+        """A law, which need not be the axis's, along a record of one piece with a control."""
+        logged, own = partial(as_logged, axis), axis.axis.control
+        control = np.asarray(record.control) - logged(ticks.added_at_samples(law.delay))
+        # Behind a lag nothing tells where the command was at its limit.
+        hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
+        return cls(
+            law=law,
+            ticks=ticks,
+            control=control,
+            at_limit=~unlimited(axis, record, (0, len(record))) & (not hidden),
+            functions=law_functions(law, axis.axis.signal_symbols),
+            logged=logged,
+            late=late_in_log(axis) + law.delay - (0 if own is None else own.delay),
+        )
+
+    @property
+    def declared(self) -> LawPoint:
+        """The declared gains, and the memory of an axis at rest."""
+        start = self.functions["law_start"](self.ticks.reference[0], self.ticks.position[0])
+        return LawPoint(np.array([*self.law.gains.values()], dtype=float), start.full().ravel())
+
+    def output(self, point: LawPoint) -> Array:
+        """The law's output when it is applied, whatever the drive's limit, (N,)."""
+        output, _ = self._run(point)
+        return self.logged(output[np.maximum(self.ticks.held - self.law.delay, 0)])
+
+    def slopes(self, point: LawPoint) -> tuple[Array, Array]:
+        """How that changes with the logarithm of each gain, (N, g), and each memory, (N, m).
+
+        A gain of 0 has no logarithm, and a slope of 0. So has a memory that hardly shows.
+        """
+        steps = _STEP * np.abs(point.gains)
+        by_gain = [
+            self._change(replace(point, gains=ahead), replace(point, gains=behind)) * np.sign(value)
+            for ahead, behind, value in zip(*_either(point.gains, steps), point.gains, strict=True)
+        ]
+        sizes = self._sizes(point)
+        by_start = [
+            self._change(replace(point, start=ahead), replace(point, start=behind)) / size
+            for ahead, behind, size in zip(*_either(point.start, _STEP * sizes), sizes, strict=True)
+        ]
+        least = MIN_MEMORY_EFFECT.value * float(np.linalg.norm(self.control))
+        shown = [
+            slope if float(np.linalg.norm(slope[_SETTLED:])) * size > least else 0 * slope
+            for slope, size in zip(by_start, sizes, strict=True)
+        ]
+        none = np.empty((len(self.control), 0))
+        return np.column_stack([none, *by_gain]), np.column_stack([none, *shown])
+
+    def _change(self, ahead: LawPoint, behind: LawPoint) -> Array:
+        """The slope of the output between two points, by steps of `_STEP`, (N,)."""
+        return (self.output(ahead) - self.output(behind)) / (2 * _STEP)
+
+    def fitted(self, point: LawPoint, compared: Compared, free: Sequence[int]) -> LawPoint:
+        """The gains that give a control best, some of them free, with the memory at the start.
+
+        Parameters
+        ----------
+        point : LawPoint
+            Where to begin.
+        compared : callable
+            What is made of a control before it is compared.
+        free : sequence of int
+            Places of the gains that may change; none changes its sign.
+
+        Returns
+        -------
+        LawPoint
+            The best that was met.
+        """
+        wanted, chosen = compared(self.control), list(free)
+        off = wanted - compared(self.output(point))
+        enough = (_EXACT * float(np.linalg.norm(wanted))) ** 2
+        left, before = float(off @ off), np.inf
+        for _ in range(_ROUNDS):
+            if not (left > enough and before - left > _STILL * left):
+                break
+            by_gain, by_start = self.slopes(point)
+            columns = np.column_stack([by_gain[:, chosen], by_start])
+            step = _least_step(np.column_stack([*map(compared, columns.T)]), off)
+            found = self._shorter(point, step, chosen, wanted, compared, left)
+            if found is None:
+                break
+            (point, off), before = found, left
+            left = float(off @ off)
+        return point
+
+    def _shorter(
+        self,
+        point: LawPoint,
+        step: Array,
+        chosen: list[int],
+        wanted: Array,
+        compared: Compared,
+        left: float,
+    ) -> tuple[LawPoint, Array] | None:
+        """The end of a step, or of one that is shorter, which leaves less; None where none does."""
+        for _ in range(_HALVINGS):
+            gains = point.gains.copy()
+            gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
+            end = LawPoint(gains, point.start + step[len(chosen) :])
+            off = wanted - compared(self.output(end))
+            if np.all(np.isfinite(off)) and float(off @ off) < left:
+                return end, off
+            step = step / 2
+        return None
+
+    def _run(self, point: LawPoint) -> tuple[Array, Array]:
+        """The output at each evaluation, (M,), and what is remembered after it, (M, m)."""
+        count = len(self.ticks)
+        blocks = -(-count // _BLOCK)
+        rest = (0, blocks * _BLOCK - count)
+        read = (*self.ticks.signals, *self._limits)
+        arguments = [point.start, *(np.pad(values.ravel(), rest, "edge") for values in read)]
+        arguments.append(np.tile(point.gains, blocks * _BLOCK))
+        states = np.empty((blocks * _BLOCK, len(point.start)))
+        output = np.empty(blocks * _BLOCK)
+        _along(self.functions["law_step"], blocks)(arguments, (states, output))
+        return output[:count], states[:count]
+
+    @property
+    def _limits(self) -> tuple[Array, Array]:
+        """Whether each evaluation's output was limited, and to what, (1, M) each."""
+        shown = np.searchsorted(self.ticks.held, np.arange(len(self.ticks)) + self.late)
+        shown = np.minimum(shown, len(self.control) - 1)
+        return self.at_limit[None, shown].astype(float), self.control[None, shown]
+
+    def _sizes(self, point: LawPoint) -> Array:
+        """How large each memory is along the record, (m,)."""
+        _, states = self._run(point)
+        sizes = np.abs(states).max(axis=0, initial=0.0)
+        return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
+
+
+# A fit runs one law along one record many times; to make such a function takes as long as a run.
+@lru_cache(maxsize=16)
+def _along(step: Any, blocks: int) -> Callable[[Sequence[Array], Sequence[Array]], None]:
+    """Runs a law over so many blocks of evaluations: from arguments into results."""
+    last = step.n_in() - 1  # the memory comes first in and first out
+    one = step.slice("law", [last, *range(last)], [0, 1])
+    function = one.mapaccum(_BLOCK).expand().mapaccum(blocks)
+    # To make CasADi's matrices of arrays takes much longer than a run.
+    buffer, run = function.buffer()
+
+    def along(arguments: Sequence[Array], results: Sequence[Array]) -> None:
+        held = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
+        for i, values in enumerate(held):
+            buffer.set_arg(i, values.data)
+        for i, values in enumerate(results):
+            buffer.set_res(i, values.data)
+        run()
+
+    return along
+
+
+def _either(values: Array, steps: Array) -> tuple[list[Array], list[Array]]:
+    """The values with each of them by its step larger, and smaller."""
+    each = np.diag(steps)
+    return [*(values + each)], [*(values - each)]
+
+
+def _least_step(columns: Array, off: Array) -> Array:
+    """Least squares by unit columns; what the record does not show is left alone."""
+    columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
+    sizes = np.linalg.norm(columns, axis=0)
+    scale = np.where(sizes > 0, sizes, 1.0)
+    u, effect, v = np.linalg.svd(columns / scale, full_matrices=False)
+    clear = effect > _CLEAR * effect.max(initial=0.0)
+    return np.asarray((v[clear].T @ ((u.T @ off)[clear] / effect[clear])) / scale)

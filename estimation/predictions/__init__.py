@@ -1,0 +1,14 @@
+"""What is predicted of records' outputs, for many parameter sets side by side, and its slopes.
+
+In: axes, records, parameters. Out: `Lanes` of predicted less recorded outputs; `Slopes`.
+Knows nothing of how parameters are searched for.
+"""
+
+from .lanes import Lanes as Lanes
+from .lanes import Predictions as Predictions
+from .loop_predictions import LoopPredictions as LoopPredictions
+from .measured_output import MeasuredOutput as MeasuredOutput
+from .measured_output import measured_output as measured_output
+from .slopes import Slopes as Slopes
+from .slopes import slopes_of as slopes_of
+from .window_predictions import WindowPredictions as WindowPredictions

@@ -1,0 +1,75 @@
+"""Predictions side by side, one column for each parameter set."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.support.arrays import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lanes:
+    """Predicted less recorded outputs.
+
+    Attributes
+    ----------
+    errors : (n, B) array
+        One column a lane; NaN where its simulation ended early.
+    failures : mapping of int to str
+        Why, by lane.
+    """
+
+    errors: Array
+    failures: Mapping[int, str]
+
+
+class Predictions(Protocol):
+    """An output as parameters predict it, at the samples of all records."""
+
+    @property
+    def spans(self) -> tuple[tuple[slice, ...], ...]:
+        """Rows of each stretch without a gap, by record."""
+
+    @property
+    def samples(self) -> tuple[NDArray[np.intp], ...]:
+        """Which sample of its record each row is, by record."""
+
+    @property
+    def unit(self) -> str:
+        """Of the output."""
+
+    @property
+    def step(self) -> float:
+        """Of the coarsest encoder; 0 where nothing is known of any."""
+
+    @property
+    def measured(self) -> Array:
+        """What was recorded, (n,)."""
+
+    @property
+    def counted(self) -> Array:
+        """1 for rows that count, 0 for those that are no measurements, (n,)."""
+
+    def settle(self, physical: Array) -> None:
+        """Settle at parameters (P,) what is to be the same for all lanes about them.
+
+        Raises
+        ------
+        EstimationError
+            They cannot be simulated.
+        """
+
+    def __call__(self, physical: Array) -> Lanes:
+        """Errors of parameters (B, P)."""
+
+    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
+        """What white noise of the position, as the records have it, changes, (n, B)."""
+
+    def by_steps(self, physical: Array) -> Array | None:
+        """What the encoder's steps change, (n, B); None where nothing is known of any."""
+
+    def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
+        """Slopes of the errors by a factor of each term of the law, (n,), by its gains."""

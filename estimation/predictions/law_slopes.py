@@ -1,0 +1,66 @@
+"""How the output of a simulated loop changes with a factor of each term of its law."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.estimation.loops import LawTicks, state_at_rest, terms_along
+from axisid.estimation.simulation import simulate_lanes
+from axisid.support.arrays import Array
+
+from .stretch import Stretch
+
+_SHARE = 1e-3  # of a term, by which it is made larger and smaller
+
+
+def slopes_by_law(
+    stretch: Stretch, own: Array, signal: str, substeps: int | None
+) -> Mapping[str, Array]:
+    """Slopes of a stretch's output, (N,), by the gains of the term.
+
+    Parameters
+    ----------
+    stretch : Stretch
+    own : (p,) array
+        Parameters of its axis.
+    signal : str
+        The output.
+    substeps : int or None
+
+    Returns
+    -------
+    mapping of str to (N,) array
+        Empty of a continuous law, and where a loop cannot be simulated.
+    """
+    law, inputs = stretch.axis.axis.control, stretch.inputs
+    if law is None or law.continuous:
+        return {}
+    alone = replace(inputs, clocks=None)
+    wanted = ("position", "velocity")
+    loop = simulate_lanes(stretch.axis, own[None, :], alone, substeps=substeps, wanted=wanted)
+    if loop.failures:
+        return {}
+    position, velocity = (loop[name][:, 0] for name in wanted)
+    ticks = LawTicks.at_samples(inputs.reference, position, velocity, inputs.signals)
+    memory = inputs.start.memory
+    start = state_at_rest(stretch.axis, ticks) if memory is None else memory
+    terms = terms_along(stretch.axis, ticks, start)
+    # They are those that are applied; what is injected is applied as late as they are.
+    terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
+    lanes = _SHARE * np.column_stack([terms, -terms])
+    if inputs.injected is not None:
+        lanes = lanes + inputs.injected[:, None]
+    found = simulate_lanes(
+        stretch.axis,
+        np.tile(own, (lanes.shape[1], 1)),
+        replace(inputs, injected=lanes),
+        substeps=substeps,
+        wanted=[signal],
+    )
+    if found.failures:
+        return {}
+    more, less = np.split(found[signal], 2, axis=1)
+    slopes = np.where(stretch.counted[:, None], (more - less) / (2 * _SHARE), 0.0)
+    names = [str(product) for product, _ in law.terms]
+    return dict(zip(names, slopes.T, strict=True))

@@ -1,0 +1,181 @@
+"""Outputs of the simulated loop of each record, for many parameter sets in one batch."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.loops import loop_starts, position_noise, two_clocks
+from axisid.estimation.records import Record
+from axisid.estimation.regression import Form, loop_reference, sensor_steps
+from axisid.estimation.signals import recorded_signals
+from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
+from axisid.support.arrays import Array, covered
+
+from .disturbed import changed_by_noise, changed_by_steps
+from .lanes import Lanes
+from .law_slopes import slopes_by_law
+from .measured_output import measured_output
+from .stretch import Stretch
+
+_TWINS_AT_ONCE = 256
+
+
+class LoopPredictions:
+    """The simulated loops of the records.
+
+    Parameters
+    ----------
+    form : Form
+        Says which parameters of its axis each record has.
+    axes : sequence of GeneratedAxis
+        By record.
+    records : sequence of Record
+    output : str
+        Of `axisid.estimation.choices.outputs.OUTPUTS`.
+
+    Raises
+    ------
+    ModelError, DataError
+        An axis has no control law, or a record no reference or no such output.
+    """
+
+    def __init__(
+        self, form: Form, axes: Sequence[GeneratedAxis], records: Sequence[Record], output: str
+    ) -> None:
+        self._form = form
+        self.samples = tuple(np.concatenate([np.arange(*s) for s in r.spans]) for r in records)
+        found = [measured_output(output, *pair) for pair in zip(axes, records, strict=True)]
+        self.unit, self._signal = found[0].unit, found[0].signal
+        every = enumerate(zip(axes, records, found, strict=True))
+        self.stretches = tuple(
+            stretch for i, (a, r, m) in every for stretch in _stretches(a, r, i, m.values)
+        )
+        self._substeps: list[int | None] = [None] * len(self.stretches)
+        ends = np.cumsum([0, *(len(each.measured) for each in self.stretches)])
+        self._rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
+
+    @property
+    def spans(self) -> tuple[tuple[slice, ...], ...]:
+        """See `Predictions.spans`."""
+        pairs = [*zip(self.stretches, self._rows, strict=True)]
+        records = dict.fromkeys(each.record for each in self.stretches)
+        return tuple(tuple(rows for each, rows in pairs if each.record == i) for i in records)
+
+    @property
+    def measured(self) -> Array:
+        """See `Predictions.measured`."""
+        return np.concatenate([each.measured for each in self.stretches])
+
+    @property
+    def counted(self) -> Array:
+        """See `Predictions.counted`."""
+        return np.concatenate([each.counted for each in self.stretches]).astype(float)
+
+    def settle(self, physical: Array) -> None:
+        """See `Predictions.settle`: how many steps a sample is simulated in."""
+        for i, each in enumerate(self.stretches):
+            own, before = self._form.own(physical, each.record), self._substeps[i] or 1
+            self._substeps[i] = max(settled_substeps(each.axis, own, each.inputs) or 1, before)
+
+    def __call__(self, physical: Array) -> Lanes:
+        """See `Predictions.__call__`."""
+        pieces, failures = [], dict[int, str]()
+        for each, substeps in zip(self.stretches, self._substeps, strict=True):
+            values, failed = self._of_stretch(each, physical, substeps)
+            pieces.append(values)
+            failures = {**failed, **failures}
+        errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        return Lanes(errors=errors, failures=failures)
+
+    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
+        """What white noise of the position, as the records have it, changes in the output, (n, B).
+
+        Twins whose loop cannot be simulated are left out.
+        """
+        blocks = []
+        for first in range(0, count, _TWINS_AT_ONCE):
+            size = min(_TWINS_AT_ONCE, count - first)
+            changed = partial(changed_by_noise, count=size, random=random, signal=self._signal)
+            blocks.append(self._changed(physical, changed))
+        errors = np.hstack(blocks)
+        return np.asarray(errors[:, np.isfinite(errors).all(axis=0)])
+
+    @property
+    def step(self) -> float:
+        """Of the coarsest encoder; 0 where nothing is known of any."""
+        return max(stretch.step for stretch in self.stretches)
+
+    def by_steps(self, physical: Array) -> Array | None:
+        """What the encoder's steps change in the output, (n, B), wherever they begin; else None.
+
+        None where no record has steps, or a loop cannot be simulated with them.
+        """
+        if not self.step:
+            return None
+        errors = self._changed(physical, partial(changed_by_steps, signal=self._signal))
+        return errors if np.all(np.isfinite(errors)) else None
+
+    def _changed(self, physical: Array, changed: Callable[..., Array]) -> Array:
+        pieces = [
+            changed(stretch, self._form.own(physical, stretch.record), substeps=substeps)
+            for stretch, substeps in zip(self.stretches, self._substeps, strict=True)
+        ]
+        return np.concatenate(pieces)
+
+    def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
+        """Slopes of the errors by a factor of each term of the law, (n,), by the term's gains.
+
+        None is given of a law without terms of its own, or where a loop cannot be simulated.
+        """
+        found: dict[str, list[Array]] = {}
+        for each, substeps in zip(self.stretches, self._substeps, strict=True):
+            own = self._form.own(physical, each.record)
+            for name, slope in slopes_by_law(each, own, self._signal, substeps).items():
+                found.setdefault(name, []).append(slope)
+        whole = len(self.stretches)
+        return {name: np.concatenate(p) for name, p in found.items() if len(p) == whole}
+
+    def _of_stretch(
+        self, stretch: Stretch, physical: Array, substeps: int | None
+    ) -> tuple[Array, dict[int, str]]:
+        own = np.array([self._form.own(lane, stretch.record) for lane in physical])
+        with np.errstate(all="ignore"):
+            batch = simulate_lanes(
+                stretch.axis, own, stretch.inputs, substeps=substeps, wanted=[self._signal]
+            )
+        errors = batch[self._signal] - stretch.measured[:, None]
+        errors[~stretch.counted] = 0.0
+        for lane in batch.failures:
+            errors[:, lane] = np.nan
+        return errors, batch.failures
+
+
+def _stretches(
+    axis: GeneratedAxis, record: Record, number: int, measured: Array
+) -> Iterator[Stretch]:
+    reference, added = loop_reference(axis, record), record.added_control
+    columns = recorded_signals(axis, record.provenance.source, record.signals)
+    counted = ~covered(record.masked, len(record))
+    for span, start in zip(record.spans, loop_starts(axis, record), strict=True):
+        rows = slice(*span)
+        inputs = LoopInputs.of_log(
+            axis,
+            reference[rows],
+            record.period,
+            start,
+            None if added is None else added[rows],
+            tuple(values[rows] for values in columns),
+            two_clocks(axis, record, span),
+        )
+        yield Stretch(
+            axis=axis,
+            record=number,
+            inputs=inputs,
+            measured=measured[rows],
+            counted=counted[rows],
+            noise=position_noise(record.position[rows]),
+            step=sensor_steps(axis, record).position,
+        )

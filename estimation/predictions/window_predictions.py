@@ -1,0 +1,314 @@
+"""Positions under the recorded control, in windows that each start where the record is.
+
+Nothing holds an axis without its loop: a small error of the force drifts away with the square of
+time. So the record is cut into windows [Bock1983]_, each with a first position and velocity of its
+own. These are no parameters of the search: to first order what they can do is taken out of the
+errors of their window, by a QR of the errors' slopes by them, and they follow the parameters.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.lowering import LoopStart
+from axisid.estimation.loops import position_noise
+from axisid.estimation.records import Record
+from axisid.estimation.regression import Form
+from axisid.estimation.signals import recorded_signals
+from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
+from axisid.modeling.laws import cascade_pd
+from axisid.support.arrays import Array, covered
+from axisid.support.errors import DataError, EstimationError
+from axisid.support.remedy import Remedy, Setting
+
+from .lanes import Lanes
+
+_FEWEST = 20  # samples in a window
+_FITTED = 10  # samples on both sides, of which a first velocity is begun from
+_ROUNDS = 3  # of the first positions and velocities, at each point
+_STEP = 1e-6  # of the range of positions, and of that over the window's time
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Windows:
+    """Windows of one length of one segment, side by side.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+        Without a loop.
+    record : int
+    first : int
+        Sample of the record that the first begins at.
+    period : float
+        s
+    position, control : (N, w) array
+    counted : (N, w) array
+        1 for samples that are measurements, 0 for others.
+    signals : tuple of (N, w) array
+    noise : float
+        Standard deviation of the position's noise.
+    """
+
+    axis: GeneratedAxis
+    record: int
+    first: int
+    period: float
+    position: Array
+    control: Array
+    counted: Array
+    signals: tuple[Array, ...]
+    noise: float
+
+    @property
+    def count(self) -> int:
+        """How many."""
+        return int(self.position.shape[1])
+
+    @property
+    def steps(self) -> Array:
+        """Steps of first position and velocity for slopes, (2,)."""
+        reach = _STEP * max(float(np.ptp(self.position)), 1e-9)
+        return np.array([reach, reach / (len(self.position) * self.period)])
+
+    def begun(self) -> Array:
+        """First positions and velocities by parabolas through the first samples, (2, w)."""
+        some = min(2 * _FITTED, len(self.position))
+        time = self.period * np.arange(some)
+        slopes = np.polynomial.polynomial.polyfit(time, self.position[:some], 2)
+        return np.asarray(slopes[:2])
+
+    def inputs(self, states: Array, sets: int) -> LoopInputs:
+        """Of so many parameter sets, each along all windows; states are (2, sets w)."""
+        wide = [np.tile(v, (1, sets)) for v in (self.position, self.control, *self.signals)]
+        return LoopInputs(
+            reference=wide[0],
+            period=self.period,
+            start=LoopStart(position=states[0], velocity=states[1]),
+            injected=wide[1],
+            signals=tuple(wide[2:]),
+        )
+
+    def errors(
+        self, own: Array, states: Array, substeps: int | None
+    ) -> tuple[Array, dict[int, str]]:
+        """Of parameters (B, p) and states (2, B w): (N, B, w), and what failed by set."""
+        sets = len(own)
+        with np.errstate(all="ignore"):
+            batch = simulate_lanes(
+                self.axis,
+                np.repeat(own, self.count, axis=0),
+                self.inputs(states, sets),
+                substeps=substeps,
+                wanted=["position"],
+            )
+        shape = (len(self.position), sets, self.count)
+        errors = batch["position"].reshape(shape) - self.position[:, None, :]
+        errors *= self.counted[:, None, :]
+        return errors, {lane // self.count: why for lane, why in batch.failures.items()}
+
+
+@dataclass(slots=True, kw_only=True)
+class _State:
+    """Where windows start, and the directions of their errors that this can make."""
+
+    first: Array  # (2, w)
+    basis: Array  # (w, N, 2)
+    substeps: int | None = None
+
+    def projected(self, errors: Array) -> Array:
+        """Errors (N, B, w) without what other first positions and velocities would make."""
+        inner = np.einsum("wnk,nbw->wkb", self.basis, errors)
+        return np.asarray(errors - np.einsum("wnk,wkb->nbw", self.basis, inner))
+
+
+class WindowPredictions:
+    """Positions under the recorded control.
+
+    Parameters
+    ----------
+    form : Form
+    axes : sequence of GeneratedAxis
+        By record.
+    records : sequence of Record
+    horizon : float
+        Length of a window, s.
+
+    Raises
+    ------
+    DataError
+        A record has no position or no control.
+    """
+
+    signal = "position"
+    step = 0.0
+
+    def __init__(
+        self,
+        form: Form,
+        axes: Sequence[GeneratedAxis],
+        records: Sequence[Record],
+        horizon: float,
+    ) -> None:
+        self._form = form
+        self.unit = str(axes[0].axis.coordinate.unit)
+        every = enumerate(zip(axes, records, strict=True))
+        self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
+        self._states = [
+            _State(first=w.begun(), basis=np.zeros((w.count, len(w.position), 2)))
+            for w in self._windows
+        ]
+        self.samples = tuple(
+            np.concatenate(
+                [w.first + np.arange(w.position.size) for w in self._windows if w.record == i]
+            )
+            for i in range(len(records))
+        )
+        ends = np.cumsum([0, *(w.position.size for w in self._windows)])
+        self._ends = [int(end) for end in ends]
+
+    @property
+    def spans(self) -> tuple[tuple[slice, ...], ...]:
+        """See `Predictions.spans`: a window is a stretch."""
+        found: dict[int, list[slice]] = {}
+        for (begin, _), w in zip(pairwise(self._ends), self._windows, strict=True):
+            size = len(w.position)
+            rows = [slice(begin + k * size, begin + (k + 1) * size) for k in range(w.count)]
+            found.setdefault(w.record, []).extend(rows)
+        return tuple(map(tuple, found.values()))
+
+    @property
+    def measured(self) -> Array:
+        """See `Predictions.measured`; of each window from its first position on."""
+        return np.concatenate([(w.position - w.position[0]).T.ravel() for w in self._windows])
+
+    @property
+    def counted(self) -> Array:
+        """See `Predictions.counted`."""
+        return np.concatenate([w.counted.T.ravel() for w in self._windows])
+
+    def settle(self, physical: Array) -> None:
+        """See `Predictions.settle`: steps of a sample, and where the windows start."""
+        for w, state in zip(self._windows, self._states, strict=True):
+            own = np.asarray(self._form.own(physical, w.record))
+            alone = w.inputs(state.first, 1)
+            one = replace(
+                alone,
+                reference=alone.reference[:, 0],
+                injected=w.control[:, 0],
+                signals=tuple(v[:, 0] for v in alone.signals),
+                start=LoopStart(position=state.first[0, :1], velocity=state.first[1, :1]),
+            )
+            state.substeps = max(settled_substeps(w.axis, own, one) or 1, state.substeps or 1)
+            for _ in range(_ROUNDS):
+                _follow(w, state, own)
+
+    def __call__(self, physical: Array) -> Lanes:
+        """See `Predictions.__call__`."""
+        pieces, failures = [], dict[int, str]()
+        for w, settled in zip(self._windows, self._states, strict=True):
+            own = np.array([self._form.own(lane, w.record) for lane in physical])
+            state = settled
+            if len(own) == 1:  # a trial, whose windows start where its own errors are least
+                try:
+                    state = replace(settled)
+                    for _ in range(_ROUNDS):
+                        _follow(w, state, own[0])
+                except EstimationError as error:
+                    failures[0] = str(error)
+                    state = settled
+            errors, failed = w.errors(own, np.tile(state.first, (1, len(own))), state.substeps)
+            pieces.append(_rows(state.projected(errors)))
+            failures = {**failed, **failures}
+        found = np.concatenate(pieces)
+        found[:, [*failures]] = np.nan
+        return Lanes(errors=found, failures=failures)
+
+    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:  # noqa: ARG002
+        """What white noise of the position changes in the errors, (n, B)."""
+        pieces = []
+        for w, state in zip(self._windows, self._states, strict=True):
+            shape = (len(w.position), count, w.count)
+            noise = random.normal(scale=w.noise, size=shape) * w.counted[:, None, :]
+            pieces.append(_rows(state.projected(noise)))
+        return np.concatenate(pieces)
+
+    def by_steps(self, physical: Array) -> Array | None:  # noqa: ARG002
+        """Nothing is known of what an encoder's steps do without a loop."""
+        return None
+
+    def slopes_by_law(self, physical: Array) -> dict[str, Array]:  # noqa: ARG002
+        """None: no law is simulated."""
+        return {}
+
+
+def _rows(errors: Array) -> Array:
+    """Errors (N, B, w) as rows, window after window, (w N, B)."""
+    return np.asarray(errors.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
+
+
+def _follow(w: _Windows, state: _State, own: Array) -> None:
+    """Let windows start where their errors are least, with parameters (p,), to first order."""
+    steps, sets = w.steps, 5
+    shifts = np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]], dtype=float) * steps[:, None]
+    states = (state.first[:, None, :] + shifts[:, :, None]).reshape(2, -1)
+    errors, failed = w.errors(np.tile(own, (sets, 1)), states, state.substeps)
+    if failed:
+        raise EstimationError(next(iter(failed.values())), code="fit-lane")
+    slopes = (errors[:, [1, 3]] - errors[:, [2, 4]]) / 2  # (N, 2, w), a step each
+    basis, triangle = np.linalg.qr(slopes.transpose(2, 0, 1))
+    wanted = np.einsum("wnk,nw->wk", basis, errors[:, 0])
+    back = np.linalg.pinv(triangle) @ wanted[:, :, None]
+    state.basis = basis
+    state.first = state.first - (back[:, :, 0] * steps).T
+
+
+def _windows(
+    axis: GeneratedAxis, record: Record, number: int, horizon: float
+) -> Iterator[_Windows]:
+    if record.integrated:
+        raise DataError(
+            f"{record.provenance.source} has no position, which is to be followed.",
+            code="no-output",
+        )
+    control = _control(axis, record)
+    free = build(
+        replace(axis.declared, control=cascade_pd(kp=0.0, kv=0.0, period=record.period)),
+        native=axis.native.enabled,
+    )
+    columns = recorded_signals(axis, record.provenance.source, record.signals)
+    counted = (~covered(record.masked, len(record))).astype(float)
+    for first, last in record.spans:
+        size = max(round(horizon / record.period), _FEWEST)
+        count = max((last - first) // size, 1)
+        size = (last - first) // count
+        every = (record.position, control, counted, *columns)
+        cut = [v[first : first + count * size].reshape(count, size).T.copy() for v in every]
+        yield _Windows(
+            axis=free,
+            record=number,
+            first=first,
+            period=record.period,
+            position=cut[0],
+            control=cut[1],
+            counted=cut[2],
+            signals=tuple(cut[3:]),
+            noise=position_noise(record.position[first:last]),
+        )
+
+
+def _control(axis: GeneratedAxis, record: Record) -> Array:
+    """What the drive was given, (N,)."""
+    drive = axis.axis.drive
+    if record.control is not None:
+        return np.asarray(record.control)
+    if record.force is not None and drive.is_gain:
+        return np.asarray(record.force / float(drive.gain))
+    raise DataError(
+        f"{record.provenance.source} has no control column, under which the axis is to move; ",
+        Remedy.of("name it with ", Setting("columns", "control=NAME"), "."),
+        code="no-control",
+    )

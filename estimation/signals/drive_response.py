@@ -1,0 +1,141 @@
+"""What a drive with a lag or a delay makes of commands that were recorded, sample by sample.
+
+The commands are held, so that the force between two samples is known exactly: it goes to that of a
+command by an exponential, and a delay that is no whole samples changes the command in between.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.modeling.declaration import Response
+from axisid.support.arrays import Array
+
+_FORGOTTEN = 37  # time constants, after which rounding is more than what a lag leaves
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Acting:
+    """The force that a drive makes, (N,) each.
+
+    Attributes
+    ----------
+    at_samples : array
+        Just after each sample.
+    mean : array
+        From each sample to the next.
+    """
+
+    at_samples: Array
+    mean: Array
+
+
+def acting_along(
+    forces: Array, response: Response, *, logged: str = "command", start: float | None = None
+) -> Acting:
+    """What becomes of the forces of held commands, (N,), of one stretch.
+
+    Parameters
+    ----------
+    forces : (N,) array
+        That the drive makes of the recorded commands at once.
+    response : Response
+    logged : str
+        Whether those are the ``command`` or what is ``applied`` after the delay.
+    start : float, optional
+        Force at the first sample; that of the first command by default, as before it.
+    """
+    ahead = 0 if logged == "command" else response.late
+    first, then = (_moved(forces, ahead - late) for late in (response.late, response.whole))
+    share = response.share
+    if not response.lag:
+        return Acting(at_samples=first, mean=share * first + (1 - share) * then)
+    parts = response.period * share, response.period * (1 - share)
+    stays = [np.exp(-span / response.lag) for span in parts]
+    begin = float(first[0]) if start is None else start
+    # Of a sample: goes to `first`, then to `then`.
+    added = (1 - stays[0]) * stays[1] * first + (1 - stays[1]) * then
+    at_samples = _recursion(stays[0] * stays[1], added, begin)
+    between = first + (at_samples - first) * stays[0]
+    left = (at_samples - first) * (1 - stays[0]) + (between - then) * (1 - stays[1])
+    mean = share * first + (1 - share) * then + response.lag / response.period * left
+    return Acting(at_samples=at_samples, mean=mean)
+
+
+def _moved(values: Array, samples: int) -> Array:
+    """Values so many samples earlier, or later where that is negative; beyond the ends as there."""
+    places = np.arange(len(values)) + samples
+    return np.asarray(values[np.clip(places, 0, len(values) - 1)])
+
+
+def _recursion(factor: float, added: Array, start: float) -> Array:
+    """``x[k+1] = factor * x[k] + added[k]`` from a start, (N,)."""
+    from scipy.signal import lfilter
+
+    later, _ = lfilter([1.0], [1.0, -factor], added[:-1], zi=[factor * start])
+    return np.concatenate([[start], later])
+
+
+def response_reach(axis: GeneratedAxis, period: float) -> int:
+    """Samples before one whose commands its force still shows, of a record of a period, s."""
+    drive = axis.axis.drive
+    if drive.is_immediate or drive.logged == "current":
+        return 0
+    return drive.response(period).late + 1 + math.ceil(_FORGOTTEN * drive.lag / period)
+
+
+def acting_force(
+    axis: GeneratedAxis,
+    forces: Array,
+    starts: Sequence[int],
+    period: float,
+    *,
+    held: bool,
+    mean: bool,
+) -> Array:
+    """What acts of the forces that a drive makes of a recorded control, (N,).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    forces : (N,) array
+        As if they acted at once.
+    starts : sequence of int
+        First samples of the stretches.
+    period : float
+        Of the record, s.
+    held : bool
+        Whether the recorded control is held from a sample to the next; of a log that is slower than
+        its law it is known at the samples only, and taken to run straight between them.
+    mean : bool
+        Whether that from each sample to the next is wanted, of what is held, or that at each.
+    """
+    drive = axis.axis.drive
+    if drive.is_immediate or drive.logged == "current":
+        return forces
+    response, logged = drive.response(period), drive.logged
+
+    def acting(piece: Array) -> Array:
+        if not held:
+            return _running_along(piece, response, logged)
+        found = acting_along(piece, response, logged=logged)
+        return found.mean if mean else found.at_samples
+
+    return np.concatenate([acting(piece) for piece in np.split(forces, list(starts)[1:])])
+
+
+def _running_along(forces: Array, response: Response, logged: str) -> Array:
+    """What becomes of forces that run straight from sample to sample, at the samples, (N,)."""
+    delay = response.whole + response.share if logged == "command" else 0.0
+    samples = np.arange(float(len(forces)))
+    x = np.interp(samples - delay, samples, forces)
+    if not response.lag:
+        return x
+    stays = float(np.exp(-response.period / response.lag))
+    late = response.lag / response.period * np.diff(x, append=x[-1])
+    later = np.append(x[1:], x[-1])
+    added = later - late - stays * (x - late)
+    return _recursion(stays, added, float(x[0]))

@@ -1,0 +1,111 @@
+"""Loops of a record with many parameter sets side by side, as `simulate_estimate` runs one."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import SIGNALS
+from axisid.support.arrays import Array
+
+from .batch import BatchSimulation, simulate_batch
+from .loop_inputs import LoopInputs
+from .recorded import lines
+from .steps import (
+    MOST_SUBSTEPS,
+    VISITED,
+    has_constant_substeps,
+    substeps_along,
+    substeps_at_start,
+)
+from .two_clocks import at_log_samples
+
+#: What a batch calls the signals of the generated code.
+_GIVEN = {name: "direction_before" if name == "before" else name for name in SIGNALS}
+
+
+def simulate_lanes(
+    axis: GeneratedAxis,
+    parameters: Array,
+    inputs: LoopInputs,
+    *,
+    substeps: int | None = None,
+    wanted: Sequence[str],
+    position_noise: Array | None = None,
+    resolution: float = 0.0,
+) -> BatchSimulation:
+    """Loops with parameters (B, p), the signals that are wanted at the samples of the log.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (B, p) array
+    inputs : LoopInputs
+    substeps : int, optional
+        As in `simulate`.
+    wanted : sequence of str
+    position_noise : (M, B) array, optional
+        At the law's evaluations.
+    resolution : float
+        Of the encoder.
+    """
+    count, start, clocks = len(parameters), inputs.start, inputs.clocks
+    names = [signal.name for signal in axis.axis.signals]
+    memory = start.memory
+    batch = simulate_batch(
+        axis,
+        parameters,
+        inputs.reference,
+        inputs.period,
+        start=np.broadcast_to(start.position, count),
+        start_velocity=np.broadcast_to(start.velocity, count),
+        memory=None if memory is None else np.broadcast_to(memory, (count, memory.shape[-1])),
+        position_noise=position_noise,
+        resolution=resolution,
+        injected=inputs.injected,
+        signals=dict(zip(names, inputs.signals, strict=True)),
+        substeps=substeps,
+        wanted=wanted if clocks is None else [*_GIVEN.values()],
+    )
+    if clocks is None:
+        return batch
+    recorded = lines(axis, inputs.signals, inputs.period)
+    lanes = [
+        at_log_samples(axis, own, _of_lane(batch, lane), clocks, recorded)
+        for lane, own in enumerate(parameters)
+    ]
+    columns = {name: np.column_stack([lane[name] for lane in lanes]) for name in wanted}
+    return replace(batch, signals=columns)
+
+
+def _of_lane(batch: BatchSimulation, lane: int) -> dict[str, Array]:
+    return {own: np.ascontiguousarray(batch[given][:, lane]) for own, given in _GIVEN.items()}
+
+
+def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
+    """Steps in a sample that parameters (p,) ask for, so that others near them take as many.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    inputs : LoopInputs
+
+    Returns
+    -------
+    int or None
+        None where the loop cannot be simulated with them.
+    """
+    first = np.array([values[0] for values in inputs.signals])
+    position = np.ravel(inputs.start.position)[:1]
+    (steps,) = substeps_at_start(axis, parameters[None, :], position, inputs.period, first)
+    if not has_constant_substeps(axis):
+        alone = replace(inputs, clocks=None)
+        batch = simulate_lanes(axis, parameters[None, :], alone, wanted=VISITED)
+        if batch.failures:
+            return None
+        visited = {name: values[:, 0] for name, values in batch.signals.items()}
+        along = substeps_along(axis, parameters, visited, inputs.period, inputs.signals)
+        steps = max(int(steps), along)
+    return min(int(steps), MOST_SUBSTEPS)

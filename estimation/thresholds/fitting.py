@@ -1,0 +1,50 @@
+"""What fits of outputs are judged by."""
+
+from axisid.codegen.thresholds.threshold import Threshold
+
+MIN_SHOWN = Threshold(
+    1e-6,
+    "1",
+    "change of the outputs with a parameter, or a sum of them, by that with the one that they show "
+    "best, up to which they show nothing of it",
+    "measured: slopes by differences agree to 1e-8",
+)
+MAX_LAW_SHIFT = Threshold(
+    2.0,
+    "deviations",
+    "move of a parameter by what the record's control law is other than the declared one, beyond "
+    "which it is not believed",
+    "measured: at most 1.2 on 120 right twins whose position is followed, 120 with kp 1 % wrong",
+)
+MAX_LAW_SENSITIVITY = Threshold(
+    5.0,
+    "%",
+    "move of a parameter by 1 % of a term of the control law, beyond which it is said that the law "
+    "must be exact",
+    "measured: 0.4 where the control is followed, 43 where the position is",
+)
+MAX_APART = Threshold(
+    0.5,
+    "1",
+    "share of the searches that end higher than the best, beyond which that is said",
+    "chosen: the lowest end is then found by few",
+)
+AT_BOUND = Threshold(
+    0.05,
+    "deviations",
+    "distance from a bound up to which a parameter that the errors drive there is at it",
+    "chosen: it is held there then, and moves by no more",
+)
+MIN_PART = Threshold(
+    0.1,
+    "1",
+    "change of the outputs by a parameter along a direction that they do not show, by the largest, "
+    "from which it is named with it",
+    "chosen",
+)
+SAME_END = Threshold(
+    1e-3,
+    "1",
+    "excess of a search's cost over the least, up to which it ended there too",
+    "chosen",
+)

@@ -1,0 +1,204 @@
+"""What laws are made of: filters, derivatives and limits, each a value and what it remembers.
+
+The memories of a block have names that begin with the one that it is given, so that a law may have
+several of a kind. A number in a block is a plain one or an expression, such as a gain of the law,
+`gain("cutoff")`, which the law check can then name.
+"""
+
+from dataclasses import dataclass
+
+import sympy
+
+from axisid.modeling.declaration import Memory
+from axisid.modeling.quantities import (
+    MEASURED_POSITION,
+    PERIOD,
+    REFERENCE,
+    check_symbol,
+    expression,
+    within,
+)
+
+from .numbers import Amount, amount
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A part of a control law.
+
+    Attributes
+    ----------
+    value : sympy.Expr
+        What it gives at a sample, for the output of a law or for another block.
+    memory : tuple of Memory
+        What it keeps between samples: it belongs to `ControlLaw.memory`.
+    """
+
+    value: sympy.Expr
+    memory: tuple[Memory, ...] = ()
+
+
+def difference(signal: Amount, *, name: str = "last", start: Amount = 0.0) -> Block:
+    """Rate of change of a signal, ``(x[k] - x[k-1]) / T``, half a sample late.
+
+    Parameters
+    ----------
+    signal : expression
+    name : str
+        Of its memory, the signal at the last sample.
+    start : expression
+        The signal before the first sample.
+    """
+    value = _signal(signal)
+    last = Memory(_named(name), following=value, start=expression(start, "the start of a block"))
+    return Block((value - last.symbol) / PERIOD, (last,))
+
+
+def low_pass(
+    signal: Amount, *, time_constant: Amount, name: str = "smooth", start: Amount = 0.0
+) -> Block:
+    """Low-pass of first order as drives compute it, by an implicit step.
+
+    ``y[k] = y[k-1] + T / (T + Tf) (x[k] - y[k-1])``, a cut-off of ``1 / (2 pi Tf)`` Hz.
+
+    Parameters
+    ----------
+    signal : expression
+    time_constant : expression
+        Tf, s; 0 filters nothing.
+    name : str
+        Of its memory, its last value.
+    start : expression
+        Its value before the first sample.
+
+    References
+    ----------
+    `LowPassFilter` of [Skuric2022]_.
+    """
+    value, constant = _signal(signal), amount(time_constant, "the time constant of a low-pass")
+    last = sympy.Symbol(_named(name), real=True)
+    smooth = last + PERIOD / (PERIOD + constant) * (value - last)
+    return Block(smooth, (Memory(name, following=smooth, start=_start(start)),))
+
+
+def notch(
+    signal: Amount,
+    *,
+    frequency: Amount,
+    quality: Amount = 1.0,
+    name: str = "notch",
+    start: Amount = 0.0,
+) -> Block:
+    """Band-stop of second order: it takes a resonance out of a torque.
+
+    ``(1 + b) y[k] = x[k] - 2 c x[k-1] + x[k-2] + 2 c y[k-1] - (1 - b) y[k-2]`` with
+    ``c = cos(2 pi f T)`` and ``b = tan(pi f T / Q)``: nothing passes at f, half the power at the
+    edges of a band that is ``f / Q`` wide, all at rest.
+
+    Parameters
+    ----------
+    signal : expression
+    frequency : expression
+        f, Hz, below half the sampling frequency.
+    quality : expression
+        Q: the frequency over the width of the band.
+    name : str
+        Its memories are this with ``_in1``, ``_in2``, ``_out1``, ``_out2`` behind.
+    start : expression
+        The signal before the first sample, at rest.
+
+    References
+    ----------
+    [Orfanidis1996]_, section 11.3; `scipy.signal.iirnotch` computes the same numbers.
+    """
+    value, rest = _signal(signal), _start(start)
+    turn = sympy.pi * amount(frequency, "the frequency of a notch") * PERIOD
+    edge = sympy.tan(turn / amount(quality, "the quality of a notch", positive=True))
+    names = [_named(f"{name}_{what}") for what in ("in1", "in2", "out1", "out2")]
+    in1, in2, out1, out2 = (sympy.Symbol(each, real=True) for each in names)
+    middle = 2 * sympy.cos(2 * turn)
+    out = (value - middle * in1 + in2 + middle * out1 - (1 - edge) * out2) / (1 + edge)
+    following = (value, in1, out, out1)
+    return Block(out, tuple(map(Memory, names, following, [rest] * len(names))))
+
+
+def pll_velocity(*, bandwidth: Amount, name: str = "pll") -> Block:
+    """Velocity of an encoder by a phase-locked loop, critically damped.
+
+    At each sample the position is predicted, ``p = p + T v``, then both are corrected by what was
+    measured: ``p = p + T 2 b (q - p)`` and ``v = v + T b^2 (q - p)``. It follows a ramp without an
+    error and lags by about ``2 / b``.
+
+    Parameters
+    ----------
+    bandwidth : expression
+        b, rad/s; the loop is stable with ``b T`` below 0.828.
+    name : str
+        Its memories are this with ``_position`` and ``_velocity`` behind.
+
+    References
+    ----------
+    `Encoder::update` of [ODrive2023]_, whose ``bandwidth`` b is, 1000 rad/s by default.
+    """
+    b = amount(bandwidth, "the bandwidth of a phase-locked loop")
+    position, velocity = (
+        sympy.Symbol(_named(f"{name}_{what}"), real=True) for what in ("position", "velocity")
+    )
+    predicted = position + PERIOD * velocity
+    off = MEASURED_POSITION - predicted
+    corrected = velocity + PERIOD * b**2 * off
+    memory = (
+        Memory(position.name, following=predicted + PERIOD * 2 * b * off, start=MEASURED_POSITION),
+        Memory(velocity.name, following=corrected, start=sympy.S.Zero),
+    )
+    return Block(corrected, memory)
+
+
+def rate_limit(signal: Amount, *, rate: Amount, name: str = "ramp", start: Amount = 0.0) -> Block:
+    """A signal that changes by so much a second at most.
+
+    ``y[k] = y[k-1] + clip(x[k] - y[k-1], -r T, r T)``.
+
+    Parameters
+    ----------
+    signal : expression
+    rate : expression
+        r, in the signal's unit a second.
+    name : str
+        Of its memory, its last value.
+    start : expression
+        Its value before the first sample.
+    """
+    value = _signal(signal)
+    most = PERIOD * amount(rate, "the rate of a rate limit", positive=True)
+    last = sympy.Symbol(_named(name), real=True)
+    ramp = last + within(value - last, most)
+    return Block(ramp, (Memory(name, following=ramp, start=_start(start)),))
+
+
+def reference_velocity(name: str = "reference1") -> Block:
+    """Velocity of the reference by its difference, ``(r[k] - r[k-1]) / T``."""
+    return difference(REFERENCE, name=name, start=REFERENCE)
+
+
+def reference_acceleration(names: tuple[str, str] = ("reference1", "reference2")) -> Block:
+    """Acceleration of the reference, ``(r[k] - 2 r[k-1] + r[k-2]) / T^2``.
+
+    Its first memory is that of `reference_velocity`, which a law may have besides.
+    """
+    first = Memory(_named(names[0]), following=REFERENCE, start=REFERENCE)
+    second = Memory(_named(names[1]), following=first.symbol, start=REFERENCE)
+    return Block((REFERENCE - 2 * first.symbol + second.symbol) / PERIOD**2, (first, second))
+
+
+def _signal(signal: Amount) -> sympy.Expr:
+    return expression(signal, "the signal of a block")
+
+
+def _start(start: Amount) -> sympy.Expr:
+    return expression(start, "the start of a block")
+
+
+def _named(name: str) -> str:
+    check_symbol(name, "a memory of a control law", control=True)
+    return name

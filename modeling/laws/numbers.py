@@ -1,0 +1,55 @@
+"""What ready laws and blocks are told: numbers in their range, words of a choice, expressions."""
+
+from collections.abc import Collection
+from typing import TypeAlias
+
+import sympy
+
+from axisid.modeling.quantities import Symbolic, expression, number
+from axisid.support.errors import ModelError
+from axisid.support.user_values import is_among, quoted
+
+#: What a block takes in place of a number, and a law in place of a recorded signal.
+Amount: TypeAlias = sympy.Expr | Symbolic | float
+
+
+def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
+    """A number or an expression; a number is 0 or more, or positive.
+
+    Raises
+    ------
+    ModelError
+        It is no number or expression, or out of range.
+    """
+    found = expression(value, what)
+    if found.is_Number and not (found > 0 if positive else found >= 0):
+        said = "a positive number" if positive else "0 or more"
+        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="law-number")
+    return found
+
+
+def in_range(value: float, what: str, *, positive: bool = False) -> float:
+    """The same of what is a number alone."""
+    found = number(value, what)
+    amount(found, what, positive=positive)
+    return found
+
+
+def chosen(value: str, what: str, among: Collection[str]) -> str:
+    """One word of a choice.
+
+    Raises
+    ------
+    ModelError
+        It is another.
+    """
+    if not is_among(value, among):
+        raise ModelError(
+            f"{what} is {quoted(value)}; give one of {', '.join(among)}.", code="law-choice"
+        )
+    return value
+
+
+def added(signal: Amount | None) -> sympy.Expr:
+    """What is added to a control: a recorded signal or an expression, else nothing."""
+    return sympy.S.Zero if signal is None else expression(signal, "the feed-forward of a law")

@@ -1,0 +1,44 @@
+"""The laws and blocks that ship, by the name of their function."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from axisid.modeling.declaration import ControlLaw
+
+from .blocks import (
+    Block,
+    difference,
+    low_pass,
+    notch,
+    pll_velocity,
+    rate_limit,
+    reference_acceleration,
+    reference_velocity,
+)
+from .cascade_p_pi import cascade_p_pi
+from .cascade_pd import CASCADES
+from .dynamixel import dynamixel_position
+from .impedance import impedance
+from .pid import pid, pid_ideal
+from .state_feedback import state_feedback
+
+_LAWS = (cascade_p_pi, pid, pid_ideal, impedance, state_feedback, dynamixel_position)
+_BLOCKS = (
+    difference,
+    low_pass,
+    notch,
+    pll_velocity,
+    rate_limit,
+    reference_velocity,
+    reference_acceleration,
+)
+
+#: The laws that ship, as TOML declarations know them.
+LAWS: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
+    {**CASCADES, **{law.__name__: law for law in _LAWS}}
+)
+
+#: The blocks that ship.
+BLOCKS: Mapping[str, Callable[..., Block]] = MappingProxyType(
+    {block.__name__: block for block in _BLOCKS}
+)

@@ -1,0 +1,118 @@
+"""Integrals of control laws, and what keeps them from running away at the drive's limit.
+
+Anti-windup sees `LIMITED_OUTPUT`, the law's own output within the drive's limit.
+"""
+
+from dataclasses import dataclass
+
+import sympy
+
+from axisid.modeling.declaration import Memory, gain
+from axisid.modeling.quantities import BALANCED, LIMITED_OUTPUT, PERIOD
+from axisid.support.errors import ModelError
+
+from .numbers import Amount, amount, chosen, in_range
+
+#: What an integral may do at the drive's limit, first what it does by default.
+ANTI_WINDUP = ("none", "clamping", "back_calculation")
+
+
+def integral(
+    error: sympy.Expr,
+    output: sympy.Expr,
+    *,
+    name: str = "integral",
+    anti_windup: str = "none",
+    tracking: Amount = 0.0,
+    start: sympy.Expr | float = BALANCED,
+) -> Memory:
+    """Integral of an error from its last samples, ``I[k+1] = I[k] + T e[k]``, against windup.
+
+    Parameters
+    ----------
+    error : expression
+        e, what is integrated.
+    output : expression
+        u, the law's output, in which the integral stands by its name.
+    name : str
+    anti_windup : str
+        ``none``; ``clamping``: the integral stands still while the output is beyond the drive's
+        limit and the error drives it further; ``back_calculation``:
+        ``I[k+1] = I[k] + T (e[k] + (u_limited[k] - u[k]) g)``.
+    tracking : expression
+        g of back-calculation: what the error's integral gets of the missing control, in the unit
+        of the error over the control's.
+    start : expression
+        Its value at the first sample; by default what balances the load there.
+
+    References
+    ----------
+    [AstromHagglund2006]_, section 3.5.
+    """
+    chosen(anti_windup, "anti_windup", ANTI_WINDUP)
+    symbol = sympy.Symbol(name, real=True)
+    following = symbol + PERIOD * error
+    if anti_windup == "clamping":
+        outward = (output - LIMITED_OUTPUT) * error > 0
+        following = sympy.Piecewise((symbol, outward), (following, True), evaluate=False)
+    elif anti_windup == "back_calculation":
+        missing = LIMITED_OUTPUT - output
+        following = following + PERIOD * amount(tracking, "the tracking gain") * missing
+    return Memory(name, following=following, start=start)
+
+
+@dataclass(frozen=True, slots=True)
+class Windup:
+    """What the integral of a ready law does at the drive's limit.
+
+    Attributes
+    ----------
+    how : str
+        One of `ANTI_WINDUP`.
+    tracking_time : float or None
+        Of back-calculation, s; None for the law's own integral time.
+    """
+
+    how: str
+    tracking_time: float | None
+
+    def __post_init__(self) -> None:
+        chosen(self.how, "anti_windup", ANTI_WINDUP)
+        if self.tracking_time is None:
+            return
+        if self.how != "back_calculation":
+            raise ModelError(
+                f"the tracking time is {self.tracking_time!r}, but anti_windup is {self.how!r}; "
+                "leave it out, or give anti_windup='back_calculation'.",
+                code="law-tracking-time",
+            )
+        in_range(self.tracking_time, "the tracking time", positive=True)
+
+    @property
+    def gains(self) -> dict[str, float]:
+        """The tracking time by its name, where it is given."""
+        return {} if self.tracking_time is None else {"tracking_time": self.tracking_time}
+
+    def time_or(self, otherwise: sympy.Expr) -> sympy.Expr:
+        """The tracking time, else another."""
+        return otherwise if self.tracking_time is None else gain("tracking_time")
+
+    def integral(self, error: sympy.Expr, output: sympy.Expr, *, tracking: sympy.Expr) -> Memory:
+        """The law's integral; see the function `integral`."""
+        return integral(error, output, anti_windup=self.how, tracking=tracking)
+
+
+def windup_of_none(how: str, tracking_time: float | None) -> None:
+    """Refuse what is said of the windup of a law without an integral.
+
+    Raises
+    ------
+    ModelError
+        Something is.
+    """
+    if how != "none" or tracking_time is not None:
+        raise ModelError(
+            f"the law has no integral that could wind up, but anti_windup is {how!r}; leave "
+            "anti_windup and tracking_time out, or give the integral's gain.",
+            code="law-without-integral",
+        )

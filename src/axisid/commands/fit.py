@@ -1,0 +1,90 @@
+"""``axisid fit``."""
+
+import click
+
+from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.fit_options import Asked, fit_options
+from axisid.commands.options.inputs import axis_and_records, leave_out_option
+from axisid.commands.options.option_checks import Command
+from axisid.commands.options.outputs import (
+    Target,
+    check_targets,
+    force_option,
+    json_option,
+    put_result,
+)
+from axisid.commands.options.record_options import Reading, record_options
+from axisid.commands.options.several_options import (
+    Sharing,
+    columns_by_place,
+    columns_of_option,
+    sharing_options,
+    skip_bad_option,
+)
+from axisid.presentation.console import ProgressLine
+
+
+@click.command(
+    cls=Command,
+    short_help="Fit a simulated output to the recorded one.",
+    epilog="Examples: axisid fit emps2015, or "
+    "axisid fit emps DATA_EMPS.mat --prior M=95+-2 --json fit.json, or "
+    "axisid fit stage.py empty.csv loaded.csv --local tau0 --bound Fv=0..",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", nargs=-1, shell_complete=complete_file)
+@fit_options
+@record_options
+@columns_of_option
+@sharing_options
+@skip_bad_option
+@click.option(
+    "--fix",
+    multiple=True,
+    metavar="NAME=VALUE[+-SD]",
+    help="A parameter that is held, SI, or weighed where it has a standard deviation; again for "
+    "each.",
+)
+@leave_out_option
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@json_option("Write the result as JSON; - for standard output.")
+@force_option
+def fit(
+    axis: str,
+    record: tuple[str, ...],
+    asked: Asked,
+    reading: Reading,
+    columns_of: tuple[tuple[int, str], ...],
+    sharing: Sharing,
+    skip_bad: bool,
+    fix: tuple[str, ...],
+    left_out: tuple[str, ...],
+    no_native: bool,
+    json_file: str | None,
+    force: bool,
+) -> None:
+    """Fit AXIS to one RECORD or several (or to its twin) by output error, without a filter.
+
+    The closed loop is simulated from the reference, as the record starts, until its control (or
+    its position) is the recorded one as nearly as the model allows. Noise of the encoder biases
+    nothing; the control law must be the drive's, which is checked.
+    """
+    check_targets([Target("--json", json_file, "fit")], (*record, axis), force=force)
+    inputs = axis_and_records(
+        axis,
+        record,
+        reading,
+        fixed=fix,
+        left_out=left_out,
+        no_native=no_native,
+        skip_bad=skip_bad,
+        own_columns=columns_by_place(columns_of, len(record)),
+    )
+    inputs, shared = sharing.of(inputs, len(record))
+    inputs.say_set_aside()
+
+    from axisid.estimation.fitting import fit as run
+
+    with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
+        result = run(inputs.axis, inputs.records, progress=line, **asked.arguments(), **shared)
+    put_result(result, json_file)

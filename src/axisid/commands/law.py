@@ -1,0 +1,52 @@
+"""``axisid law``."""
+
+import click
+
+from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.inputs import axis_and_records
+from axisid.commands.options.option_checks import Command
+from axisid.commands.options.outputs import (
+    Target,
+    check_targets,
+    force_option,
+    json_option,
+    put_result,
+)
+from axisid.commands.options.record_options import Reading, record_options
+from axisid.presentation.console import ProgressLine
+
+
+@click.command(
+    cls=Command,
+    short_help="Find the control law of a record.",
+    epilog="Examples: axisid law emps2015, or axisid law emps DATA_EMPS.mat --json law.json",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", required=False, shell_complete=complete_file)
+@record_options
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@json_option("Write the result as JSON; - for stdout.")
+@force_option
+def law(
+    axis: str,
+    record: str | None,
+    reading: Reading,
+    no_native: bool,
+    json_file: str | None,
+    force: bool,
+) -> None:
+    """Find which of the ready laws explains the control of a RECORD of AXIS, or of its twin.
+
+    Of each the gains and the delay are found from half of the rows, and it is judged by what it
+    leaves of the others. The law that AXIS declares, if it does, plays no part.
+    """
+    logs = () if record is None else (record,)
+    check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)
+    inputs = axis_and_records(axis, logs, reading, no_native=no_native)
+
+    from axisid.estimation.law_search import find_law
+
+    generated, data = inputs.axis, inputs.records[0]
+    with ProgressLine(f"finding the law of {generated.axis.name}") as line:
+        result = find_law(generated, data, progress=line)
+    put_result(result, json_file)

@@ -1,0 +1,155 @@
+"""Options of fits, collected into one object."""
+
+import functools
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_BOUND = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """What is asked of a fit."""
+
+    output: str
+    loss: str
+    start: str
+    starts: int
+    bootstrap: int
+    horizon: float
+    bound: tuple[str, ...]
+    prior: tuple[str, ...]
+
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of `fit`.
+
+        Raises
+        ------
+        UsageError
+            A bound or a prior cannot be read.
+        """
+        from axisid.modeling.declaration import read_fixed
+
+        return {
+            "output": self.output,
+            "loss": self.loss,
+            "start": self.start,
+            "starts": self.starts,
+            "bootstrap": self.bootstrap,
+            "horizon": self.horizon,
+            "bounds": dict(map(_bound, self.bound)),
+            "prior": read_fixed(self.prior),
+        }
+
+
+def _bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
+    match = _BOUND.fullmatch(text)
+    if match is None or not (match[2] or match[3]):
+        raise click.BadParameter(
+            f"{text!r} bounds nothing; write NAME=LOW..HIGH, SI, one of them left out for none, as "
+            "in Fv=0..",
+            param_hint="--bound",
+        )
+    low, high = (float(x) if x else None for x in (match[2], match[3]))
+    return match[1], (low, high)
+
+
+_OPTIONS = (
+    click.option(
+        "--output",
+        type=click.Choice([*OUTPUTS]),
+        default=next(iter(OUTPUTS)),
+        show_default=True,
+        help="What is followed: " + ", ".join(f"{n} {said}" for n, said in OUTPUTS.items()) + ".",
+    ),
+    click.option(
+        "--loss",
+        type=click.Choice([*LOSSES]),
+        default=next(iter(LOSSES)),
+        show_default=True,
+        help="How errors count: " + ", ".join(f"{n} {said}" for n, said in LOSSES.items()) + ".",
+    ),
+    click.option(
+        "--start",
+        "started_at",
+        type=click.Choice(FIT_STARTS),
+        default=FIT_STARTS[0],
+        show_default=True,
+        help="Where the search starts; where that comes to nothing, from the next.",
+    ),
+    click.option(
+        "--starts",
+        type=click.IntRange(1, 1000),
+        default=1,
+        show_default=True,
+        metavar="N",
+        help="Searches, the others from about the start; the lowest end is taken.",
+    ),
+    click.option(
+        "--bootstrap",
+        type=click.IntRange(0, 100_000),
+        default=0,
+        metavar="N",
+        help="Deviations from N simulated twins of the records.  [default: none]",
+    ),
+    click.option(
+        "--horizon",
+        type=click.FloatRange(0.0, min_open=True),
+        default=1.0,
+        show_default=True,
+        metavar="S",
+        help="Length of the windows of an open loop, s.",
+    ),
+    click.option(
+        "--bound",
+        multiple=True,
+        metavar="NAME=LOW..HIGH",
+        help="Bounds of a parameter, SI, within the declared ones; again for each.",
+    ),
+    click.option(
+        "--prior",
+        multiple=True,
+        metavar="NAME=VALUE+-SD",
+        help="What was known of a parameter before, SI, which is weighed; again for each.",
+    ),
+)
+
+
+def fit_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options; the command takes them as one `asked`."""
+
+    @functools.wraps(command)
+    def collected(
+        *,
+        output: str,
+        loss: str,
+        started_at: str,
+        starts: int,
+        bootstrap: int,
+        horizon: float,
+        bound: tuple[str, ...],
+        prior: tuple[str, ...],
+        **others: Any,
+    ) -> None:
+        asked = Asked(
+            output=output,
+            loss=loss,
+            start=started_at,
+            starts=starts,
+            bootstrap=bootstrap,
+            horizon=horizon,
+            bound=bound,
+            prior=prior,
+        )
+        command(asked=asked, **others)
+
+    for option in reversed(_OPTIONS):
+        collected = option(collected)
+    return collected

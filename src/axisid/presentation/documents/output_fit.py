@@ -1,0 +1,76 @@
+"""A fit of a simulated output as a document."""
+
+from typing import Any
+
+from msgspec import UNSET
+
+from axisid.estimation.fitting import OutputFit
+from axisid.presentation.schema import (
+    WrittenFitted,
+    WrittenKnown,
+    WrittenOutputFit,
+    WrittenRecordError,
+    plain,
+)
+from axisid.support.arrays import finite
+from axisid.support.remedy import as_options
+
+from .diagnosis import check_document, law_document
+from .identification import left_out, record_document
+from .same_members import written_as
+
+
+def output_fit_dict(fit: OutputFit) -> dict[str, Any]:
+    """What ``--json`` writes."""
+    return plain(output_fit_document(fit))
+
+
+def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
+    """The parameters with all that was asked and found of each, and whether to believe them."""
+    return WrittenOutputFit(
+        axis=fit.axis.axis.name,
+        signature=fit.axis.signature,
+        left_out=left_out(fit.axis),
+        records=tuple(map(record_document, fit.records)),
+        output=fit.output,
+        unit=fit.unit,
+        loss=fit.loss,
+        started=fit.started,
+        parameters={name: _fitted(fit, j, name) for j, name in enumerate(fit.names)},
+        covariance=tuple(tuple(map(finite, row)) for row in fit.covariance.tolist()),
+        chosen_covariance=fit.chosen,
+        error=fit.error,
+        error_percent=finite(fit.error_percent),
+        record_errors=tuple(written_as(WrittenRecordError, each) for each in fit.of_records),
+        unseen=fit.unseen,
+        horizon=UNSET if fit.horizon is None else fit.horizon,
+        local=dict(fit.local) or UNSET,
+        iterations=tuple(
+            dict(zip(fit.names, map(float, step.physical), strict=True)) for step in fit.steps
+        ),
+        iteration_errors=tuple(step.error for step in fit.steps),
+        costs=tuple(cost for cost, _ in fit.ends),
+        law_check=law_document(fit.law),
+        verdict=tuple(map(check_document, fit.checks)),
+        believed=fit.believed,
+        remarks=tuple(note.worded(as_options) for note in fit.remarks),
+    )
+
+
+def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
+    value, (low, high) = fit.values[name], fit.bounds[name]
+    known = fit.prior.get(name)
+    return WrittenFitted(
+        value=value.value,
+        unit=value.unit,
+        sd=finite(value.deviation),
+        deviations={n: finite(sd) for n, sd in value.deviations.items()},
+        interval_95=(finite(value.interval[0]), finite(value.interval[1])),
+        start=float(fit.start[place]),
+        bounds=(finite(low), finite(high)),
+        at_bound=fit.at_bound.get(name),
+        fixed=name in fit.fixed,
+        prior=None if known is None else WrittenKnown(value=known[0], sd=known[1]),
+        law_percent={term: float(move[place]) for term, move in fit.law_moves.items()},
+        law_move=None if fit.law_move is None else float(fit.law_move[place]),
+    )

@@ -1,0 +1,92 @@
+"""A fit of a simulated output."""
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from msgspec import UNSET, UnsetType
+
+from .base import JsonObject, about
+from .diagnosis import WrittenCheck, WrittenLawCheck
+from .record import WrittenRecord
+from .values import WrittenKnown
+
+
+class WrittenFitted(JsonObject, frozen=True, kw_only=True):
+    """A parameter of a fit."""
+
+    value: Annotated[float, about("In `unit`.")]
+    unit: Annotated[str, about("Coherent SI.")]
+    sd: Annotated[float | None, about("Of the chosen covariance; null where nothing shows it.")]
+    deviations: Annotated[
+        Mapping[str, float | None],
+        about("By covariance: coloured errors, independent ones, bootstrap where asked for."),
+    ]
+    interval_95: Annotated[
+        tuple[float | None, float | None],
+        about("On the allowed side alone where the parameter is at a bound."),
+    ]
+    start: Annotated[float, about("Where the search began.")]
+    bounds: Annotated[tuple[float | None, float | None], about("In force; null for none.")]
+    at_bound: Annotated[Literal["lower", "upper"] | None, about("Whether it is driven to one.")]
+    fixed: Annotated[bool, about("Whether it was held.")]
+    prior: Annotated[WrittenKnown | None, about("What was known before, and weighed.")]
+    law_percent: Annotated[
+        Mapping[str, float],
+        about("What each term of the law, 1 % larger, moves it by, SI, by the term's gains."),
+    ]
+    law_move: Annotated[
+        float | None, about("What the law as recorded, in place of the declared one, moves it by.")
+    ]
+
+
+class WrittenRecordError(JsonObject, frozen=True, kw_only=True):
+    """What a fit leaves of one record."""
+
+    rows: Annotated[int, about("Samples that count.")]
+    error: Annotated[float, about("Root mean square, in the output's unit.")]
+    percent: Annotated[float | None, about("Of the recorded output's.")]
+    order: Annotated[int, about("Of the autoregression of the errors.")]
+
+
+class WrittenOutputFit(
+    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fit/1"
+):
+    """What `axisid fit --json` writes."""
+
+    axis: str
+    signature: Annotated[str, about("sha256 of what the generated code was made from.")]
+    left_out: Annotated[
+        Mapping[str, float],
+        about("What stands for the parameters that were left out, SI, by name."),
+    ]
+    records: tuple[WrittenRecord, ...]
+    output: Annotated[str, about("What is followed.")]
+    unit: Annotated[str, about("Of the output.")]
+    horizon: Annotated[float | UnsetType, about("Length of the windows of an open loop, s.")] = (
+        UNSET
+    )
+    loss: str
+    started: Annotated[str, about("Where the start is from.")]
+    parameters: Annotated[Mapping[str, WrittenFitted], about("By name.")]
+    covariance: Annotated[
+        tuple[tuple[float | None, ...], ...],
+        about("Of the parameters in their order, the chosen one; null for infinite."),
+    ]
+    chosen_covariance: str
+    error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
+    error_percent: Annotated[float | None, about("Of the recorded output; the largest of all.")]
+    record_errors: tuple[WrittenRecordError, ...]
+    unseen: Annotated[tuple[str, ...], about("What no output shows, in words.")]
+    local: Annotated[
+        Mapping[str, tuple[str, ...]] | UnsetType,
+        about("Parameters that records have for themselves: their names by record."),
+    ] = UNSET
+    iterations: Annotated[
+        tuple[Mapping[str, float], ...], about("Parameters where slopes were taken, SI.")
+    ]
+    iteration_errors: Annotated[tuple[float, ...], about("Root mean square there, in `unit`.")]
+    costs: Annotated[tuple[float, ...], about("Of each search's end, where several were made.")]
+    law_check: WrittenLawCheck
+    verdict: tuple[WrittenCheck, ...]
+    believed: Annotated[bool, about("Whether no check fails.")]
+    remarks: tuple[str, ...]

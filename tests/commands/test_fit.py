@@ -1,0 +1,88 @@
+"""``axisid fit``: what it takes, prints, writes and refuses."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import Record, fit, load_result
+from axisid.codegen.artefacts import GeneratedAxis
+from tests.refusals import refuses
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def log(tmp_path: Path, twin: Record) -> Path:
+    assert twin.reference is not None
+    assert twin.control is not None
+    path = tmp_path / "log.csv"
+    table = np.column_stack([twin.time, twin.position, twin.reference, twin.control])
+    np.savetxt(path, table, delimiter=",", header="time,position,reference,control", comments="")
+    return path
+
+
+def test_the_command_is_the_function(
+    run: Run, log: Path, emps2015: GeneratedAxis, twin: Record
+) -> None:
+    code, out, err = run("fit", "emps2015", log, "--json", "-")
+    assert code == 0, err
+    written = json.loads(out)
+    result = fit(emps2015, twin)
+    for name, value in result.parameters.items():
+        assert written["parameters"][name]["value"] == pytest.approx(value.value, rel=1e-6)
+    assert written["schema"] == "axisid.fit/1"
+
+
+def test_options_reach_the_fit(run: Run, log: Path) -> None:
+    options = ("--output", "position", "--loss", "soft-l1", "--start", "nominal", "--starts", 2)
+    options += ("--bound", "Fc=..20", "--bound", "Fv=1..", "--prior", "M=100+-1")
+    options += ("--bootstrap", 8)
+    _, out, err = run("fit", "emps2015", log, *options, "--json", "-")
+    written = json.loads(out)
+    assert [written[n] for n in ("output", "loss", "started")] == ["position", "soft-l1", "nominal"]
+    assert len(written["costs"]) == 2
+    assert written["chosen_covariance"] == "bootstrap"
+    of = written["parameters"]
+    assert of["Fc"]["bounds"] == [0.0, 20.0]
+    assert of["Fc"]["at_bound"] == "upper"
+    assert of["Fv"]["bounds"] == [1.0, None]
+    assert of["M"]["prior"] == {"value": 100.0, "sd": 1.0}
+    assert not err
+
+
+def test_a_parameter_is_fixed_as_in_identify(run: Run, log: Path) -> None:
+    _, out, _ = run("fit", "emps2015", log, "--fix", "M=100", "--json", "-")
+    written = json.loads(out)["parameters"]["M"]
+    assert written["fixed"]
+    assert written["value"] == 100.0
+
+
+def test_the_summary_is_printed_and_the_file_is_written_anew(
+    run: Run, log: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "fit.json"
+    for _ in range(2):
+        code, out, _ = run("fit", "emps2015", log, "--json", file)
+        assert code == 0
+        assert "verdict" in out
+    file.write_text("mine")
+    code, _, err = run("fit", "emps2015", log, "--json", file)
+    assert code == 2
+    assert "did not write it" in err
+
+
+@pytest.mark.parametrize("bound", ["Fc", "Fc=", "Fc=..", "=1..2", "Fc=a..b"])
+def test_a_bound_that_bounds_nothing_is_refused(run: Run, log: Path, bound: str) -> None:
+    code, _, err = run("fit", "emps2015", log, "--bound", bound)
+    assert code == 2
+    assert "bounds nothing" in err
+
+
+def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> None:
+    file = tmp_path / "fit.json"
+    run("fit", "emps2015", log, "--json", file)
+    with refuses("other-document", says="is of a fit of an output"):
+        load_result(file)

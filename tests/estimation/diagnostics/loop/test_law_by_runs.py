@@ -1,0 +1,135 @@
+"""Laws that are no sums of products of their gains are checked by runs of them."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from axisid import Record, build, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import ControlLaw
+from axisid.estimation import LawCheck, check_law
+from tests.axes.ready_laws import LAWS, with_law
+
+P_PI = "cascade_p_pi, clamped"
+_QUICK = (P_PI, "pid", "state_feedback")
+
+
+@cache
+def _axis(name: str, limit: float = 10.0) -> GeneratedAxis:
+    axis = with_law(name, limit).axis
+    experiment = axis.experiment
+    assert experiment is not None
+    return build(replace(axis, experiment=replace(experiment, position_noise=1e-6)), native=False)
+
+
+@cache
+def _record(name: str, limit: float = 10.0) -> Record:
+    return twin_record(_axis(name, limit))
+
+
+def _law(name: str) -> ControlLaw:
+    return LAWS[name]()
+
+
+def _checked(name: str, gains: Mapping[str, float], limit: float = 10.0) -> LawCheck:
+    """The check of a law with some gains divided by what is given."""
+    axis, law = _axis(name, limit).axis, _law(name)
+    declared = {**law.gains, **{gain: law.gains[gain] / off for gain, off in gains.items()}}
+    axis = replace(axis, control=replace(law, gains=declared))
+    check = check_law(build(axis, native=False), _record(name, limit))
+    assert isinstance(check, LawCheck)
+    return check
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name in _QUICK else pytest.param(name, marks=pytest.mark.slow) for name in LAWS],
+)
+def test_a_right_law_passes(name: str) -> None:
+    check = _checked(name, {})
+    assert check.passed, check.note
+    assert check.residual_percent is not None
+    assert check.residual_percent < 1e-6
+
+
+@pytest.mark.parametrize("name", [P_PI, "cascade_p_pi, back-calculation"])
+def test_a_right_law_passes_where_its_drive_saturates(name: str) -> None:
+    assert (np.abs(np.asarray(_record(name, 3.2).control)) == 3.2).mean() > 0.01
+    assert _checked(name, {}, 3.2).passed
+
+
+GAINS = [
+    *((P_PI, gain) for gain in ("kp", "kv", "tn")),
+    ("pid", "filter_time"),
+    ("state_feedback", "k_integral"),
+]
+
+
+@pytest.mark.parametrize("off", [1.05, pytest.param(0.9, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("name", "gain"), GAINS)
+def test_a_gain_that_is_wrong_alone_is_named_with_its_value(
+    name: str, gain: str, off: float
+) -> None:
+    check, value = _checked(name, {gain: off}), _law(name).gains[gain]
+    assert not check.passed
+    assert f"{gain} is {off:.4g} times the declared one, {value:.5g} for" in check.meaning
+    assert "every other gain is right" in check.meaning
+    assert check.factors[gain] == pytest.approx(off, rel=1e-4)
+    assert {v for g, v in check.factors.items() if g != gain} == {1.0}
+    assert check.fitted_residual_percent is not None
+    assert check.fitted_residual_percent < 1e-3
+
+
+def test_two_wrong_gains_are_named_together() -> None:
+    check = _checked(P_PI, {"kp": 1.1, "tn": 0.9})
+    assert "kp is 1.1 times" in check.meaning
+    assert "tn is 0.9 times" in check.meaning
+    assert "kv" not in check.meaning
+
+
+def test_a_law_that_saturates_is_told_by_its_anti_windup() -> None:
+    check = _checked("cascade_p_pi, back-calculation", {"tracking_time": 1.1}, 3.0)
+    assert "tracking_time is 1.1 times" in check.meaning
+
+
+def test_what_no_gain_explains_is_said_to_be_something_else() -> None:
+    """The drive averages its velocity; the law that is declared does not."""
+    name = "cascade_p_pi, feed-forward"
+    law = _law(name)
+    plain = replace(_law("cascade_p_pi"), gains={"kp": 10.0, "kv": 400.0, "tn": 0.1})
+    check = check_law(build(replace(_axis(name).axis, control=plain), native=False), _record(name))
+    assert isinstance(check, LawCheck)
+    assert law.gains.keys() > plain.gains.keys()
+    assert "no change of its gains explains it" in check.meaning
+    assert not check.passed
+
+
+def test_a_log_of_seven_digits_is_no_fault_of_an_integral() -> None:
+    record = _record(P_PI)
+    rounded = replace(
+        record,
+        position=np.round(record.position, 7),
+        reference=np.round(np.asarray(record.reference), 7),
+    )
+    check = check_law(_axis(P_PI), rounded)
+    assert isinstance(check, LawCheck)
+    assert check.passed, check.note
+
+
+def test_a_constant_is_no_other_than_another_start_of_an_integral() -> None:
+    record = _record("pid")
+    shifted = replace(record, control=np.asarray(record.control) + 0.1)
+    check = check_law(_axis("pid"), shifted)
+    assert isinstance(check, LawCheck)
+    assert check.passed
+
+
+def test_a_control_that_is_logged_late_is_named() -> None:
+    record = _record(P_PI)
+    check = check_law(_axis(P_PI), record.shifted(control=1))
+    assert isinstance(check, LawCheck)
+    assert not check.passed
+    assert "1 sample" in check.meaning

@@ -1,0 +1,115 @@
+"""A recorded signal that is late, or in another unit, is told beside the force that it makes."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from axisid import Record, build, identify, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.checks.check import Check
+from axisid.modeling.quantities import Constant
+from axisid.support.remedy import as_options
+from tests.axes.recorded import AREA, recorded_axis, recorded_values
+
+FAULT = "recorded signals"
+
+
+@cache
+def _axis(kind: str, *, known: bool = False) -> GeneratedAxis:
+    """The axis of a signal; with a known area its scale can be told."""
+    axis = recorded_axis(kind)
+    if not known:
+        return build(axis)
+    area = Constant(1e-3, "m^2", "area").symbol
+    experiment = axis.experiment
+    assert experiment is not None
+    truth = {name: value for name, value in experiment.truth.items() if name != "A"}
+    return build(
+        replace(
+            axis,
+            parameters=tuple(p for p in axis.parameters if p.name != "A"),
+            force=axis.force.subs(AREA.symbol, area),
+            experiment=replace(experiment, truth=truth),
+        )
+    )
+
+
+def _record(kind: str, seed: int = 0, *, known: bool = False) -> Record:
+    return twin_record(_axis(kind, known=known), signals=recorded_values(kind, seed), seed=seed + 1)
+
+
+def _late(record: Record, samples: int) -> Record:
+    def moved(values: np.ndarray) -> np.ndarray:
+        rows = np.clip(np.arange(len(values)) - samples, 0, len(values) - 1)
+        return np.asarray(values[rows])
+
+    return replace(record, signals={n: moved(v) for n, v in record.signals.items()})
+
+
+def _scaled(record: Record, factor: float) -> Record:
+    signals: Mapping[str, np.ndarray] = record.signals
+    return replace(record, signals={n: factor * v for n, v in signals.items()})
+
+
+def _check(record: Record, kind: str, *, known: bool = False) -> Check:
+    result = identify(_axis(kind, known=known), record, methods=["idm-iv"])
+    (found,) = (c for c in result.verdict if c.name == FAULT)
+    return found
+
+
+@pytest.mark.parametrize("kind", ["pressure", "supply"])
+def test_a_right_signal_passes_and_is_told_with_its_time(kind: str) -> None:
+    found = _check(_record(kind), kind)
+    assert found.status == "pass"
+    assert "samples late, its scale rests on its column and unit alone" in found.meaning
+
+
+def test_of_a_known_area_the_scale_is_told_too() -> None:
+    found = _check(_record("pressure", known=True), "pressure", known=True)
+    assert found.status == "pass"
+    assert "scale rests" not in found.meaning
+
+
+@pytest.mark.parametrize("kind", ["pressure", "supply"])
+@pytest.mark.parametrize("samples", [100, -100])
+def test_a_late_signal_is_told_with_its_delay(kind: str, samples: int) -> None:
+    record = _record(kind)
+    late = _late(record, samples)
+    found = _check(late, kind)
+    assert found.status == "fail"
+    assert found.remedy is not None
+    (shift,) = found.remedy.settings
+    assert shift.name == "shift"
+    name, amount = shift.value.split("=")
+    assert name == kind
+    assert float(amount) == pytest.approx(-samples, abs=1.0)
+    assert f"({100:.0f}" in found.meaning or "ms)" in found.meaning
+    assert ("late" if samples > 0 else "early") in found.meaning
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (1e-5, "--columns pressure=NAME:bar"),
+        (1e-3, "--columns pressure=NAME:kPa"),
+        (1.05, "--columns pressure=NAME:UNIT*0.95"),
+    ],
+)
+def test_a_signal_in_another_unit_is_told_where_its_coefficient_is_known(
+    factor: float, said: str
+) -> None:
+    found = _check(_scaled(_record("pressure", known=True), factor), "pressure", known=True)
+    assert found.status == "fail"
+    assert found.remedy is not None
+    assert said in found.remedy.worded(as_options)
+
+
+def test_an_axis_without_signals_has_no_such_check() -> None:
+    from axisid import load_axis
+
+    axis = build(load_axis("emps"))
+    result = identify(axis, twin_record(axis), methods=["idm-ls"])
+    assert FAULT not in {check.name for check in result.verdict}

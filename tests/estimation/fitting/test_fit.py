@@ -1,0 +1,366 @@
+"""Fits of the loop's output: right where the law is, and saying so where it is not."""
+
+import pickle
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Axis,
+    EstimationError,
+    Record,
+    build,
+    fit,
+    fix,
+    identify,
+    load_axis,
+    simulate,
+    twin_record,
+)
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.fitting import OutputFit
+from axisid.support.arrays import Array
+from tests.axes.unseen import with_bump
+from tests.refusals import refuses
+
+TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
+
+
+@pytest.fixture(scope="module")
+def found(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
+    return fit(emps2015, twin)
+
+
+def _status(result: OutputFit) -> dict[str, str]:
+    return {check.name: check.status for check in result.checks}
+
+
+def _with_gains(axis: Axis, **factors: float) -> GeneratedAxis:
+    """The axis with a law whose gains are others."""
+    law = axis.control
+    assert law is not None
+    gains = {name: value * factors.get(name, 1.0) for name, value in law.gains.items()}
+    return build(replace(axis, control=replace(law, gains=gains)))
+
+
+def _record(
+    axis: GeneratedAxis, theta: list[float], noise: float = 3.8e-6, seed: int = 1
+) -> Record:
+    """The twin's record with other parameters."""
+    whole = twin_record(axis)
+    assert whole.reference is not None
+    white = np.random.default_rng(seed).normal(scale=noise, size=len(whole)) if noise else None
+    loop = simulate(axis, theta, whole.reference, whole.period, position_noise=white)
+    return Record(
+        time=whole.time,
+        position=loop.measured_position,
+        reference=whole.reference,
+        control=loop.control,
+    )
+
+
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_parameters_are_within_their_intervals(
+    emps2015: GeneratedAxis, twin: Record, output: str
+) -> None:
+    result = fit(emps2015, twin, output)
+    for name, value in result.parameters.items():
+        assert abs(value.value - TRUTH[name]) < 3 * value.deviation
+        assert value.deviation < 0.01 * TRUTH[name]
+    assert result.believed
+    assert result.output == output
+
+
+def test_the_public_record_has_the_numbers_of_output_error(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    """Those of output-error.md are of a loop that begins at rest; the record begins in motion."""
+    control, position = (fit(emps, emps_record, o) for o in ("control", "position"))
+    np.testing.assert_allclose(control.physical, [95.389, 210.178, 19.853, -3.1679], rtol=1e-4)
+    np.testing.assert_allclose(position.physical, [95.205, 208.209, 20.038, -3.1677], rtol=1e-4)
+    assert control.error_percent == pytest.approx(4.529, abs=1e-3)
+    assert position.error == pytest.approx(1.610e-6, rel=1e-3)
+    for result in (control, position):
+        assert len(result.steps) <= 10
+        deviations = [v.deviation for v in result.parameters.values()]
+        np.testing.assert_allclose(deviations, [0.25, 4.2, 0.34, 0.14], rtol=0.7)
+    worst = max(np.abs(control.law_moves["kp*kv"] / control.physical))
+    assert worst < 0.005
+    assert np.abs(position.law_moves["kp*kv"] / position.physical).max() > 0.3
+
+
+def test_noise_free_records_give_the_truth(emps2015: GeneratedAxis) -> None:
+    result = fit(emps2015, _record(emps2015, [*TRUTH.values()], noise=0.0))
+    np.testing.assert_allclose(result.physical, [*TRUTH.values()], rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "start",
+    ["nominal", "least-squares", {"M": 20.0}, {"M": 95.0, "Fv": 0.0, "Fc": 0.0}],
+    ids=["nominal", "least squares", "far", "on bounds"],
+)
+def test_the_end_is_the_same_wherever_it_starts(
+    emps2015: GeneratedAxis, twin: Record, found: OutputFit, start: Any
+) -> None:
+    result = fit(emps2015, twin, start=start)
+    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
+    assert result.started == (start if isinstance(start, str) else "given")
+
+
+def test_an_estimate_is_a_start(emps2015: GeneratedAxis, twin: Record, found: OutputFit) -> None:
+    result = fit(emps2015, twin, start=identify(emps2015, twin, methods="didim")["didim"])
+    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-6)
+
+
+def test_friction_of_nothing_is_at_its_bound(emps2015: GeneratedAxis) -> None:
+    result = fit(emps2015, _record(emps2015, [100.2, 300.0, 0.0], seed=3))
+    value = result["Fc"]
+    assert value.value < 0.2
+    assert value.interval[0] <= 0.0 <= value.interval[1]
+    assert result["Fv"].value == pytest.approx(300.0, rel=0.02)
+    if result.at_bound:
+        assert result.at_bound == {"Fc": "lower"}
+        assert value.interval[0] == 0.0
+        assert value.deviation == 0.0
+
+
+def test_bounds_hold_and_are_named(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = fit(emps2015, twin, bounds={"Fc": (None, 20.0), "M": (90.0, 110.0)})
+    assert result["Fc"].value == 20.0
+    assert result.at_bound == {"Fc": "upper"}
+    assert result["Fc"].interval[1] == 20.0
+    assert result["Fc"].interval[0] < 20.0
+    held = fit(emps2015, twin, fixed={"Fc": 20.0})
+    np.testing.assert_allclose(result.physical, held.physical, rtol=1e-5)
+    assert held.fixed == {"Fc": 20.0}
+    assert _status(result)["bounds"] == "note"
+    assert "one-sided" in result.summary()
+
+
+def test_what_was_known_is_weighed(emps2015: GeneratedAxis, twin: Record, found: OutputFit) -> None:
+    near = fit(emps2015, twin, prior={"M": (105.0, 1e-3)})
+    assert near["M"].value == pytest.approx(105.0, abs=0.01)
+    vague = fit(emps2015, twin, prior={"M": (105.0, 1e3)})
+    np.testing.assert_allclose(vague.physical, found.physical, rtol=1e-6)
+    declared = build(fix(load_axis("emps2015"), M=(105.0, 1e-3)))
+    same = fit(declared, twin)
+    np.testing.assert_allclose(same.physical, near.physical, rtol=1e-6)
+    exact = fit(build(fix(load_axis("emps2015"), M=105.0)), twin)
+    assert exact["M"].value == 105.0
+    assert exact.fixed == {"M": 105.0}
+
+
+@pytest.mark.parametrize("loss", ["huber", "soft-l1"])
+def test_robust_losses_withstand_what_is_no_part_of_the_loop(
+    emps2015: GeneratedAxis, twin: Record, loss: str
+) -> None:
+    assert twin.control is not None
+    spoiled = twin.control.copy()
+    spoiled[1000:1040] += 4.0
+    spoiled[5000:5040] += 4.0
+    record = replace(twin, control=spoiled)
+    robust, plain = fit(emps2015, record, loss=loss), fit(emps2015, record)
+    truth = np.array([*TRUTH.values()])
+    off, plain_off = (np.abs(r.physical / truth - 1).max() for r in (robust, plain))
+    assert off < 0.01
+    assert off < plain_off / 2
+    for name, value in robust.parameters.items():
+        assert abs(value.value - TRUTH[name]) < 4 * value.deviation
+
+
+def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> None:
+    axis = _with_gains(load_axis("emps2015"), kp=1.01)
+    position, control = fit(axis, twin, "position"), fit(axis, twin)
+    off = position["Fv"].value / TRUTH["Fv"] - 1
+    assert off > 0.3
+    assert not position.believed
+    (check,) = [c for c in position.checks if c.name == "law's factors"]
+    assert check.status == "fail"
+    assert "moves Fv by" in check.meaning
+    # A right prediction of a large error, to the first order.
+    assert position.law_move is not None
+    corrected = position["Fv"].value + position.law_move[1]
+    assert abs(corrected / TRUTH["Fv"] - 1) < 0.1 * off
+    assert abs(control["Fv"].value / TRUTH["Fv"] - 1) < 0.01
+
+
+@pytest.mark.parametrize("factors", [{"kp": 40.0}, {"kv": 30.0}, {"kv": -1.0}], ids=str)
+def test_an_unstable_law_is_named(twin: Record, factors: dict[str, float]) -> None:
+    """Within the drive's limit it swings and follows nothing; beyond it nothing starts."""
+    axis = _with_gains(load_axis("emps2015"), **factors)
+    try:
+        result = fit(axis, twin)
+    except EstimationError as error:
+        assert error.code in ("fit-start-lost", "fit-lane")
+        assert "the recorded control is not the declared law's" in str(error)
+    else:
+        assert _status(result)["control law"] == "fail"
+        assert not result.believed
+
+
+def test_a_position_output_says_that_the_law_must_be_exact(
+    emps2015: GeneratedAxis, twin: Record, found: OutputFit
+) -> None:
+    assert _status(fit(emps2015, twin, "position"))["exact law"] == "note"
+    assert _status(found)["exact law"] == "pass"
+
+
+def _offset_axis() -> GeneratedAxis:
+    return build(replace(load_axis("emps"), experiment=load_axis("emps2015").experiment))
+
+
+def _offset_records(axis: GeneratedAxis) -> list[Record]:
+    reference = np.asarray(twin_record(load_axis("emps2015")).reference)
+    found = []
+    for seed, offset in enumerate((-3.0, 5.0)):
+        noise = np.random.default_rng(seed).normal(scale=1e-6, size=len(reference))
+        loop = simulate(axis, [95.0, 200.0, 20.0, offset], reference, 1e-3, position_noise=noise)
+        found.append(
+            Record(
+                time=loop.time,
+                position=loop.measured_position,
+                reference=reference,
+                control=loop.control,
+            )
+        )
+    return found
+
+
+def test_records_have_parameters_of_their_own() -> None:
+    axis = _offset_axis()
+    records = _offset_records(axis)
+    result = fit(axis, records, local="tau0")
+    assert result.local == {"tau0": ("tau0_1", "tau0_2")}
+    for name, truth in {"M": 95.0, "Fv": 200.0, "Fc": 20.0, "tau0_1": -3.0, "tau0_2": 5.0}.items():
+        assert abs(result[name].value - truth) < 4 * result[name].deviation
+    other = fit(axis, records[::-1], local="tau0")
+    assert other["tau0_1"].value == pytest.approx(result["tau0_2"].value, rel=1e-5)
+    assert other["M"].value == pytest.approx(result["M"].value, rel=1e-6)
+    alone = fit(axis, records[0])
+    assert result["M"].deviation < 0.9 * alone["M"].deviation
+
+
+def test_a_record_twice_is_the_same_fit_with_smaller_deviations(
+    emps2015: GeneratedAxis, twin: Record, found: OutputFit
+) -> None:
+    twice = fit(emps2015, [twin, twin])
+    np.testing.assert_allclose(twice.physical, found.physical, rtol=1e-5)
+    ratio = twice["M"].deviation / found["M"].deviation
+    assert ratio == pytest.approx(np.sqrt(0.5), rel=1e-2)
+
+
+def test_records_that_begin_in_motion_begin_there(emps2015: GeneratedAxis) -> None:
+    whole = twin_record(emps2015, position_noise=0.0)
+    record = Record(**{name: values[700:] for name, values in whole.channels().items()})
+    result = fit(emps2015, record, "position")
+    np.testing.assert_allclose(result.physical, [*TRUTH.values()], rtol=2e-3)
+
+
+def test_what_no_output_shows_is_named(twin: Record, found: OutputFit) -> None:
+    """A force at a place where the axis never is; the others are what they are without it."""
+    result = fit(with_bump(0.5), twin)
+    assert _status(result)["parameters shown"] == "fail"
+    assert result.unseen == ("Fb at all",)
+    assert not result.believed
+    assert result["Fb"].deviation == np.inf
+    np.testing.assert_allclose(result.physical[:3], found.physical, rtol=1e-5)
+    assert result["M"].deviation == pytest.approx(found["M"].deviation, rel=1e-3)
+    assert result.to_dict()["parameters"]["Fb"]["sd"] is None
+    assert "Fb at all" in result.summary()
+
+
+def test_twins_claim_what_the_errors_do(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = fit(emps2015, twin, bootstrap=64)
+    again = fit(emps2015, twin, bootstrap=64)
+    assert result == again
+    for value in result.parameters.values():
+        assert value.chosen == "bootstrap"
+        ratio = value.deviation / value.deviations["coloured"]
+        assert 0.7 < ratio < 1.4
+
+
+def test_a_measured_force_is_followed(emps2015: GeneratedAxis, found: OutputFit) -> None:
+    whole = twin_record(emps2015)
+    assert whole.control is not None
+    measured = replace(whole, force=35.15 * whole.control)
+    result = fit(emps2015, measured, "force")
+    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
+    assert result.unit == "N"
+
+
+def test_several_starts_end_alike(emps2015: GeneratedAxis, twin: Record, found: OutputFit) -> None:
+    result = fit(emps2015, twin, starts=4, seed=7)
+    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
+    assert len(result.ends) == 4
+    assert _status(result)["starts"] == "pass"
+
+
+def test_progress_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
+    told: list[tuple[int, int, str]] = []
+    result = fit(emps2015, twin, progress=lambda *step: told.append(step))
+    assert [step[0] for step in told] == [*range(len(result.steps))]
+    assert "error" in told[-1][2]
+
+
+def test_a_fit_is_equal_after_a_pickle(found: OutputFit) -> None:
+    again = pickle.loads(pickle.dumps(found))  # noqa: S301
+    assert again == found
+    assert again.checks == found.checks
+    assert again.summary() == found.summary()
+
+
+@pytest.mark.parametrize(
+    ("code", "given"),
+    [
+        ("fit-output", {"output": "speed"}),
+        ("fit-loss", {"loss": "cubes"}),
+        ("bad-gain-choice", {"gain": "free"}),
+        ("local-of-one", {"local": "Fc"}),
+        ("fit-count", {"starts": 0}),
+        ("fit-count", {"bootstrap": -1}),
+        ("unknown-start", {"start": "here"}),
+        ("fit-start", {"start": {"M": np.nan}}),
+        ("fit-start", {"start": {"mass": 1.0}}),
+        ("no-such-unknown", {"bounds": {"mass": (0.0, 1.0)}}),
+        ("fit-bounds", {"bounds": {"M": 3.0}}),
+        ("fit-bounds-empty", {"bounds": {"M": (5.0, 4.0)}}),
+        ("fit-bounds-empty", {"bounds": {"M": (None, -1.0)}}),
+        ("fit-prior", {"prior": {"M": (5.0, 0.0)}}),
+        ("fit-prior", {"prior": {"M": 5.0}}),
+        ("fit-fixed", {"fixed": {"M": "five"}}),
+        ("fit-fixed-bounds", {"fixed": {"M": -5.0}}),
+        ("nothing-free", {"fixed": dict(TRUTH)}),
+    ],
+)
+def test_what_cannot_be_asked_is_refused(
+    emps2015: GeneratedAxis, twin: Record, code: str, given: dict[str, Any]
+) -> None:
+    with refuses(code):
+        fit(emps2015, twin, **given)
+
+
+def test_an_axis_without_a_law_or_a_record_without_a_reference_is_refused(twin: Record) -> None:
+    with refuses("no-control-law"):
+        fit(replace(load_axis("emps2015"), control=None), twin)
+    with refuses("no-reference"):
+        fit(load_axis("emps2015"), replace(twin, reference=None))
+
+
+def _coverage(axis: GeneratedAxis, output: str, runs: int) -> Array:
+    held = []
+    for seed in range(runs):
+        result = fit(axis, twin_record(axis, seed=seed), output)
+        pairs = zip(result.parameters.values(), TRUTH.values(), strict=True)
+        held.append([v.interval[0] <= truth <= v.interval[1] for v, truth in pairs])
+    return np.mean(held, axis=0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_intervals_hold_the_truth_as_often_as_they_say(
+    emps2015: GeneratedAxis, output: str
+) -> None:
+    """95 % within what 100 runs leave to chance."""
+    assert np.all(_coverage(emps2015, output, 100) >= 0.89)

@@ -1,0 +1,138 @@
+"""The search: to the least, at bounds, from bounds, past what cannot be simulated."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid.codegen.artefacts import Quantity
+from axisid.estimation.choices.outputs import HUBER, SOFT_L1, SQUARES
+from axisid.estimation.fitting.losses import LOSSES, TUNING, deviation_by_median
+from axisid.estimation.fitting.search import Found, Search, Weighing
+from axisid.estimation.fitting.unknowns import Unknowns
+from axisid.estimation.predictions import Lanes
+from axisid.support.arrays import Array
+from tests.refusals import refuses
+
+TIME = np.linspace(0.0, 4.0, 400)
+
+
+class _Decay:
+    """``a exp(-b t)`` beside what was measured; no lane has a rate of more than it can."""
+
+    def __init__(self, measured: Array, most: float = np.inf) -> None:
+        self.measured, self.counted, self._most = measured, np.ones(len(measured)), most
+        self.spans = ((slice(0, len(measured)),),)
+        self.calls = 0
+
+    def settle(self, physical: Array) -> None:
+        pass
+
+    def __call__(self, physical: Array) -> Lanes:
+        self.calls += 1
+        failed = {i: "it runs away" for i, p in enumerate(physical) if p[1] > self._most}
+        errors = physical[:, 0] * np.exp(-np.outer(TIME, physical[:, 1])) - self.measured[:, None]
+        errors[:, [*failed]] = np.nan
+        return Lanes(errors=errors, failures=failed)
+
+
+def _unknowns(**changed: Any) -> Unknowns:
+    whole = {
+        "lower": np.zeros(2),
+        "upper": np.full(2, np.inf),
+        "prior": np.zeros(2),
+        "prior_sd": np.full(2, np.inf),
+        "fixed": np.full(2, np.nan),
+        **changed,
+    }
+    return Unknowns(
+        quantities=(Quantity(name="a", unit="m"), Quantity(name="b", unit="1/s")), **whole
+    )
+
+
+def _found(
+    predictions: _Decay, unknowns: Unknowns, start: list[float], loss: str = SQUARES
+) -> Found:
+    weighing = Weighing(
+        weights=np.full(len(TIME), 100.0),
+        loss=LOSSES[loss],
+        tuning=1.0 if loss == SQUARES else TUNING,
+    )
+    scale = np.ones(2)
+    begun = unknowns.inside(np.array(start), scale)
+    return Search(predictions, unknowns, scale, weighing).run(begun)
+
+
+def _decay(a: float, b: float) -> Array:
+    return np.asarray(a * np.exp(-b * TIME))
+
+
+@pytest.mark.parametrize("start", [[1.0, 1.0], [0.0, 0.0], [5.0, 3.0]])
+def test_it_ends_at_the_truth_also_from_a_bound(start: list[float]) -> None:
+    found = _found(_Decay(_decay(2.0, 0.7)), _unknowns(), start)
+    assert found.converged
+    np.testing.assert_allclose(found.physical, [2.0, 0.7], rtol=1e-6)
+    assert not np.any(found.at_bound)
+
+
+def test_a_parameter_that_is_driven_to_a_bound_is_there_and_the_others_are_least_with_it() -> None:
+    found = _found(_Decay(_decay(2.0, 0.7)), _unknowns(upper=np.array([np.inf, 0.5])), [1.0, 0.1])
+    held = _found(_Decay(_decay(2.0, 0.7)), _unknowns(fixed=np.array([np.nan, 0.5])), [1.0, 0.1])
+    assert [*found.at_bound] == [0, 1]
+    assert found.physical[1] == 0.5
+    assert found.physical[0] == pytest.approx(held.physical[0], rel=1e-7)
+    assert not np.any(held.at_bound)
+
+
+def test_a_truth_on_a_bound_is_found_exactly() -> None:
+    found = _found(_Decay(_decay(2.0, 0.0) + 0.01 * TIME), _unknowns(), [1.0, 1.0])
+    assert found.physical[1] == 0.0
+    assert [*found.at_bound] == [0, -1]
+
+
+def test_loops_that_cannot_be_simulated_shorten_the_step() -> None:
+    found = _found(_Decay(_decay(2.0, 1.2), most=1.25), _unknowns(), [50.0, 0.5])
+    np.testing.assert_allclose(found.physical, [2.0, 1.2], rtol=1e-5)
+    assert found.lost
+    assert found.why_lost == "it runs away"
+
+
+def test_a_start_that_cannot_be_simulated_is_refused() -> None:
+    with refuses("fit-lane", says="runs away"):
+        _found(_Decay(_decay(2.0, 0.7), most=3.0), _unknowns(), [1.0, 4.0])
+
+
+def test_what_was_known_before_pulls_by_its_deviation() -> None:
+    known = _unknowns(prior=np.array([3.0, 0.0]), prior_sd=np.array([1e-4, np.inf]))
+    found = _found(_Decay(_decay(2.0, 0.7)), known, [1.0, 1.0])
+    assert found.physical[0] == pytest.approx(3.0, abs=0.01)
+    vague = _unknowns(prior=np.array([3.0, 0.0]), prior_sd=np.array([10.0, np.inf]))
+    found = _found(_Decay(_decay(2.0, 0.7)), vague, [1.0, 1.0])
+    assert found.physical[0] == pytest.approx(2.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("loss", [SOFT_L1, HUBER])
+def test_robust_losses_withstand_outliers(loss: str, rng: np.random.Generator) -> None:
+    measured = _decay(2.0, 0.7) + 0.01 * rng.standard_normal(len(TIME))
+    measured[rng.integers(0, len(TIME), 40)] += 3.0
+    robust = _found(_Decay(measured), _unknowns(), [1.0, 1.0], loss).physical
+    plain = _found(_Decay(measured), _unknowns(), [1.0, 1.0]).physical
+    off, plain_off = np.abs(robust - [2.0, 0.7]), np.abs(plain - [2.0, 0.7])
+    assert np.all(off < 0.02)
+    assert np.all(off < 0.1 * plain_off)
+
+
+@pytest.mark.parametrize("loss", [*LOSSES])
+def test_losses_have_the_derivatives_that_they_say(loss: str) -> None:
+    z, h = np.array([0.0, 0.3, 0.9, 1.1, 4.0, 50.0]) + 1e-3, 1e-6
+    value, first, second = LOSSES[loss](z)
+    more, less = LOSSES[loss](z + h), LOSSES[loss](z - h)
+    np.testing.assert_allclose((more[0] - less[0]) / (2 * h), first, rtol=1e-6)
+    np.testing.assert_allclose((more[1] - less[1]) / (2 * h), second, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(value[0], z[0], rtol=1e-3)
+
+
+def test_the_median_tells_the_deviation_past_outliers(rng: np.random.Generator) -> None:
+    e = 0.2 * rng.standard_normal(100_000)
+    e[::20] = 50.0
+    assert deviation_by_median(e) == pytest.approx(0.2, rel=0.1)

@@ -1,0 +1,83 @@
+"""Twins of a drive with a lag and a delay: identified within their own intervals where declared."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Axis, Identification, Prefilter, build, identify, twin_record
+from axisid.estimation.records import Record
+from axisid.estimation.regression.following_loops import FollowingLoops
+from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.streaming import identify_stream
+from tests.axes.lagging import THETA, TRUTH, lagging, noisy
+
+CASES = [
+    {"lag": 1e-3},
+    {"delay": 3.5e-4},
+    {"lag": 8e-4, "delay": 1.35e-3, "logged": "applied"},
+    {"lag": 8e-4, "delay": 3.5e-4, "logged": "current"},
+]
+MOST_ERROR = 1e-5  # of the corrected values
+MOST_BIAS = 9e-4  # of a filter beside reversals
+
+
+def _identified(axis: Axis, record: Record | None = None) -> Identification:
+    made = build(axis)
+    record = twin_record(made) if record is None else record
+    return identify(made, record, methods=["idm-ls", "idm-iv", "didim"])
+
+
+@pytest.mark.parametrize("timing", CASES)
+def test_declared_lag_and_delay_leave_no_error(timing: dict[str, float]) -> None:
+    result = _identified(lagging(**timing))
+    for estimate in result.estimates.values():
+        for name, true in TRUTH.items():
+            value = estimate.parameters[name]
+            assert abs(value.corrected / true - 1) < MOST_ERROR
+            assert abs(value.value / true - 1) < MOST_BIAS
+    checks = {check.name: check for check in result.verdict}
+    for name in ("control law", "alignment", "simulation", "least squares against instruments"):
+        assert checks[name].status in ("pass", "note"), checks[name]
+    assert checks["control law"].figure < 1e-6
+    assert result.preferred.simulation_error_percent < 0.1
+
+
+def test_undeclared_lag_moves_friction_and_is_seen_in_the_alignment() -> None:
+    record = twin_record(build(lagging(lag=1e-3)))
+    result = _identified(lagging(), record)
+    assert abs(result.estimates["idm-iv"].parameters["Fc"].corrected / TRUTH["Fc"] - 1) > 5e-3
+    (alignment,) = (check for check in result.verdict if check.name == "alignment")
+    assert alignment.status == "fail"
+    assert 0.8 < alignment.figure < 1.2
+
+
+@pytest.mark.parametrize("timing", CASES)
+def test_with_noise_instruments_are_within_their_deviations(timing: dict[str, float]) -> None:
+    result = _identified(noisy(lagging(**timing), 1e-6, seed=7))
+    for name, true in TRUTH.items():
+        value = result.estimates["idm-iv"].parameters[name]
+        assert abs(value.corrected - true) < 2.5 * value.deviation
+
+
+def test_blocks_give_the_estimate_of_the_whole_record() -> None:
+    axis = build(lagging(lag=1e-3, delay=3.5e-4))
+    record = twin_record(axis)
+    whole = identify(axis, record, methods=["idm-ls"]).estimates["idm-ls"]
+    names = ("time", "position", "control")
+    columns = {name: np.asarray(getattr(record, name)) for name in names}
+    blocks = [
+        {name: values[i : i + 3000] for name, values in columns.items()}
+        for i in range(0, len(record), 3000)
+    ]
+    streamed = identify_stream(axis, blocks)
+    assert np.allclose(streamed.physical, whole.physical, rtol=1e-9)
+
+
+def test_loops_follow_a_record_without_its_reference() -> None:
+    axis = build(noisy(lagging(lag=8e-4, delay=1.35e-3, logged="applied"), 1e-6))
+    record = replace(twin_record(axis), reference=None)
+    data = FilteredRecord.bind(axis, record, Prefilter())
+    (loop,) = FollowingLoops.of(data).simulated(THETA)
+    away = (loop.position - data.motion[0])[50:-100]
+    assert np.sqrt(np.mean(away**2)) < 8e-7  # without lag and delay it is 4e-7

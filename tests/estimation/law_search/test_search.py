@@ -1,0 +1,149 @@
+"""The search finds the law of a twin with its gains, and says where no ready law is one."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import Record, build, load_axis, read_record, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import LIMITED_OUTPUT, ControlLaw, Memory, cascade_pd_difference
+from axisid.estimation import LawSearch, check_law, find_law
+from axisid.modeling import back_and_forth
+from tests.axes.ready_laws import LAWS, PERIOD, with_law
+from tests.refusals import refuses
+
+_MOVES = back_and_forth(speeds=(0.05, 0.15), acceleration=0.75, seconds=0.3, repeat=1)
+
+
+@cache
+def _axis(name: str, limit: float = 10.0) -> GeneratedAxis:
+    axis = with_law(name, limit).axis
+    assert axis.experiment is not None
+    shorter = replace(axis.experiment, moves=_MOVES, position_noise=1e-6)
+    return build(replace(axis, experiment=shorter), native=False)
+
+
+@cache
+def _found(name: str, limit: float = 10.0) -> LawSearch:
+    axis = _axis(name, limit)
+    return find_law(axis, twin_record(axis))
+
+
+SOUGHT = {
+    "cascade_p_pi": ("cascade_p_pi", {"velocity": "difference"}),
+    "cascade_pd_averaged": ("cascade_pd_averaged", {}),
+    "cascade_p_pi, feed-forward": ("cascade_p_pi", {"velocity": "averaged"}),
+    "cascade_p_pi, phase-locked loop": ("cascade_p_pi", {"velocity": "pll"}),
+    "pid": ("pid", {}),
+    "pid of the position, clamped": ("pid", {"derivative_of": "position"}),
+    "impedance": ("impedance", {}),
+}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [n if n == "cascade_p_pi" else pytest.param(n, marks=pytest.mark.slow) for n in SOUGHT],
+)
+def test_the_law_of_a_twin_is_found_with_its_gains(name: str) -> None:
+    best, law = _found(name).best, LAWS[name]()
+    assert (best.function, dict(best.words)) == SOUGHT[name]
+    assert best.law.gains.keys() == law.gains.keys()
+    for gain, value in law.gains.items():
+        assert best.law.gains[gain] == pytest.approx(value, rel=1e-5)
+    assert best.held_out_percent < 1e-3
+    assert _found(name).explained
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["state_feedback", "pid_ideal", "dynamixel_position"])
+def test_laws_of_another_name_are_told_as_the_same(name: str) -> None:
+    found = _found(name)
+    assert found.best.function == "pid" or name == "dynamixel_position"
+    assert name in found.best.same or name == "dynamixel_position"
+
+
+@pytest.mark.slow
+def test_anti_windup_is_found_where_the_drive_saturates() -> None:
+    best = _found("cascade_p_pi, clamped", 3.2).best
+    assert dict(best.words) == {"velocity": "difference", "anti_windup": "clamping"}
+
+
+def test_what_was_found_passes_the_law_check() -> None:
+    axis, best = _axis("cascade_p_pi"), _found("cascade_p_pi").best
+    declared = build(replace(axis.axis, control=best.law), native=False)
+    check = check_law(declared, twin_record(axis))
+    assert getattr(check, "passed", False)
+
+
+@pytest.mark.slow
+def test_a_delay_is_found_with_the_gains() -> None:
+    axis = _axis("cascade_pd_averaged").axis
+    assert axis.control is not None
+    slow = replace(axis.control, delay=2, gains={"kp": 40.0, "kv": 150.0})
+    axis = replace(axis, control=slow)
+    best = find_law(axis, twin_record(axis)).best
+    assert (best.function, best.law.delay) == ("cascade_pd_averaged", 2)
+    assert best.law.gains["kp"] == pytest.approx(40.0, rel=1e-5)
+    assert "with delay=2" in best.python
+    assert "delay = 2" in best.toml
+
+
+@pytest.mark.slow
+def test_a_law_that_is_none_of_them_is_said_to_be_none() -> None:
+    memory = Memory("held", following=LIMITED_OUTPUT, start=0)
+    cascade = cascade_pd_difference(kp=60.0, kv=120.0, period=PERIOD)
+    other = ControlLaw(
+        name="other",
+        period=PERIOD,
+        gains=cascade.gains,
+        output=cascade.output - 0.5 * memory.symbol,
+        memory=(*cascade.memory, memory),
+    )
+    axis = replace(_axis("impedance").axis, control=other)
+    found = find_law(axis, twin_record(axis))
+    assert not found.explained
+    assert "No ready law explains the control" in found.summary()
+
+
+def test_the_declaration_of_a_law_can_be_read_again(tmp_path: Path) -> None:
+    best = _found("cascade_p_pi").best
+    file = tmp_path / "stage.toml"
+    file.write_text(
+        f'name = "stage"\n{best.toml}\ncoordinate = {{ name = "q", unit = "m" }}\n'
+        '[parameters]\nM = { unit = "kg", nominal = 100, lower = 0 }\n'
+        '[newton]\ninertia = "M"\n[drive]\ngain = 35.15\nunit = "V"\n'
+    )
+    law = load_axis(str(file)).control
+    assert law is not None
+    assert law.output == best.law.output
+    assert law.gains == pytest.approx(best.law.gains, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_the_law_of_the_emps_record_is_the_averaged_cascade(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    found = find_law(emps, emps_record)
+    assert found.best.function == "cascade_pd_averaged"
+    assert found.best.law.gains == pytest.approx({"kp": 160.18, "kv": 243.45}, rel=1e-3)
+    assert found.best.law.delay == 0
+    assert found.best.held_out_percent < 0.25
+
+
+def test_a_record_without_what_a_law_reads_is_refused() -> None:
+    axis = _axis("cascade_p_pi")
+    record = twin_record(axis)
+    for missing in ("reference", "control"):
+        with refuses("law-columns", says=missing):
+            find_law(axis, replace(record, **{missing: None}))  # type: ignore[arg-type]
+    columns = {
+        "position": record.position[:60],
+        "reference": np.asarray(record.reference)[:60],
+        "control": np.asarray(record.control)[:60],
+    }
+    short = read_record(columns, axis, sample_period=PERIOD)
+    with refuses("law-record-short", says="60 samples"):
+        find_law(axis, short)

@@ -1,0 +1,84 @@
+"""Windows of an open loop: each starts where the record is, and no law is asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Record, fit, load_axis, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.predictions import WindowPredictions
+from axisid.estimation.regression import InverseForm
+from tests.refusals import refuses
+
+THETA = np.array([100.2, 236.9, 24.8])
+
+
+def _predictions(axis: GeneratedAxis, record: Record, horizon: float = 0.5) -> WindowPredictions:
+    return WindowPredictions(InverseForm(axis), [axis], [record], horizon)
+
+
+def test_with_the_truth_nothing_is_left_wherever_a_window_starts(emps2015: GeneratedAxis) -> None:
+    quiet = twin_record(emps2015, position_noise=0.0)
+    predictions = _predictions(emps2015, quiet)
+    predictions.settle(THETA)
+    found = predictions(np.array([THETA, 1.1 * THETA]))
+    assert np.abs(found.errors[:, 0]).max() < 1e-7
+    assert np.abs(found.errors[:, 1]).max() > 1e-5
+
+
+def test_windows_are_stretches_of_their_record(emps2015: GeneratedAxis, twin: Record) -> None:
+    cut = replace(twin, segments=((0, 3200), (3200, len(twin))), masked=((10, 20),))
+    predictions = _predictions(emps2015, cut)
+    (spans,) = predictions.spans
+    assert len(spans) == 6 + 9
+    rows = spans[-1].stop
+    assert len(predictions.measured) == len(predictions.counted) == rows
+    assert rows - predictions.counted.sum() == 10
+    (samples,) = predictions.samples
+    assert len(samples) == rows
+    start = samples[spans[3]][0]
+    recorded = twin.position[samples[spans[3]]] - twin.position[start]
+    np.testing.assert_array_equal(predictions.measured[spans[3]], recorded)
+
+
+def test_what_a_first_position_or_velocity_makes_is_no_error(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """A record that is moved, and a clock of an encoder that creeps, leave the same errors."""
+    there = replace(twin, position=twin.position + 0.3)
+    found = []
+    for record in (twin, there):
+        predictions = _predictions(emps2015, record)
+        predictions.settle(THETA)
+        found.append(predictions(THETA[None, :]).errors[:, 0])
+    np.testing.assert_allclose(found[0], found[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("horizon", [0.25, 1.0, 100.0])
+def test_the_fit_has_the_truth_without_a_law_or_a_reference(twin: Record, horizon: float) -> None:
+    axis = replace(load_axis("emps2015"), control=None)
+    result = fit(axis, replace(twin, reference=None), "open-loop", horizon=horizon)
+    np.testing.assert_allclose(result.physical, THETA, rtol=1e-3)
+    assert result.believed
+    assert result.horizon == horizon
+    for truth, value in zip(THETA, result.parameters.values(), strict=True):
+        assert abs(value.value - truth) < 4 * value.deviation
+    assert f"windows of {horizon:g} s" in result.summary()
+    assert result.plot() is not None
+    assert {c.name: c.status for c in result.checks}["control law"] == "not evaluated"
+
+
+def test_a_lane_that_fails_is_named(emps2015: GeneratedAxis, twin: Record) -> None:
+    predictions = _predictions(emps2015, twin)
+    found = predictions(np.array([THETA, [-1.0, 200.0, 20.0]]))
+    assert [*found.failures] == [1]
+    assert np.all(np.isnan(found.errors[:, 1]))
+    assert 0 in predictions(np.array([[-1.0, 200.0, 20.0]])).failures
+
+
+def test_without_a_control_it_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+    force = replace(twin, control=None, force=twin.control)
+    _predictions(emps2015, force)
+    with refuses("fit-horizon"):
+        fit(emps2015, twin, "open-loop", horizon=0.0)

@@ -1,0 +1,161 @@
+"""A drive with a lag and a delay, against an independent integrator, one by one and in a batch."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from axisid import Parameter, build, simulate
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.elements import Drive, end_stop
+from axisid.estimation.simulation import trajectory
+from axisid.estimation.simulation.batch import simulate_batch
+from axisid.estimation.simulation.closed_loop import mean_force
+from tests.axes.bodies import body, force_law, x
+from tests.axes.lagging import PERIOD, THETA, integrated, lagging
+from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values
+from tests.refusals import refuses
+
+TIME = PERIOD * np.arange(420)
+REFERENCE = 2e-3 * np.sin(2 * np.pi * 6.0 * TIME) ** 3  # with rests and reversals
+TIMINGS = [
+    (1e-3, 0.0),
+    (2e-4, 0.0),
+    (0.0, 3.5e-4),
+    (0.0, 1e-3),
+    (8e-4, 3.5e-4),
+    (5e-5, 2.2e-3),
+    (8e-3, 9e-4),
+]
+
+
+@cache
+def axis(lag: float, delay: float, *, native: bool) -> GeneratedAxis:
+    """The axis with a lag and a delay."""
+    return build(lagging(lag=lag, delay=delay), native=native)
+
+
+@pytest.mark.parametrize("native", [True, False])
+@pytest.mark.parametrize(("lag", "delay"), TIMINGS)
+def test_loop_moves_as_an_independent_integrator_does(
+    lag: float, delay: float, native: bool
+) -> None:
+    loop = simulate(axis(lag, delay, native=native), THETA, REFERENCE, PERIOD)
+    position, force = integrated(REFERENCE, lag, delay)
+    assert np.any(loop.mode == 0)
+    assert np.sum(np.diff(np.sign(loop.velocity)) != 0) >= 5
+    assert np.max(np.abs(loop.position - position)) < 1e-9
+    if lag:
+        assert np.max(np.abs(loop.force - force)) < 1e-3
+
+
+@pytest.mark.parametrize(("lag", "delay"), [TIMINGS[0], TIMINGS[2], TIMINGS[4]])
+def test_the_error_falls_with_the_fourth_power_of_the_steps(lag: float, delay: float) -> None:
+    position, _ = integrated(REFERENCE, lag, delay)
+    errors = [
+        np.max(np.abs(simulate(made, THETA, REFERENCE, PERIOD, substeps=n).position - position))
+        for made in [axis(lag, delay, native=True)]
+        for n in (1, 4)
+    ]
+    assert errors[1] < max(errors[0] / 100, 1e-14)
+
+
+@pytest.mark.parametrize(("lag", "delay"), TIMINGS)
+def test_lanes_of_a_batch_are_the_single_simulations(lag: float, delay: float) -> None:
+    made, lanes = axis(lag, delay, native=True), 35
+    sizes = np.linspace(0.2, 1.5, lanes)
+    thetas = THETA * (0.8 + 0.4 * sizes[:, None] / 1.5)
+    references = REFERENCE[:, None] * sizes
+    for substeps in (1, 3):
+        batch = simulate_batch(made, thetas, references, PERIOD, substeps=substeps)
+        assert not batch.failures
+        for lane in (0, 17, 34):
+            one = simulate(made, thetas[lane], references[:, lane], PERIOD, substeps=substeps)
+            for name in ("position", "force", "control"):
+                wanted = getattr(one, name)
+                assert np.allclose(
+                    batch[name][:, lane], wanted, rtol=0, atol=1e-9 * np.max(np.abs(wanted))
+                )
+
+
+def test_a_delay_of_whole_samples_is_that_of_the_law() -> None:
+    plain = lagging()
+    assert plain.control is not None
+    late = replace(plain, control=replace(plain.control, delay=2))
+    by_law = simulate(build(late), THETA, REFERENCE, PERIOD)
+    by_drive = simulate(axis(0.0, 2e-3, native=True), THETA, REFERENCE, PERIOD)
+    assert np.array_equal(by_law.position, by_drive.position)
+    assert np.array_equal(by_law.control[2:], by_drive.control[:-2])
+
+
+def test_the_mean_force_is_what_changes_the_momentum() -> None:
+    made = axis(8e-4, 3.5e-4, native=True)
+    sliding = np.array([THETA[0], 0.0, 0.0])
+    loop = simulate(made, sliding, REFERENCE, PERIOD)
+    change = THETA[0] * np.diff(loop.velocity) / PERIOD
+    assert np.allclose(mean_force(made, loop)[:-1], change, rtol=0, atol=1e-6)
+
+
+def test_a_loop_with_a_response_runs_at_its_own_clock_alone() -> None:
+    with refuses("clocks-and-response"):
+        simulate(axis(1e-3, 0.0, native=True), THETA, REFERENCE[::2], 2 * PERIOD)
+
+
+def test_a_simulation_goes_on_from_what_the_drive_remembers() -> None:
+    made = axis(8e-4, 1.35e-3, native=True)
+    names = made.functions["closed_loop_step"].size1_in("state")
+    with refuses("loop-memory", "force_of_command1"):
+        simulate(made, THETA, REFERENCE, PERIOD, memory=np.zeros(names - 1))
+    pushed = np.zeros(names)
+    pushed[-1] = 100.0
+    loop = simulate(made, THETA, np.zeros(5), PERIOD, memory=pushed)
+    assert loop.force[0] == 100.0
+    assert loop.position[2] > 0
+
+
+@pytest.mark.parametrize("timing", [{"lag": 6e-4}, {"delay": 4e-4}, {"lag": 6e-4, "delay": 1.4e-3}])
+@pytest.mark.parametrize("kind", ["pressure", "supply", "feed"])
+def test_with_recorded_signals_native_code_and_virtual_machine_agree(
+    kind: str, timing: dict[str, float]
+) -> None:
+    plain = recorded_axis(kind)
+    late = replace(plain, drive=replace(plain.drive, **timing))
+    values = {name: column[:1500] for name, column in recorded_values(kind).items()}
+    reference = trajectory(MOVES, PERIOD)[:1500]
+    theta = [TRUTH[p.name] for p in late.parameters]
+    native, virtual = (
+        simulate(build(late, native=native), theta, reference, PERIOD, signals=values).position
+        for native in (True, False)
+    )
+    assert np.max(np.abs(native - virtual)) < 1e-12
+    assert np.ptp(native) > 0.05
+
+
+@pytest.mark.parametrize("timing", [{"lag": 6e-4}, {"delay": 4e-4}, {"lag": 6e-4, "delay": 1.4e-3}])
+def test_an_end_stop_under_a_force_with_a_lag_is_met_where_the_closed_form_says(
+    timing: dict[str, float],
+) -> None:
+    mass, stiffness, stop, push = 2.0, 8e4, 0.01, 30.0
+    m = Parameter("m", "kg", nominal=mass)
+    stops = end_stop(x, lower=-1.0, upper=stop, stiffness=stiffness)
+    made = body(
+        stops,
+        coordinate=x,
+        inertia=m,
+        name="stopped",
+        control=force_law(PERIOD),
+        drive=Drive(gain=1.0, **timing),
+    )
+    force = np.where(TIME[:200] < 0.02, push, 0.0)
+    loops = [
+        simulate(build(made, native=native), [mass], force, PERIOD, start=0.0, memory=memory)
+        for native in (True, False)
+        for memory in [np.zeros(len(made.response.remembered if made.response else ()))]
+    ]
+    native, virtual = (loop.position for loop in loops)
+    assert np.max(np.abs(native - virtual)) < 1e-13
+    # What a push adds to the momentum is not changed by when it acts; the stop turns it round.
+    assert np.min(loops[0].velocity) == pytest.approx(-push * 0.02 / mass, rel=1e-4)
+    deepest = push * 0.02 / mass * np.sqrt(mass / stiffness)
+    assert stop + 0.9 * deepest < np.max(native) <= stop + deepest * (1 + 1e-6)

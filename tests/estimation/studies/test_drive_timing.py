@@ -1,0 +1,78 @@
+"""The lag or the delay of a drive from a record: right within its deviation, refused otherwise."""
+
+from dataclasses import replace
+
+import pytest
+
+from axisid import Axis, build, twin_record
+from axisid.estimation import estimate_drive_timing
+from axisid.estimation.records import Record
+from axisid.modeling import back_and_forth
+from tests.axes.lagging import TRUTH, lagging
+from tests.refusals import refuses
+
+
+def _short(**timing: float) -> Axis:
+    """The axis with a short experiment."""
+    moves = back_and_forth(speeds=(0.06, 0.12), acceleration=0.8, seconds=0.4)
+    axis = lagging(**timing)
+    assert axis.experiment is not None
+    return replace(axis, experiment=replace(axis.experiment, moves=moves))
+
+
+def _record(seed: int = 1, noise: float = 1e-6, **timing: float) -> Record:
+    return twin_record(build(_short(**timing)), position_noise=noise, seed=seed)
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "true"),
+    [
+        ("lag", {"delay": 3.5e-4}, 8e-4),
+        pytest.param("lag", {}, 1e-3, marks=pytest.mark.slow),
+        pytest.param("delay", {}, 6e-4, marks=pytest.mark.slow),
+    ],
+)
+def test_lag_or_delay_is_found_and_the_parameters_with_it(
+    name: str, known: dict[str, float], true: float
+) -> None:
+    found = estimate_drive_timing(lagging(**known), _record(**known, **{name: true}), name)
+    assert abs(found.value - true) < 2.5 * found.deviation
+    assert found.deviation < 1e-4
+    assert str(found).startswith(f"{name} = ")
+    values = found.identification.preferred.parameters
+    for parameter, truth in TRUTH.items():
+        assert abs(values[parameter].value - truth) < 3 * found.deviations[parameter]
+        assert found.deviations[parameter] >= values[parameter].deviation
+
+
+@pytest.mark.slow
+def test_without_noise_it_is_exact() -> None:
+    found = estimate_drive_timing(lagging(), _record(noise=0.0, lag=1e-3), "lag")
+    assert found.value == pytest.approx(1e-3, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_its_deviation_is_that_of_its_estimates() -> None:
+    away = []
+    for seed in range(20):
+        found = estimate_drive_timing(lagging(), _record(seed=seed, lag=1e-3), "lag")
+        away.append((found.value - 1e-3) / found.deviation)
+    assert 0.5 < (sum(z**2 for z in away) / len(away)) ** 0.5 < 1.6
+    assert sum(abs(z) > 2 for z in away) <= 4
+
+
+def test_what_a_record_cannot_show_is_refused() -> None:
+    record = _record(lag=1e-3)
+    with refuses("drive-timing-name"):
+        estimate_drive_timing(lagging(), record, "hold")
+    with refuses("drive-timing-logged"):
+        estimate_drive_timing(lagging(delay=1e-3, logged="applied"), record, "delay")
+    axis: Axis = replace(lagging(), control=None)
+    with refuses("drive-timing-record"):
+        estimate_drive_timing(axis, record)
+
+
+def test_a_force_before_its_command_has_no_lag() -> None:
+    early = _record().shifted(control=1)
+    with refuses("drive-timing-early"):
+        estimate_drive_timing(lagging(), early, "lag")

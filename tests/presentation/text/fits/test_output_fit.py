@@ -1,0 +1,55 @@
+"""A fit in words: what was asked, what came of it, what to think of it."""
+
+import pytest
+
+from axisid import Record, fit
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.presentation.blocks import Checks, Notes, Quantity, Table
+from axisid.presentation.text.fits import output_fit_document
+
+
+def _table(document: tuple[object, ...], place: int = 0) -> Table:
+    return [block for block in document if isinstance(block, Table)][place]
+
+
+def test_every_parameter_has_a_row_with_what_was_asked_of_it(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = fit(
+        emps2015, twin, bounds={"Fc": (None, 20.0)}, prior={"M": (100.0, 1.0)}, fixed={"Fv": 240.0}
+    )
+    rows = {row[0]: row for row in _table(output_fit_document(result)).rows}
+    assert [row[-1] for row in rows.values()] == [
+        "known 100 +- 1",
+        "fixed",
+        "at its upper bound [2]",
+    ]
+    assert [rows[name][3] for name in ("Fv", "Fc")] == ["-", "-"]
+    assert str(rows["Fc"][5]).endswith(" to 20")
+
+
+def test_what_is_left_of_each_record_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
+    document = output_fit_document(fit(emps2015, [twin, twin]))
+    assert len(_table(document, 1).rows) == 2
+    assert str(len(twin)) in _table(document, 1).rows[0]
+
+
+def test_a_note_stands_behind_every_number_of_one(emps2015: GeneratedAxis, twin: Record) -> None:
+    for how in ({}, {"bounds": {"Fc": (None, 20.0)}}, {"bootstrap": 8}):
+        result = fit(emps2015, twin, **how)  # type: ignore[arg-type]
+        document = output_fit_document(result)
+        (notes,) = [block for block in document if isinstance(block, Notes)]
+        assert len(notes.notes) == 4 if result.at_bound else 3
+        assert "autoregression" in " ".join(notes.notes)
+        assert any(isinstance(block, Checks) for block in document)
+
+
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_values_have_the_digits_of_their_deviations(
+    emps2015: GeneratedAxis, twin: Record, output: str
+) -> None:
+    result = fit(emps2015, twin, output)
+    row = _table(output_fit_document(result)).rows[0]
+    assert not isinstance(row[2], Quantity)
+    assert float(str(row[2])) == pytest.approx(result["M"].value, abs=1e-4)
+    assert float(str(row[3])) == pytest.approx(result["M"].deviation, abs=1e-4)
