@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.signal import lfilter
 
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.regression import (
@@ -83,6 +81,8 @@ class _Fitted:
 
     def coloured(self, rho: float) -> Array:
         """The correlations of errors times the basis, (m, k)."""
+        from scipy.signal import lfilter
+
         before = lfilter([1.0], [1.0, -rho], self.basis, axis=0)
         after = lfilter([1.0], [1.0, -rho], self.basis[::-1], axis=0)[::-1]
         return np.asarray((before + after - self.basis) * self.there[:, None], dtype=float)
@@ -117,4 +117,6 @@ def _matched(fitted: _Fitted, shown: float) -> float:
         return most
     if fitted.left(0.0) >= shown:
         return 0.0
+    from scipy.optimize import brentq
+
     return float(brentq(lambda rho: fitted.left(rho) - shown, 0.0, most, xtol=_RESOLVED))

@@ -93,7 +93,7 @@ def test_a_delay_is_found_with_the_gains() -> None:
 
 @pytest.mark.slow
 def test_a_law_that_is_none_of_them_is_said_to_be_none() -> None:
-    memory = Memory("held", following=LIMITED_OUTPUT, start=0)
+    memory = Memory("before", following=LIMITED_OUTPUT, start=0)
     cascade = cascade_pd_difference(kp=60.0, kv=120.0, period=PERIOD)
     other = ControlLaw(
         name="other",
