@@ -93,6 +93,6 @@ def test_mistakes_of_a_toml_file_are_listed_under_one_headline(run: Run, here: P
         "      b*v",
         "        ^",
         "  drive.gian: there is no such key; the keys here are gain, unit, limit, relative_sd, "
-        "profile, scaled_by. Did you mean 'gain'?",
+        "lag, delay, logged, profile, scaled_by. Did you mean 'gain'?",
         "  drive.gain: it is missing; add it.",
     ]

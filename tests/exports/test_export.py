@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.estimation.studies.test_streaming import in_blocks
 
 from axisid import (
     Identification,
@@ -31,6 +30,7 @@ from axisid.estimation.streaming import identify_stream
 from axisid.exports.parameter_tables import with_deviation
 from axisid.exports.targets import TARGETS
 from tests.estimation.methods.test_partially_linear import stribeck_axis
+from tests.estimation.streaming.test_identify_stream import in_blocks
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -346,8 +346,12 @@ def test_exported_python_takes_numbers_and_arrays_of_numpy(library_axis: Generat
     result = identify(library_axis, twin_record(library_axis), methods=["idm-ls"])
     module: dict[str, Any] = {}
     exec(export(result, "python"), module)
-    name = library_axis.axis.name
-    for function in (module[f"{name}_feedforward"], module[f"{name}_control"]):
+    name, recorded = library_axis.axis.name, [2.0] * len(library_axis.axis.signals)
+    for exported in (module[f"{name}_feedforward"], module[f"{name}_control"]):
+
+        def function(*motion: Any, exported: Any = exported) -> Any:
+            return exported(*motion, *recorded)
+
         plain = function(0.1, -0.2, 0.3)
         for kind in (np.float64, np.float32, np.array):
             motion = [kind(value) for value in (0.1, -0.2, 0.3)]

@@ -156,10 +156,10 @@ MISUSES: tuple[Misuse, ...] = (
         says="below its declared bound of 0",
     ),
     Misuse(
-        name="a period that is not the law's",
-        call=lambda: _simulated([6.0, 14.0, 7.0], period=2e-3),
+        name="a period that is far from the law's",
+        call=lambda: _simulated([6.0, 14.0, 7.0], period=1.0),
         error=UsageError,
-        says="the control law of axis 'carriage' is evaluated every 0.001 s",
+        says="the control law is evaluated every 0.001 s; give one that is at most 400 times",
     ),
     Misuse(
         name="a loop that runs away",

@@ -41,11 +41,11 @@ def test_code_of_the_readme_and_the_pages_runs_as_printed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     declaration, script = _blocks("README.md", "python")
-    (twin_script,) = _blocks("docs/declaring.md", "python")
+    *_, twin_script = _blocks("docs/declaring.md", "python")
     (simulation,) = _blocks("docs/identifying.md", "python")
     monkeypatch.chdir(tmp_path)
     Path("my_axis.py").write_text(declaration)
-    (toml,) = _blocks("docs/declaring.md", "toml")
+    toml, *_ = _blocks("docs/declaring.md", "toml")
     Path("my_axis.toml").write_text(toml)
     assert load_axis("my_axis.toml") == load_axis("my_axis.py")
     namespace: dict[str, Any] = {}

@@ -54,6 +54,8 @@ from axisid.estimation import (
     simulate_batch,
 )
 from axisid.estimation.diagnostics.loop.control_law import check_law
+from axisid.estimation.identification.drive_timing import DriveTiming
+from axisid.estimation.law_search import find_law
 from axisid.estimation.streaming import identify_stream
 from axisid.modeling import LIBRARY, Column
 from tests.faces import FACES, public_names
@@ -139,6 +141,16 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "simulation": simulate(axis, axis.nominal, reference, record.period),
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
         "law check": check_law(axis, record),
+        "law search": find_law(axis, record),
+        "block": axisid.control.difference(axisid.control.REFERENCE, name="q1", start=0),
+        "drive timing": DriveTiming(
+            name="lag",
+            value=1e-3,
+            deviation=1e-5,
+            axis=declared,
+            identification=found,
+            deviations={"M": 1.0},
+        ),
         "streamed estimate": identify_stream(axis, blocks, FILTER, sample_period=record.period),
         "log blocks": LogBlocks(file=log, axis=declared, columns={"position": "position"}),
         "feed-forward": feed_forward(
@@ -156,7 +168,8 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "fit,comparison,simulation,batch,law check,streamed estimate,log blocks,feed-forward,"
+    "fit,comparison,simulation,batch,law check,"
+    "law search,block,drive timing,streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")

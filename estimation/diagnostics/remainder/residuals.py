@@ -206,8 +206,8 @@ def normality(
             "as those of loops that are measured in such steps, or with such noise, have"
             if by_steps
             else "intervals rest on the number of rows"
-            + (_largest(estimate, away) if tests.excess_kurtosis > 0 else "")
-        ),
+        )
+        + (_largest(estimate, away) if tests.excess_kurtosis > 0 else ""),
     )
 
 

@@ -84,7 +84,8 @@ def test_the_estimate_of_a_loaded_axis_is_the_truth() -> None:
     assert result["idm-iv"].simulation_error_percent < 0.1
 
 
-@pytest.mark.parametrize("name", LIBRARY)
+# The integral of the servo joint's law holds its load from the first sample on.
+@pytest.mark.parametrize("name", [name for name in LIBRARY if name != "servo_joint"])
 def test_records_that_start_at_rest_start_at_rest(name: str) -> None:
     axis = build(load_axis(name))
     for seed in range(3):
