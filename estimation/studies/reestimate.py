@@ -141,7 +141,8 @@ def least_mean_square(residuals: Array, neighbours: Neighbours) -> float:
     try:
         ones = factor(np.ones((len(squares), 1)), ["mean"], neighbours=neighbours)
         solution = least_squares(squares, ones)
-        deviation = float(np.sqrt(Hac().matrix(solution)[0, 0]))
+        # Squares are no errors that a fit has taken the slow part of: the kernel's is enough.
+        deviation = float(np.sqrt(Hac(widened=False).matrix(solution)[0, 0]))
     except EstimationError:
         return mean
     return max(mean - MIN_DISTANCE_FROM_NOISE.value * deviation, 0.0)

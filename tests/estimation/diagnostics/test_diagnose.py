@@ -106,8 +106,13 @@ def test_every_row_makes_the_check_of_its_name(emps2015: GeneratedAxis, twin: Re
     # These need parameters that are known, or more equations than unknowns; jitter of the time
     # stamps; or a position with steps that no control answers to.
     of_one = {name for name, row in DIAGNOSTICS.items() if not row.several}
-    unasked = {"fixed values", "physical parameters", "uneven times", "coarse positions"}
-    unasked.add("recorded signals")
+    unasked = {
+        "fixed values",
+        "physical parameters",
+        "uneven times",
+        "coarse positions",
+        "recorded signals",
+    }
     assert of_one - {*named} == unasked
 
 

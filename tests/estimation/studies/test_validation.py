@@ -100,7 +100,7 @@ def test_a_validation_prints_its_table_and_names_its_record(emps2015: GeneratedA
     assert same.same_record
     assert "the record that the estimates were made from" in str(same)
     other = validate(result, twin_record(load_axis("emps")))
-    assert "idm-iv: does not hold on this record" in str(other)
+    assert "idm-ls, idm-iv: does not hold on this record" in str(other)
     assert "does not hold on this record" in report_html(result, validation=other)
 
 
