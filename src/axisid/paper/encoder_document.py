@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.codegen.artefacts import replace_file
 from axisid.presentation.blocks import (
     Cell,
     Column,
@@ -17,10 +16,10 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.plots import Panel, Plot, Series, Tone
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
 from axisid.support.files.json_text import json_text
 
 from .encoder import FILTERS, METHODS, EncoderCase, EncoderStudy, MethodFigures
+from .study import written_into
 
 #: What `write_encoder_study` writes, and of which kind it is.
 ENCODER_FILES = {
@@ -153,14 +152,8 @@ def write_encoder_study(study: EncoderStudy, folder: Path) -> list[Path]:
         "encoder.txt": plain_text(encoder_document(study)),
         "encoder.json": json_text(encoder_dict(study)),
     }
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            replace_file(folder / name, text)
-        figures = write_figures([encoder_plot(study, name) for name in FILTERS], folder, "png")
-    except OSError as error:
-        raise UsageError(f"{folder} cannot be written to: {error.strerror}.") from error
-    return [*(folder / name for name in texts), *figures]
+    plots = [encoder_plot(study, name) for name in FILTERS]
+    return written_into(folder, texts, lambda: write_figures(plots, folder, "png"))
 
 
 def encoder_dict(study: EncoderStudy) -> dict[str, object]:

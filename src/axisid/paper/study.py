@@ -5,7 +5,7 @@ noise; its motion and its velocity sensor are ours, so the two agree in kind, no
 """
 
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -141,15 +141,32 @@ def write_study(study: Study, folder: Path) -> list[Path]:
         "figure3.png": (study.appropriate["idm-iv"], "IDM-IV, appropriate filter (figure 3)"),
         "figure4.png": (study.inappropriate["idm-ls"], "IDM-LS, inappropriate filter (figure 4)"),
     }
+
+    def drawn() -> list[Path]:
+        for name, (estimate, title) in figures.items():
+            force_figure(estimate, title, folder / name)
+        return [folder / name for name in figures]
+
+    return written_into(folder, texts, drawn)
+
+
+def written_into(
+    folder: Path, texts: Mapping[str, str], draw: Callable[[], list[Path]]
+) -> list[Path]:
+    """Write a study's texts by their names, and then its figures, into a folder.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             replace_file(folder / name, text)
-        for name, (estimate, title) in figures.items():
-            force_figure(estimate, title, folder / name)
+        return [*(folder / name for name in texts), *draw()]
     except OSError as error:
         raise UsageError(f"{folder} cannot be written to: {error.strerror}.") from error
-    return [folder / name for name in (*texts, *figures)]
 
 
 def _truth(study: Study) -> str:
