@@ -20,6 +20,7 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 from .bound import weighted
+from .bounded import within_bounds
 from .result import Identification
 from .shared import shared_records
 
@@ -37,6 +38,7 @@ def identify(
     gain: str = "identified",
     skip_bad: bool = False,
     start: str = STARTS[0],
+    bounded: bool = False,
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
 
@@ -78,6 +80,9 @@ def identify(
         Where instruments start to iterate, which end at the same estimate: at least squares where
         its simulated loop follows the records, or at the nominal values, as published; see
         `Estimate.started`. A model that is not linear starts at least squares.
+    bounded : bool
+        Hold a parameter that the judged method would have beyond its declared bound at that bound,
+        and identify the others; see `Identification.held`. Else it is reported, not clipped.
 
     Raises
     ------
@@ -90,19 +95,22 @@ def identify(
     requested = _requested(methods)
     _check_start(start)
     as_given = _at_rate(prefilter, records[0].period)
-    shared = shared_records(generated, records, as_given, local, known, gain, skip_bad=skip_bad)
-    layout = shared.layout(generated)
-    data = shared.bound(generated, layout, as_given)
-    problem = weighted(Problem(axis=generated, data=data, layout=layout))
-    return identify_problem(
-        problem,
-        as_given,
-        requested,
-        lags=lags,
-        covariance=covariance,
-        set_aside=shared.set_aside,
-        start=start,
-    )
+
+    def run(axis: GeneratedAxis) -> Identification:
+        shared = shared_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
+        layout = shared.layout(axis)
+        data = shared.bound(axis, layout, as_given)
+        return identify_problem(
+            weighted(Problem(axis=axis, data=data, layout=layout)),
+            as_given,
+            requested,
+            lags=lags,
+            covariance=covariance,
+            set_aside=shared.set_aside,
+            start=start,
+        )
+
+    return within_bounds(generated, run) if bounded else run(generated)
 
 
 def records_of(record: object) -> list[Record]:

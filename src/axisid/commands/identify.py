@@ -159,6 +159,12 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     "values, as published."
 )
 @click.option(
+    "--bounded",
+    is_flag=True,
+    help="Hold a parameter that the judged method would have beyond its declared bound at that "
+    "bound; else it is reported and fails a check.",
+)
+@click.option(
     "--draws",
     type=click.IntRange(2, 1_000_000),
     metavar="N",
@@ -208,6 +214,7 @@ def identify(
     covariance: str,
     lags: int | None,
     started_at: str,
+    bounded: bool,
     draws: int | None,
     full: bool,
     stream: bool,
@@ -273,6 +280,7 @@ def identify(
             covariance=covariance,
             skip_bad=skip_bad,
             start=started_at,
+            bounded=bounded,
             **shared,
         ).with_set_aside(inputs.set_aside)
     from axisid.presentation.report import Outputs
