@@ -44,6 +44,7 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         equation_error_percent=relative_error_percent(estimate.residuals[span], estimate.y[span]),
         simulation_error_percent=_simulation_error(estimate, span),
         weights=None,
+        loss_weights=None if estimate.loss_weights is None else estimate.loss_weights[span],
     ).with_inference(noise_free=_noise_free(estimate.noise_free, span))
     if not isinstance(estimate.form, JointForm):
         X, Z = estimate.X[span], estimate.Z

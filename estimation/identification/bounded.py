@@ -82,6 +82,8 @@ def _active_set(estimate: Estimate, lower: Array, upper: Array) -> Array:
     from scipy.optimize import lsq_linear
 
     weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
+    if estimate.loss_weights is not None:
+        weights = weights * np.sqrt(estimate.loss_weights)
     X = weights[:, None] * estimate.X
     y = weights * estimate.residuals + X @ estimate.theta
     seen = X if estimate.Z is None else weights[:, None] * estimate.Z

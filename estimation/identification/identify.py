@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import STARTS, default_methods
+from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, default_methods
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS, estimate_by
@@ -38,6 +38,7 @@ def identify(
     gain: str = "identified",
     skip_bad: bool = False,
     start: str = STARTS[0],
+    loss: str = ROW_LOSSES[0],
     bounded: bool = False,
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
@@ -80,6 +81,9 @@ def identify(
         Where instruments start to iterate, which end at the same estimate: at least squares where
         its simulated loop follows the records, or at the nominal values, as published; see
         `Estimate.started`. A model that is not linear starts at least squares.
+    loss : {"squares", "huber", "bisquare"}
+        How rows count in least squares and DIDIM: by squares, or for less the larger their residual
+        is, so that shocks and rounded reversals lead less. Instruments weigh all rows alike.
     bounded : bool
         Hold a parameter that the judged method would have beyond its declared bound at that bound,
         and identify the others; see `Identification.held`. Else it is reported, not clipped.
@@ -94,6 +98,7 @@ def identify(
     _check_covariance(covariance)
     requested = _requested(methods)
     _check_start(start)
+    _check_loss(loss)
     as_given = _at_rate(prefilter, records[0].period)
 
     def run(axis: GeneratedAxis) -> Identification:
@@ -108,6 +113,7 @@ def identify(
             covariance=covariance,
             set_aside=shared.set_aside,
             start=start,
+            loss=loss,
         )
 
     return within_bounds(generated, run) if bounded else run(generated)
@@ -161,13 +167,14 @@ def identify_problem(
     covariance: str = "hac",
     set_aside: Mapping[str, Note] | None = None,
     start: str = STARTS[0],
+    loss: str = ROW_LOSSES[0],
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
     for method in default_methods() if requested is None else dict.fromkeys(requested):
-        started = replace(METHODS[method], start=start)
+        started = replace(METHODS[method], start=start, loss=loss)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
@@ -213,6 +220,14 @@ def _check_start(start: object) -> None:
         raise UsageError(
             f"there is no start {quoted(start)}; choose from {', '.join(STARTS)}.",
             code="unknown-start",
+        )
+
+
+def _check_loss(loss: object) -> None:
+    if not is_among(loss, ROW_LOSSES):
+        raise UsageError(
+            f"there is no loss {quoted(loss)}; choose from {', '.join(ROW_LOSSES)}.",
+            code="unknown-row-loss",
         )
 
 

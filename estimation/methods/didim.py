@@ -18,7 +18,6 @@ from axisid.estimation.regression import (
     Form,
     QrFactors,
     Solution,
-    least_squares,
     search_bounds,
 )
 from axisid.estimation.simulation import Simulation
@@ -32,6 +31,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
 from .instrumental import Instruments, Iteration, IterationState, Step
+from .robust import check_loss, robust_least_squares
 from .starting import Start
 
 
@@ -42,7 +42,8 @@ class Didim(Instruments):
 
     def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
         """See `Instruments.iteration`."""
-        return _ByOutputError(self.name, form, start, problem)
+        check_loss(self.loss, form)
+        return _ByOutputError(self.name, form, start, problem, self.loss)
 
 
 _HALVINGS = 6
@@ -55,10 +56,14 @@ class _ByOutputError(Iteration):
     What it minimises is the loop's own error, so that a step that makes that larger goes too far.
     """
 
+    def __init__(self, method: str, form: Form, start: Start, problem: Problem, loss: str) -> None:
+        super().__init__(method, form, start, problem)
+        self._loss = loss
+
     _ahead: tuple[Array, _Rows] | None = None
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
-        solution = least_squares(at.measured.left - at.intercept, simulated)
+        solution = robust_least_squares(at.measured.left - at.intercept, simulated, self._loss)
         return replace(solution, neighbours=self._on.neighbours)
 
     def _simulated(self, physical: Array) -> _Rows:
@@ -108,7 +113,8 @@ class _ByOutputError(Iteration):
         return np.clip(physical, *search_bounds(self._form.axis))
 
     def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
-        left, solver = reached.measured.left, ByOutputError(step.intercept, step.simulated)
+        left, weights = reached.measured.left, step.solution.loss_weights
+        solver = ByOutputError(step.intercept, step.simulated, weights)
         if self._form.is_linear:
             intercept, regressor = step.intercept, step.simulated.columns
         else:

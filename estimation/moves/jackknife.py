@@ -155,7 +155,7 @@ def _scatter(estimate: Estimate, labels: Index, by: str) -> _Scatter | None:
         return None
     X, left = estimate.X, estimate.net_residuals
     scale = np.linalg.norm(X, axis=0)
-    Z = X if estimate.Z is None else estimate.Z
+    Z = estimate.score_columns
     X, Z = X / scale, Z / np.linalg.norm(Z, axis=0)
     products, sums = _by_group(X, Z, left, groups, len(names))
     try:

@@ -15,6 +15,7 @@ from scipy.special import stdtr
 
 from axisid.estimation.choices.methods import instruments_of
 from axisid.estimation.estimates import Estimate, alike_corrected
+from axisid.estimation.problems import ByWeights
 from axisid.estimation.regression import (
     Hac,
     Solution,
@@ -22,7 +23,6 @@ from axisid.estimation.regression import (
     factor,
     instrumental_variables,
     joint_p,
-    least_squares,
 )
 from axisid.estimation.thresholds.diagnostics import CONTRADICTION_LEVEL, MAX_UNSEEN_BIAS
 from axisid.support.arrays import Array
@@ -120,9 +120,8 @@ def _difference(ls: Estimate, iv: Estimate) -> Solution | None:
     weights = np.ones(len(iv.y)) if iv.weights is None else iv.weights
     try:
         X, Z = weights[:, None] * iv.X, weights[:, None] * iv.Z
-        by_ls = least_squares(
-            weights * ls.y, factor(weights[:, None] * ls.X, names, neighbours=ls.neighbours)
-        )
+        own = factor(weights[:, None] * ls.X, names, neighbours=ls.neighbours)
+        by_ls = ByWeights(ls.loss_weights).solved(weights * ls.y, own)
         columns = checked_columns(X, names, neighbours=iv.neighbours)
         by_iv = instrumental_variables(weights * iv.y, columns, factor(Z, names))
     except EstimationError:

@@ -12,6 +12,7 @@ from axisid.estimation.regression import (
     factor,
     instrumental_variables,
     least_squares,
+    weighted_least_squares,
 )
 from axisid.support.arrays import Array
 
@@ -21,8 +22,31 @@ Solver = Callable[[Form, Equations], Solution]
 
 def by_least_squares(form: Form, rows: Equations) -> Solution:
     """Least squares of the rows as they are."""
-    names = [q.label for q in form.quantities]
-    return least_squares(rows.left - rows.intercept, factor(rows.regressor, names))
+    return ByWeights(None)(form, rows)
+
+
+@dataclass(frozen=True, slots=True)
+class ByWeights:
+    """Least squares, each row with the weight that a loss gave it.
+
+    Attributes
+    ----------
+    weights : (n,) array or None
+        None where all rows count alike, as they do where there are not as many.
+    """
+
+    weights: Array | None
+
+    def __call__(self, form: Form, rows: Equations) -> Solution:
+        """Solve rows of a form."""
+        columns = factor(rows.regressor, [q.label for q in form.quantities])
+        return self.solved(rows.left - rows.intercept, columns)
+
+    def solved(self, left: Array, columns: QrFactors) -> Solution:
+        """Solve a left side, (n,), and its columns."""
+        if self.weights is None or len(self.weights) != len(left):
+            return least_squares(left, columns)
+        return weighted_least_squares(left, columns, self.weights)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,11 +76,14 @@ class ByOutputError:
         Known part of the loop's rows.
     regressor : QrFactors
         Of the loop's rows.
+    weights : (n,) array or None
+        As of `ByWeights`.
     """
 
     intercept: Array
     regressor: QrFactors
+    weights: Array | None = None
 
     def __call__(self, form: Form, rows: Equations) -> Solution:  # noqa: ARG002
         """Solve rows of a form for their left side."""
-        return least_squares(rows.left - self.intercept, self.regressor)
+        return ByWeights(self.weights).solved(rows.left - self.intercept, self.regressor)

@@ -75,6 +75,8 @@ class Solution:
         or ``Z (X'Z)^-1`` (IV).
     neighbours : Neighbours
         Which of the rows follow each other in time.
+    loss_weights : (n,) array or None
+        How much each row counted under a loss that is not of squares; None where all count alike.
     """
 
     theta: Array
@@ -82,6 +84,7 @@ class Solution:
     inverse_factor: Array
     influence: Array
     neighbours: Neighbours
+    loss_weights: Array | None = None
 
 
 def checked_columns(
