@@ -190,7 +190,7 @@ MEDIAN_OF_NORMAL = Threshold(
     0.6744897501960817,
     "deviations",
     "median size of normal noise, by which a deviation is told from a median",
-    "0.75 quantile of the normal distribution",
+    "derived: 0.75 quantile of the normal distribution",
 )
 HUBER_TUNING = Threshold(
     1.345,

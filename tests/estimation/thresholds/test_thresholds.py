@@ -114,8 +114,6 @@ IMPLEMENTATION = {
     "law_moves._PERCENT": "a unit",
     "fit._SPREAD": "starts of a search",
     "fit._SETTLED": "where an iteration ends",
-    "robust._HUBER": "the threshold",
-    "robust._BISQUARE": "the threshold",
     "robust._STANDS_STILL": "of an iteration",
     "robust._ROUNDING": "of sums",
     "search._TOLERANCE": "where a search ends",
