@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
+from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Value, student_interval
@@ -21,12 +21,13 @@ from axisid.support.remedy import Note
 from .basis import FitBasis
 from .result import OutputFit, RecordError
 from .search import Found, Weighing
-from .spread import Autoregression, Scores, with_steps
+from .spread import Autoregression, Scores, scores_of, with_steps
 from .starting import FitStart, Searched
 from .unknowns import Unknowns
 from .unseen import Unseen, unseen_directions
 
 _FEWEST_TWINS = 2
+_EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,20 +68,11 @@ class Ended:
         return self._scores(self.inner)
 
     def _scores(self, chosen: NDArray[np.bool_]) -> Scores:
-        weighed = self.weighing.weights * self.best.slopes.errors
-        z = (weighed / self.weighing.tuning) ** 2
-        _, first, second = self.weighing.loss(z)
-        known = np.diag(1 / self.unknowns.prior_sd)[self.unknowns.has_prior]
-        return Scores(
-            jacobian=self.rows[:, chosen],
-            errors=first * weighed,
-            curvature=np.maximum(first + 2 * z * second, 0.0),
-            known=known[:, chosen],
-            spans=self.predictions.spans,
-            periods=tuple(record.period for record in self.records),
+        return scores_of(
+            self.best, self.weighing, self.unknowns, self.predictions, self.records, chosen
         )
 
-    @cached_property
+    @property
     def autoregressions(self) -> tuple[Autoregression, ...]:
         """Of the errors, by record."""
         return self.scores.autoregressions
@@ -89,8 +81,7 @@ class Ended:
     def unseen(self) -> Unseen:
         """What neither outputs nor what was known before show."""
         chosen = self.inner
-        known = np.diag(1 / self.unknowns.prior_sd)[self.unknowns.has_prior]
-        rows = np.vstack([self.rows, known])[:, chosen]
+        rows = np.vstack([self.rows, self.unknowns.known_rows])[:, chosen]
         return unseen_directions(rows, self.scale[chosen]).among(chosen)
 
     @cached_property
@@ -110,7 +101,7 @@ class Ended:
         found = {name: self._whole(matrix, chosen) for name, matrix in inner.items()}
         if self.bootstrap:
             moved = np.cov(self._twins()[chosen]).reshape(inner["iid"].shape)
-            found["bootstrap"] = self._whole(moved, chosen)
+            found["bootstrap"] = self._whole(moved + self.scores.by_known(), chosen)
         return found
 
     @cached_property
@@ -156,18 +147,34 @@ class Ended:
             found[chosen] = s.inverse @ weighed.T
         return found
 
-    def one_sided(self, j: int) -> tuple[float, float]:
-        """Interval at a bound: of a normal about the estimate without it, cut off there."""
-        side = int(self.best.at_bound[j])
+    @cached_property
+    def without_bounds(self) -> dict[int, tuple[float, float]]:
+        """What each parameter at a bound would be without it, with its deviation, by place."""
+        return {int(j): self._without_bound(int(j)) for j in np.flatnonzero(self.best.at_bound)}
+
+    def _without_bound(self, j: int) -> tuple[float, float]:
         free = self.inner.copy()
         free[j] = True
         scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
         covariance = scores.coloured(self.autoregressions)
-        downhill = -(scores.jacobian.T @ scores.errors)
-        at = float(self.best.physical[j])
-        centre = at + float((scores.inverse @ downhill)[place])
-        deviation = float(np.sqrt(covariance[place, place]))
-        return cut_interval(at, centre, deviation, side)
+        off = self.unknowns.known_errors(self.best.physical)
+        downhill = -(scores.jacobian.T @ scores.errors + scores.known.T @ off)
+        centre = float(self.best.physical[j]) + float((scores.inverse @ downhill)[place])
+        return centre, float(np.sqrt(covariance[place, place]))
+
+    def one_sided(self, j: int) -> tuple[float, float]:
+        """Interval at a bound: of a normal about the estimate without it, cut off there."""
+        at, side = float(self.best.physical[j]), int(self.best.at_bound[j])
+        return cut_interval(at, *self.without_bounds[j], side)
+
+    @property
+    def beyond(self) -> dict[str, float]:
+        """How far beyond its bound each parameter at one would be, in deviations, by name."""
+        found = {}
+        for j, (centre, deviation) in self.without_bounds.items():
+            past = float(self.best.at_bound[j]) * (centre - float(self.best.physical[j]))
+            found[self.unknowns.names[j]] = max(past, 0.0) / deviation if deviation > 0 else 0.0
+        return found
 
 
 def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tuple[float, float]:
@@ -182,8 +189,12 @@ def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tu
     if not deviation > 0:
         return bound, bound
     reach = side * (bound - centre) / deviation  # what lies beyond it, in deviations
-    tail = float(ndtr(reach))
-    width = -side * deviation * (reach - float(ndtri((1 - INTERVAL_LEVEL.value) * tail)))
+    outside = np.log(1 - INTERVAL_LEVEL.value)
+    if reach < -_EXPONENTIAL:
+        beside = outside / -reach
+    else:
+        beside = float(ndtri_exp(outside + log_ndtr(reach))) - reach
+    width = side * deviation * beside
     return (bound, bound + width) if side < 0 else (bound + width, bound)
 
 
@@ -227,6 +238,7 @@ def assembled(ended: Ended) -> OutputFit:
             best=ended.best,
             ends=ended.ends,
             influence=ended.influence,
+            beyond=ended.beyond,
         ),
     )
 

@@ -1,5 +1,6 @@
 """What a fit is judged from, once it is asked for."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from axisid.codegen.artefacts import GeneratedAxis
@@ -24,6 +25,8 @@ class FitBasis:
         All searches.
     influence : (P, n) array
         Of the errors on the parameters.
+    beyond : mapping of str to float
+        How far beyond its bound each parameter at one would be without it, in deviations.
     """
 
     axes: tuple[GeneratedAxis, ...]
@@ -31,3 +34,4 @@ class FitBasis:
     best: Found
     ends: tuple[Found, ...]
     influence: Array
+    beyond: Mapping[str, float]

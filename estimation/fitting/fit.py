@@ -26,9 +26,10 @@ from axisid.support.user_values import is_among, quoted
 from .assembly import Ended, assembled
 from .law_moves import first_failing
 from .losses import LOSSES as LOSS_FUNCTIONS
-from .losses import deviation_by_median
+from .losses import counting_for, deviation_by_median
 from .result import OutputFit
 from .search import Found, Search, Weighing, best_of, cost_of
+from .spread import scores_of
 from .starting import FitStart, StartLike, searched, starts_from
 from .unknowns import End, Unknowns, unknowns_of
 
@@ -80,7 +81,8 @@ def fit(
     bounds : mapping of str to (float or None, float or None)
         Lower and upper, SI, by parameter, within the declared ones, which hold anyway.
     prior : mapping of str to (float, float)
-        What was known before of a parameter, with its standard deviation, which is weighed.
+        What was known before of a parameter, with its standard deviation, by which it is weighed
+        against the coloured errors.
     fixed : mapping of str to float
         Parameters that are held. What the axis declares as known (`fix`) is held too, or weighed
         where it has a deviation.
@@ -211,7 +213,7 @@ class _Run:
         found = Search(*self._searching).run(begun)
         for _ in range(_PASSES):
             before = self.weighing.weights
-            self._weigh(found.slopes.errors)
+            self._weigh(found.slopes.errors, self._effects(found))
             change = np.abs(self.weighing.weights - before).max() / before.max()
             if not self._needs_weights or change < _SETTLED:
                 return found
@@ -226,17 +228,31 @@ class _Run:
         several = len(self.predictions.spans) > 1
         return several or self.loss != SQUARES or bool(self.unknowns.has_prior.any())
 
-    def _weigh(self, errors: Array) -> None:
-        """Weigh the rows of each record by the inverse of what is left of them."""
-        weights = self.predictions.counted.copy()
-        for rows in self._by_record():
+    def _effects(self, found: Found) -> Array | None:
+        """By how much each record's errors, as they are coloured, tell less of what was known."""
+        if not self.unknowns.has_prior.any():
+            return None
+        known = self.weighing, self.unknowns, self.predictions, self.records
+        return scores_of(found, *known, self.unknowns.free).effects()
+
+    def _weigh(self, errors: Array, effects: Array | None = None) -> None:
+        """Weigh the rows of each record by the inverse of what is left of them.
+
+        Beside what was known before, a record whose errors follow one another counts for less.
+        """
+        weights, shares = self.predictions.counted.copy(), np.ones(len(errors))
+        for r, rows in enumerate(self._by_record()):
             own = errors[rows][weights[rows] > 0]
             noise = float(np.sqrt(np.mean(own**2))) if len(own) else 0.0
             if self.loss != SQUARES:
                 noise = deviation_by_median(own) or noise
             weights[rows] /= noise or 1.0
+            shares[rows] = 1.0 if effects is None else 1 / effects[r]
         tuning = 1.0 if self.loss == SQUARES else HUBER_TUNING.value
-        self.weighing = Weighing(weights=weights, loss=LOSS_FUNCTIONS[self.loss], tuning=tuning)
+        loss = LOSS_FUNCTIONS[self.loss]
+        if effects is not None:
+            weights, loss = weights * np.sqrt(shares), counting_for(loss, shares)
+        self.weighing = Weighing(weights=weights, loss=loss, tuning=tuning)
 
     def _by_record(self) -> Iterator[slice]:
         for spans in self.predictions.spans:

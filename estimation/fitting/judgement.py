@@ -8,7 +8,7 @@ import numpy as np
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.diagnostics.law import LawCheck, law_check
-from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR, MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.fitting import (
     MAX_APART,
     MAX_LAW_SENSITIVITY,
@@ -174,14 +174,30 @@ def _shown(of: Judged) -> Check:
 
 
 def _bounds(of: Judged) -> Check:
-    said = "no parameter is driven to a bound"
-    if of.at_bound:
-        listed = ", ".join(f"{name} ({side})" for name, side in of.at_bound.items())
-        said = (
-            f"at a bound: {listed}. The interval there is one-sided, and the others are what they "
-            "are with it"
+    """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
+    beyond, most = of.basis.beyond, MIN_DISTANCE_FROM_NOISE.value
+    if not beyond:
+        return Check(name="bounds", status="pass", meaning="no parameter is driven to a bound")
+    listed = ", ".join(f"{name} ({of.at_bound[name]})" for name in beyond)
+    said = (
+        f"at a bound: {listed}. The interval there is one-sided, and the others are what they "
+        "are with it"
+    )
+    worst = max(beyond, key=lambda name: beyond[name])
+    against = beyond[worst] > most
+    if against:
+        said += (
+            f"; without it {worst} would be {beyond[worst]:.2g} deviations beyond: check the "
+            "bound, the units and the signs, and what the model lacks"
         )
-    return Check(name="bounds", status=passed(not of.at_bound, matters=False), meaning=said)
+    return Check(
+        name="bounds",
+        status="fail" if against else "note",
+        figure=beyond[worst],
+        threshold=most,
+        source="deviations by which a parameter at a bound would be beyond it",
+        meaning=said,
+    )
 
 
 def _starts(of: Judged) -> Iterator[Check]:

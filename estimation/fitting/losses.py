@@ -38,6 +38,19 @@ def _huber(z: Array) -> Array:
 LOSSES: Mapping[str, Loss] = MappingProxyType({SQUARES: _squares, SOFT_L1: _soft_l1, HUBER: _huber})
 
 
+def counting_for(loss: Loss, shares: Array) -> Loss:
+    """The same loss of errors whose weights were multiplied by the roots of shares, (n,).
+
+    An error is as large a one as it was, and counts by its share.
+    """
+
+    def shared(z: Array) -> Array:
+        value, first, second = loss(z / shares)
+        return np.array([shares * value, first, second / shares])
+
+    return shared
+
+
 def deviation_by_median(errors: Array) -> float:
     """Standard deviation of normal errors, from the median of their distances from the median."""
     return float(np.median(np.abs(errors - np.median(errors)))) / MEDIAN_OF_NORMAL.value

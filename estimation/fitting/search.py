@@ -213,9 +213,8 @@ class Search:
     def _jacobian(self, at: Array) -> Array:
         slopes = self._slopes_at(at)
         jacobian = self._weighing.weights[:, None] * slopes.jacobian
-        known = self._unknowns.has_prior
-        if known.any():
-            jacobian = np.vstack([jacobian, np.diag(1 / self._unknowns.prior_sd)[known]])
+        if self._unknowns.has_prior.any():
+            jacobian = np.vstack([jacobian, self._unknowns.known_rows])
         return jacobian
 
     def _slopes_at(self, at: Array) -> Slopes:
@@ -250,10 +249,9 @@ class Search:
 
 def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> Array:
     """Weighted errors (n,), then those of what was known before, over its deviations."""
-    found, known = weighing.weights * errors, unknowns.has_prior
-    if known.any():
-        off = (at - unknowns.prior)[known] / unknowns.prior_sd[known]
-        found = np.concatenate([found, off])
+    found = weighing.weights * errors
+    if unknowns.has_prior.any():
+        found = np.concatenate([found, unknowns.known_errors(at)])
     return found
 
 

@@ -4,9 +4,10 @@ Noise of the position comes back through the law, differentiated, so that errors
 with alternating signs; what the model lacks lasts. Both are told by an autoregression of the errors
 ``a(q) e = w``, of each record its own, with which
 
-    Sigma = (J'J)^-1 (sum_r v_r G_r'G_r) (J'J)^-1,    G = 1/a run backwards along J,
+    Sigma = (J'J)^-1 (sum_r J_r' C_r J_r) (J'J)^-1,    C the covariances of such errors,
 
-as the prediction-error method has it for errors that are not white [Ljung1999]_ (9.42).
+as the prediction-error method has it for errors that are not white [Ljung1999]_ (9.42). C is of
+errors that were under way before a stretch begins, so that short stretches count as long ones do.
 """
 
 from collections.abc import Sequence
@@ -14,13 +15,20 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
+from axisid.estimation.predictions import Predictions
+from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError
 from axisid.support.arrays import Array
+
+from .search import Found, Weighing
+from .unknowns import Unknowns
 
 _LONGEST = 0.1  # s, of the autoregression
 _FEWEST, _MOST = 20, 1000  # orders that are tried, whatever the period
 _ROWS_PER_ORDER = 10
+_LEAST_PAIRS = 0.25  # of the errors that count: pairs, from which a lag between masks is told
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,24 +41,43 @@ class Autoregression:
         ``1, a_1, ..., a_p``.
     variance : float
         Of w.
+    covariances : (p + 1,) array
+        ``c_0, ..., c_p`` of the errors, from which the coefficients follow.
     """
 
     coefficients: Array
     variance: float
+    covariances: Array
 
     @property
     def order(self) -> int:
         """How many errors before it count."""
         return len(self.coefficients) - 1
 
+    def covariances_to(self, lags: int) -> Array:
+        """``c_0, ..., c_(lags - 1)`` of errors that follow it: ``c_k = -a_1 c_(k-1) - ...``."""
+        from scipy.signal import lfilter, lfiltic
+
+        known, a = self.covariances, self.coefficients
+        more = lags - len(known)
+        if more <= 0 or not self.order:
+            return np.concatenate([known, np.zeros(max(more, 0))])[:lags]
+        before = lfiltic([1.0], a, known[:0:-1])
+        later, _ = lfilter([1.0], a, np.zeros(more), zi=before)
+        return np.concatenate([known, later])
+
     def coloured(self, columns: Array) -> Array:
-        """Columns (n, k) run backwards through ``1/a``: their products with e are those with w."""
-        from scipy.signal import lfilter
+        """Covariance of what columns (n, k) of one stretch make of such errors, (k, k)."""
+        from scipy.linalg import matmul_toeplitz
 
-        return np.asarray(lfilter([1.0], self.coefficients, columns[::-1], axis=0)[::-1])
+        covariances = self.covariances_to(len(columns))
+        moved = [matmul_toeplitz(covariances, column) for column in columns.T]
+        return np.asarray(columns.T @ np.column_stack(moved))
 
 
-def autoregression_of(pieces: Sequence[Array], period: float) -> Autoregression:
+def autoregression_of(
+    pieces: Sequence[Array], period: float, counted: Sequence[NDArray[np.bool_]] | None = None
+) -> Autoregression:
     """The autoregression of errors by Yule and Walker, its order by Akaike's criterion.
 
     Parameters
@@ -59,23 +86,39 @@ def autoregression_of(pieces: Sequence[Array], period: float) -> Autoregression:
         Stretches without gaps; none follows another.
     period : float
         s
+    counted : sequence of (n,) array of bool, optional
+        Which errors are measured; the others are 0, and no pair with one of them counts.
     """
+    rows = sum(map(len, pieces))
+    used = rows if counted is None else int(sum(map(np.sum, counted)))
+    most = min(max(round(_LONGEST / period), _FEWEST), _MOST, used // _ROWS_PER_ORDER)
+    products = _products(pieces, most)
+    if used < rows and counted is not None:
+        whole = _products([np.ones(len(e)) for e in pieces], most)
+        pairs = np.rint(_products([each.astype(float) for each in counted], most))
+        few = np.flatnonzero(pairs < _LEAST_PAIRS * used)
+        told = slice(0, int(few[0]) if len(few) else None)
+        products = products[told] * np.rint(whole[told]) / pairs[told]
+        used = int(pairs[told].min())  # a criterion that reckons with all takes what chance made
+    return _by_durbin(products / rows, used)
+
+
+def _products(pieces: Sequence[Array], most: int) -> Array:
+    """Sums of the products of values so many lags apart, (most + 1,)."""
     from scipy.signal import correlate
 
-    rows = sum(map(len, pieces))
-    most = min(max(round(_LONGEST / period), _FEWEST), _MOST, rows // _ROWS_PER_ORDER)
     products = np.zeros(most + 1)
     for e in pieces:
         lags = min(most, len(e) - 1)
         found = correlate(e, e, method="fft")[len(e) - 1 : len(e) + lags]
         products[: lags + 1] += found
-    return _by_durbin(products / rows, rows)
+    return products
 
 
 def _by_durbin(covariances: Array, rows: int) -> Autoregression:
     """Levinson's and Durbin's recursion, and the order that the criterion takes."""
     a, variance = np.array([1.0]), float(covariances[0])
-    best = Autoregression(coefficients=a, variance=variance)
+    best = Autoregression(coefficients=a, variance=variance, covariances=covariances[:1])
     if not variance > 0:
         return best
     least = rows * np.log(variance)
@@ -88,7 +131,10 @@ def _by_durbin(covariances: Array, rows: int) -> Autoregression:
         variance *= 1 - reflection**2
         criterion = rows * np.log(variance) + 2 * p
         if criterion < least:
-            least, best = criterion, Autoregression(coefficients=a, variance=variance)
+            least = criterion
+            best = Autoregression(
+                coefficients=a, variance=variance, covariances=covariances[: p + 1]
+            )
     return best
 
 
@@ -106,6 +152,8 @@ class Scores:
         Of the loss: by how much each counted error changes with its error.
     known : (j, k) array
         Rows of what was known before, over its deviations.
+    counted : (n,) array of bool
+        Which rows are measured; the others are 0.
     spans : tuple of tuple of slice
         Stretches by record.
     periods : tuple of float
@@ -116,6 +164,7 @@ class Scores:
     errors: Array
     curvature: Array
     known: Array
+    counted: NDArray[np.bool_]
     spans: tuple[tuple[slice, ...], ...]
     periods: tuple[float, ...]
 
@@ -128,35 +177,84 @@ class Scores:
         factor = np.linalg.pinv(np.linalg.qr(rows / size, mode="r")) / size[:, None]
         return np.asarray(factor @ factor.T)
 
-    @property
+    @cached_property
     def autoregressions(self) -> tuple[Autoregression, ...]:
         """Of the errors, by record."""
         return tuple(
-            autoregression_of([self.errors[rows] for rows in spans], period)
+            autoregression_of(
+                [self.errors[rows] for rows in spans],
+                period,
+                [self.counted[rows] for rows in spans],
+            )
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
 
     def coloured(self, models: Sequence[Autoregression]) -> Array:
         """Covariance for errors that follow these autoregressions, (k, k)."""
-        meat = self.known.T @ self.known
-        for model, spans in zip(models, self.spans, strict=True):
-            for rows in spans:
-                G = model.coloured(self.jacobian[rows])
-                meat += model.variance * (G.T @ G)
-        return self._sandwich(meat)
+        pairs = zip(models, self.spans, strict=True)
+        return self._sandwich(sum((self._coloured(*pair) for pair in pairs), self._of_known))
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""
-        meat = self.known.T @ self.known
-        for spans in self.spans:
-            J = np.concatenate([self.jacobian[rows] for rows in spans])
-            e = np.concatenate([self.errors[rows] for rows in spans])
-            meat += float(e @ e) / max(len(e) - J.shape[1], 1) * (J.T @ J)
-        return self._sandwich(meat)
+        return self._sandwich(sum(map(self._independent, self.spans), self._of_known))
+
+    def by_known(self) -> Array:
+        """What the deviations of what was known before add to a covariance, (k, k)."""
+        return self._sandwich(self._of_known)
+
+    def effects(self) -> Array:
+        """How much more each record's errors tell of what was known if they are independent, (r,).
+
+        Over the variances of what was known: a record whose weights are divided by its square root
+        counts beside what was known as its coloured errors allow, for one parameter exactly.
+        """
+        reach, found = self.known @ self.inverse, []
+        for model, spans in zip(self.autoregressions, self.spans, strict=True):
+            both = self._coloured(model, spans), self._independent(spans)
+            told, white = (float(np.einsum("ij,jk,ik", reach, meat, reach)) for meat in both)
+            found.append(told / white if told > 0 and white > 0 else 1.0)
+        return np.array(found)
+
+    @property
+    def _of_known(self) -> Array:
+        return np.asarray(self.known.T @ self.known)
+
+    def _coloured(self, model: Autoregression, spans: Sequence[slice]) -> Array:
+        pieces = (model.coloured(self.jacobian[rows]) for rows in spans)
+        return sum(pieces, np.zeros_like(self._of_known))
+
+    def _independent(self, spans: Sequence[slice]) -> Array:
+        J = np.concatenate([self.jacobian[rows] for rows in spans])
+        e = np.concatenate([self.errors[rows] for rows in spans])
+        used = sum(int(self.counted[rows].sum()) for rows in spans)
+        return np.asarray(float(e @ e) / max(used - J.shape[1], 1) * (J.T @ J))
 
     def _sandwich(self, meat: Array) -> Array:
         found = self.inverse @ meat @ self.inverse
         return np.asarray((found + found.T) / 2)
+
+
+def scores_of(
+    found: Found,
+    weighing: Weighing,
+    unknowns: Unknowns,
+    predictions: Predictions,
+    records: Sequence[Record],
+    chosen: NDArray[np.bool_],
+) -> Scores:
+    """Of the chosen parameters, (P,), where a search of the records' outputs ended."""
+    weighed = weighing.weights * found.slopes.errors
+    z = (weighed / weighing.tuning) ** 2
+    _, first, second = weighing.loss(z)
+    return Scores(
+        jacobian=(weighing.weights[:, None] * found.slopes.jacobian)[:, chosen],
+        errors=first * weighed,
+        curvature=np.maximum(first + 2 * z * second, 0.0),
+        known=unknowns.known_rows[:, chosen],
+        counted=predictions.counted > 0,
+        spans=predictions.spans,
+        periods=tuple(record.period for record in records),
+    )
 
 
 def with_steps(covariance: Array, moved: Array) -> Array:

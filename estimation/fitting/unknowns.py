@@ -55,6 +55,15 @@ class Unknowns:
         """Of which something was known before, and is weighed."""
         return np.isfinite(self.prior_sd) & self.free
 
+    @property
+    def known_rows(self) -> Array:
+        """Slopes of what was known before, over its deviations, by the parameters, (j, P)."""
+        return np.asarray(np.diag(1 / self.prior_sd)[self.has_prior])
+
+    def known_errors(self, at: Array) -> Array:
+        """How far parameters (P,) are from what was known before, over its deviations, (j,)."""
+        return np.asarray(((at - self.prior) / self.prior_sd)[self.has_prior])
+
     def scale(self, start: Array, size: Array) -> Array:
         """Scale of each parameter, from which its steps follow; never 0, as friction may be."""
         scale = np.max(np.abs([start, size, self.prior]), axis=0)

@@ -135,8 +135,38 @@ def test_bounds_hold_and_are_named(emps2015: GeneratedAxis, twin: Record) -> Non
     held = fit(emps2015, twin, fixed={"Fc": 20.0})
     np.testing.assert_allclose(result.physical, held.physical, rtol=1e-5)
     assert held.fixed == {"Fc": 20.0}
+    assert _status(result)["bounds"] == "fail"
+    assert "deviations beyond" in result.summary()
+    assert not result.believed
+
+
+def test_a_bound_by_which_chance_takes_it_is_noted_what_was_known_counted(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    known = {"M": (100.6, 0.03)}
+    free = fit(emps2015, twin, prior=known)["M"]
+    result = fit(emps2015, twin, prior=known, bounds={"M": (None, free.value - free.deviation)})
+    assert result.at_bound == {"M": "upper"}
+    assert result.basis.beyond["M"] == pytest.approx(1.0, rel=0.15)
     assert _status(result)["bounds"] == "note"
     assert "one-sided" in result.summary()
+
+
+def test_what_was_known_is_weighed_against_coloured_errors(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    """As two estimates by their variances; of independent errors it would hardly count."""
+    alone = fit(emps, emps_record)["M"]
+    sd = alone.deviation * 0.6
+    both = fit(emps, emps_record, prior={"M": (95.0, sd)})["M"]
+    share = alone.deviation**2 / (alone.deviation**2 + sd**2)
+    assert both.value == pytest.approx(alone.value + share * (95.0 - alone.value), abs=0.005)
+    assert both.deviation == pytest.approx(sd * np.sqrt(share), rel=0.02)
+
+
+def test_twins_do_not_make_what_was_known_surer(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = fit(emps2015, twin, prior={"M": (100.2, 1e-4)}, bootstrap=8)
+    assert result["M"].deviation == pytest.approx(1e-4, rel=0.01)
 
 
 def test_what_was_known_is_weighed(emps2015: GeneratedAxis, twin: Record, found: OutputFit) -> None:

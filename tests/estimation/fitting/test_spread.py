@@ -1,11 +1,13 @@
 """Deviations of estimates whose errors follow one another."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from axisid.estimation.fitting.assembly import cut_interval
-from axisid.estimation.fitting.spread import Scores, autoregression_of
+from axisid.estimation.fitting.spread import Autoregression, Scores, autoregression_of
 from axisid.support.arrays import Array
 
 
@@ -30,6 +32,7 @@ def _scores(J: Array, e: Array) -> Scores:
         errors=e,
         curvature=np.ones(len(e)),
         known=nothing,
+        counted=np.ones(len(e), dtype=bool),
         spans=((rows,),),
         periods=(1e-3,),
     )
@@ -63,11 +66,63 @@ def test_what_was_known_before_counts_as_rows() -> None:
         errors=e,
         curvature=np.ones(100),
         known=np.array([[10.0]]),
+        counted=np.ones(100, dtype=bool),
         spans=((rows,),),
         periods=(1e-3,),
     )
     assert known.inverse[0, 0] == pytest.approx(1 / 200)
     assert known.independent()[0, 0] < scores.independent()[0, 0]
+
+
+def test_what_was_known_before_is_no_surer_than_it_is() -> None:
+    """Of two parameters that the errors show only together, one is as sure as what was known."""
+    scores = replace(_scores(np.ones((100, 2)), np.zeros(100)), known=np.array([[0.0, 0.5]]))
+    np.testing.assert_allclose(np.sqrt(np.diag(scores.by_known())), [2.0, 2.0])
+
+
+@pytest.mark.parametrize("a", [-0.6, 0.9])
+def test_coloured_errors_count_beside_what_was_known_as_they_tell_of_it(
+    a: float, rng: np.random.Generator
+) -> None:
+    """Of a mean, its variance is (1 + a) / (1 - a) times that of independent errors."""
+    e = lfilter([1.0], [1.0, -a], rng.standard_normal(20_000))
+    scores = replace(_scores(np.ones((len(e), 1)), e), known=np.array([[3.0]]))
+    assert scores.effects() == pytest.approx((1 + a) / (1 - a), rel=0.2)
+
+
+def test_masked_errors_are_none(rng: np.random.Generator) -> None:
+    """Half of the samples, in blocks: the same errors, and the scatter of what is left."""
+    counted = np.arange(4000) // 50 % 2 == 0
+    errors = lfilter([1.0], [1.0, -0.9], rng.standard_normal((200, 4000)), axis=1) * counted
+    J = np.sin(np.arange(4000) / 300)[:, None] * counted[:, None]
+    scatter = (errors @ J / (J.T @ J)).std()
+    claimed, white = [], []
+    for e in errors[:10]:
+        scores = replace(_scores(J, e), counted=counted)
+        claimed.append(float(scores.coloured(scores.autoregressions)[0, 0]))
+        white.append(float(scores.independent()[0, 0] * (J.T @ J)[0, 0]))
+    assert np.sqrt(np.mean(claimed)) == pytest.approx(scatter, rel=0.2)
+    assert np.mean(white) == pytest.approx(1 / (1 - 0.9**2), rel=0.15)
+
+
+def test_errors_were_under_way_before_a_short_stretch() -> None:
+    a, lags = 0.98, np.arange(20)
+    slow = Autoregression(
+        coefficients=np.array([1.0, -a]),
+        variance=1.0,
+        covariances=np.array([1.0, a]) / (1 - a**2),
+    )
+    J = np.column_stack([np.ones(20), lags - 9.5])
+    right = a ** np.abs(lags[:, None] - lags) / (1 - a**2)
+    np.testing.assert_allclose(slow.coloured(J), J.T @ right @ J, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("beyond", [50.0, 9e3, 1.1e4, 1e9])
+def test_an_interval_far_beyond_a_bound_is_short(beyond: float) -> None:
+    """The tail is an exponential there."""
+    low, high = cut_interval(0.0, -beyond, 1.0, -1)
+    assert low == 0.0
+    assert high == pytest.approx(np.log(20) / beyond, rel=2e-3)
 
 
 def test_an_interval_at_a_bound_is_on_the_side_that_is_allowed(rng: np.random.Generator) -> None:
