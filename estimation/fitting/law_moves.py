@@ -20,8 +20,8 @@ _PERCENT = 0.01
 
 def moves_per_percent(
     predictions: Predictions, physical: Array, influence: Array
-) -> Mapping[str, Array]:
-    """What each term of the law, 1 % larger, moves the parameters by, (P,), by its gains.
+) -> tuple[Mapping[str, Array], ...]:
+    """What each term of a record's law, 1 % larger, moves the parameters by, (P,), by its gains.
 
     Parameters
     ----------
@@ -30,25 +30,52 @@ def moves_per_percent(
         The estimate.
     influence : (P, n) array
         Of the errors on the estimate.
+
+    Returns
+    -------
+    tuple of mapping of str to (P,) array
+        By record.
     """
     slopes = predictions.slopes_by_law(physical)
-    return {name: -_PERCENT * (influence @ slope) for name, slope in slopes.items()}
+    return tuple(
+        {name: -_PERCENT * (influence[:, rows] @ slope[rows]) for name, slope in slopes.items()}
+        for rows in (slice(spans[0].start, spans[-1].stop) for spans in predictions.spans)
+    )
 
 
-def move_by_record(moves: Mapping[str, Array], laws: Sequence[LawCheck | Missing]) -> Array | None:
+def moves_of_all(of_records: Sequence[Mapping[str, Array]]) -> Mapping[str, Array]:
+    """What each term, 1 % larger in all records, moves the parameters by, (P,), by its gains."""
+    return {
+        name: np.asarray(np.sum([moves[name] for moves in of_records], axis=0))
+        for name in of_records[0]
+    }
+
+
+def move_by_record(
+    of_records: Sequence[Mapping[str, Array]], laws: Sequence[LawCheck | Missing]
+) -> Array | None:
     """What the law as the records have it, less the declared one, moves the parameters by, (P,).
+
+    Each record moves them by its own factors; one that does not tell them is taken for the mean of
+    those that do.
 
     Returns
     -------
     (P,) array or None
         None where no record tells the law's factors.
     """
-    told = [law.factors for law in laws if isinstance(law, LawCheck)]
-    told = [factors for factors in told if all(name in factors for name in moves)]
-    if not told or not moves:
+    names = [*of_records[0]]
+    told = [law.factors if isinstance(law, LawCheck) else {} for law in laws]
+    told = [factors if all(name in factors for name in names) else {} for factors in told]
+    telling = [factors for factors in told if factors]
+    if not telling or not names:
         return None
-    factors = {name: float(np.mean([each[name] for each in told])) for name in moves}
-    moved = [move * (factors[name] - 1) / _PERCENT for name, move in moves.items()]
+    mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
+    moved = [
+        moves[name] * ((factors or mean)[name] - 1) / _PERCENT
+        for moves, factors in zip(of_records, told, strict=True)
+        for name in names
+    ]
     return np.asarray(np.sum(moved, axis=0))
 
 

@@ -21,7 +21,7 @@ from axisid.support.remedy import Note
 
 from .basis import FitBasis
 from .judgement import Judged, judged
-from .law_moves import first_failing, move_by_record, moves_per_percent
+from .law_moves import first_failing, move_by_record, moves_of_all, moves_per_percent
 from .search import FitStep
 
 
@@ -138,12 +138,16 @@ class OutputFit(Presentable, Exact):
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
         """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
-        return moves_per_percent(self.basis.predictions, self.physical, self.basis.influence)
+        return moves_of_all(self._moves_of_records)
 
     @cached_property
     def law_move(self) -> Array | None:
         """What the law as the records have it would move them by, (P,)."""
-        return move_by_record(self.law_moves, self._laws)
+        return move_by_record(self._moves_of_records, self._laws)
+
+    @cached_property
+    def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
+        return moves_per_percent(self.basis.predictions, self.physical, self.basis.influence)
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:

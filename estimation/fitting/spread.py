@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError
+from axisid.estimation.thresholds.fitting import MIN_PAIRS
 from axisid.support.arrays import Array
 
 from .search import Found, Weighing
@@ -28,7 +29,6 @@ from .unknowns import Unknowns
 _LONGEST = 0.1  # s, of the autoregression
 _FEWEST, _MOST = 20, 1000  # orders that are tried, whatever the period
 _ROWS_PER_ORDER = 10
-_LEAST_PAIRS = 0.25  # of the errors that count: pairs, from which a lag between masks is told
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +96,7 @@ def autoregression_of(
     if used < rows and counted is not None:
         whole = _products([np.ones(len(e)) for e in pieces], most)
         pairs = np.rint(_products([each.astype(float) for each in counted], most))
-        few = np.flatnonzero(pairs < _LEAST_PAIRS * used)
+        few = np.flatnonzero(pairs < MIN_PAIRS.value * used)
         told = slice(0, int(few[0]) if len(few) else None)
         products = products[told] * np.rint(whole[told]) / pairs[told]
         used = int(pairs[told].min())  # a criterion that reckons with all takes what chance made

@@ -27,7 +27,7 @@ from axisid.support.remedy import Remedy, Setting
 from .lanes import LANE_LOST, Lanes
 
 _FEWEST = 20  # samples in a window
-_FITTED = 10  # samples on both sides, of which a first velocity is begun from
+_FITTED = 20  # samples from the first on, from which a first velocity is begun
 _ROUNDS = 3  # of the first positions and velocities, at each point
 _STEP = 1e-6  # of the range of positions, and of that over the window's time
 
@@ -76,7 +76,7 @@ class _Windows:
 
     def begun(self) -> Array:
         """First positions and velocities by parabolas through the first samples, (2, w)."""
-        some = min(2 * _FITTED, len(self.position))
+        some = min(_FITTED, len(self.position))
         time = self.period * np.arange(some)
         slopes = np.polynomial.polynomial.polyfit(time, self.position[:some], 2)
         return np.asarray(slopes[:2])
@@ -90,6 +90,16 @@ class _Windows:
             start=LoopStart(position=states[0], velocity=states[1]),
             injected=wide[1],
             signals=tuple(wide[2:]),
+        )
+
+    def alone(self, states: Array, k: int) -> LoopInputs:
+        """Of one parameter set along one window; states are (2, w)."""
+        return LoopInputs(
+            reference=self.position[:, k],
+            period=self.period,
+            start=LoopStart(position=states[0, k : k + 1], velocity=states[1, k : k + 1]),
+            injected=self.control[:, k],
+            signals=tuple(values[:, k] for values in self.signals),
         )
 
     def errors(
@@ -194,15 +204,8 @@ class WindowPredictions:
         """See `Predictions.settle`: steps of a sample, and where the windows start."""
         for w, state in zip(self._windows, self._states, strict=True):
             own = np.asarray(self._form.own(physical, w.record))
-            alone = w.inputs(state.first, 1)
-            one = replace(
-                alone,
-                reference=alone.reference[:, 0],
-                injected=w.control[:, 0],
-                signals=tuple(v[:, 0] for v in alone.signals),
-                start=LoopStart(position=state.first[0, :1], velocity=state.first[1, :1]),
-            )
-            state.substeps = max(settled_substeps(w.axis, own, one) or 1, state.substeps or 1)
+            asked = (settled_substeps(w.axis, own, w.alone(state.first, k)) for k in range(w.count))
+            state.substeps = max(state.substeps or 1, *(steps or 1 for steps in asked))
             for _ in range(_ROUNDS):
                 _follow(w, state, own)
 

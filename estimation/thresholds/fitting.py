@@ -42,6 +42,14 @@ MIN_PART = Threshold(
     "from which it is named with it",
     "chosen",
 )
+MIN_PAIRS = Threshold(
+    0.25,
+    "1",
+    "pairs of errors so many samples apart between masks, over the errors, from which their lag is "
+    "told",
+    "measured: with half of the samples masked, at random or in blocks, 0.9 to 1.4 times the "
+    "scatter is claimed",
+)
 SAME_END = Threshold(
     1e-3,
     "1",

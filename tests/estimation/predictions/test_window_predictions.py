@@ -1,14 +1,17 @@
 """Windows of an open loop: each starts where the record is, and no law is asked for."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from axisid import Record, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.predictions import WindowPredictions
+from axisid.estimation.predictions import WindowPredictions, window_predictions
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.simulation import LoopInputs, simulate_lanes
+from axisid.support.arrays import Array
 from tests.refusals import refuses
 
 THETA = np.array([100.2, 236.9, 24.8])
@@ -40,6 +43,31 @@ def test_windows_are_stretches_of_their_record(emps2015: GeneratedAxis, twin: Re
     start = samples[spans[3]][0]
     recorded = twin.position[samples[spans[3]]] - twin.position[start]
     np.testing.assert_array_equal(predictions.measured[spans[3]], recorded)
+
+
+def test_every_window_says_how_many_steps_it_asks_for(
+    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first of a record is often at rest, and asks for the fewest."""
+    seen: list[int | None] = []
+    first = twin.position[:520]  # 7801 samples are 15 windows
+
+    def asked(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int:
+        assert inputs.reference.ndim == 1
+        return 1 if np.array_equal(inputs.reference, first) else 3
+
+    def simulated(*given: Any, substeps: int | None, **more: Any) -> Any:
+        seen.append(substeps)
+        return simulate_lanes(*given, substeps=substeps, **more)
+
+    monkeypatch.setattr(window_predictions, "settled_substeps", asked)
+    monkeypatch.setattr(window_predictions, "simulate_lanes", simulated)
+    _predictions(emps2015, twin).settle(THETA)
+    assert set(seen) == {3}
+    monkeypatch.setattr(window_predictions, "settled_substeps", lambda *_: 1)
+    seen.clear()
+    _predictions(emps2015, twin).settle(THETA)
+    assert set(seen) == {1}
 
 
 def test_what_a_first_position_or_velocity_makes_is_no_error(
