@@ -52,9 +52,9 @@ class ExplainedLaw:
     @property
     def python(self) -> str:
         """How a Python declaration has it."""
-        return f"control={self.function}({self._arguments('=')})" + (
-            f" with delay={self.law.delay}" if self.law.delay else ""
-        )
+        law = f"{self.function}({self._arguments('=')})"
+        late = self.law.delay
+        return f"control=replace({law}, delay={late})" if late else f"control={law}"
 
     def _arguments(self, between: str) -> str:
         given = {name: f"{value:.6g}" for name, value in self.law.gains.items()}

@@ -13,6 +13,7 @@ from axisid.estimation.loops import (
     LawAlong,
     LawPoint,
     LawTicks,
+    as_logged,
     measured_velocity,
     unlimited,
 )
@@ -137,7 +138,8 @@ def _signals(record: Record) -> Signals:
 def _ticks(axis: GeneratedAxis, record: Record) -> LawTicks:
     recorded = recorded_signals(axis, record.provenance.source, record.signals)
     velocity = measured_velocity(record.position, record.period)
-    return LawTicks.at_samples(np.asarray(record.commanded), record.position, velocity, recorded)
+    reference, added = np.asarray(record.commanded), record.added_control
+    return LawTicks.at_samples(reference, record.position, velocity, recorded, added)
 
 
 def _explained(
@@ -150,7 +152,7 @@ def _explained(
 ) -> ExplainedLaw | None:
     """A form with its best gains; None where it does not explain the control at all."""
     starts = [
-        _started(form, extra, delay, record, rows, signals)
+        _started(form, extra, delay, axis, record, rows, signals, ticks)
         for extra in form.begun(record.period)
         for delay in range(_DELAYS + 1)
     ]
@@ -165,15 +167,18 @@ def _started(
     form: LawForm,
     extra: float | None,
     delay: int,
+    axis: GeneratedAxis,
     record: Record,
     rows: _Rows,
     signals: Signals,
+    ticks: LawTicks,
 ) -> tuple[float, ControlLaw] | None:
     """What a regression leaves, and the law that it starts with."""
     columns = signals.columns(form, extra)
     late = np.column_stack([*columns.values()])
     late = np.vstack([np.repeat(late[:1], delay, axis=0), late[: len(late) - delay]])
-    control, regressor = np.asarray(record.control)[rows.used], late[rows.used]
+    own = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(delay))
+    control, regressor = own[rows.used], as_logged(axis, late)[rows.used]
     sizes = np.linalg.norm(regressor, axis=0)
     if not np.all(sizes > 0):
         return None

@@ -54,15 +54,15 @@ class LawTicks:
         position: Array,
         velocity: Array,
         recorded: tuple[Array, ...] = (),
+        added: Array | None = None,
     ) -> "LawTicks":
-        """A law that is evaluated at the samples of a log, (N,) each, with nothing added to it."""
-        held, nothing = np.arange(len(position)), np.zeros(len(position))
+        """A law that is evaluated at the samples of a log, (N,) each; nothing added by default."""
         return cls(
             reference=reference,
             position=position,
             velocity=velocity,
-            added=nothing,
-            held=held,
+            added=np.zeros(len(position)) if added is None else added,
+            held=np.arange(len(position)),
             recorded=recorded,
         )
 

@@ -37,7 +37,7 @@ def integral(
     name : str
     anti_windup : str
         ``none``; ``clamping``: the integral stands still while the output is beyond the drive's
-        limit and the error drives it further; ``back_calculation``:
+        limit and the integral of the error would drive it further; ``back_calculation``:
         ``I[k+1] = I[k] + T (e[k] + (u_limited[k] - u[k]) g)``.
     tracking : expression
         g of back-calculation: what the error's integral gets of the missing control, in the unit
@@ -53,7 +53,11 @@ def integral(
     symbol = sympy.Symbol(name, real=True)
     following = symbol + PERIOD * error
     if anti_windup == "clamping":
-        outward = (output - LIMITED_OUTPUT) * error > 0
+        # A gain may be negative, as that of an axis whose positions are counted the other way is;
+        # the slope of an output that has kinks of its own is taken for positive.
+        slope = sympy.diff(output, symbol)
+        driven = error if slope.has(sympy.Heaviside, sympy.Derivative) else slope * error
+        outward = (output - LIMITED_OUTPUT) * driven > 0
         following = sympy.Piecewise((symbol, outward), (following, True), evaluate=False)
     elif anti_windup == "back_calculation":
         missing = LIMITED_OUTPUT - output

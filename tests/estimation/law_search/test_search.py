@@ -98,8 +98,21 @@ def test_a_delay_is_found_with_the_gains() -> None:
     best = find_law(axis, twin_record(axis)).best
     assert (best.function, best.law.delay) == ("cascade_pd_averaged", 2)
     assert best.law.gains["kp"] == pytest.approx(40.0, rel=1e-5)
-    assert "with delay=2" in best.python
+    assert best.python.startswith("control=replace(cascade_pd_averaged(")
+    assert best.python.endswith("), delay=2)")
     assert "delay = 2" in best.toml
+
+
+def test_what_the_drive_delays_and_what_was_added_are_not_the_laws() -> None:
+    """A delay that the drive declares, of a control that was logged after it, and a test signal."""
+    axis = _axis("cascade_p_pi").axis
+    late = replace(axis.drive, delay=2 * PERIOD, logged="applied")
+    delayed = build(replace(axis, drive=late), native=False)
+    count = len(twin_record(_axis("cascade_p_pi")))
+    added = 0.2 * np.sign(np.sin(0.05 * np.arange(count)))
+    best = find_law(delayed, twin_record(delayed, injected=added, injected_at="control")).best
+    assert (best.function, best.law.delay) == ("cascade_p_pi", 0)
+    assert best.held_out_percent < 0.01
 
 
 @pytest.mark.slow
