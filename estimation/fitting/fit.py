@@ -8,7 +8,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUTPUTS, SQUARES
-from axisid.estimation.diagnostics.law import LawCheck, check_law
+from axisid.estimation.diagnostics.law import LawCheck, first_law
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
@@ -24,7 +24,6 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 from .assembly import Ended, assembled
-from .law_moves import first_failing
 from .losses import LOSSES as LOSS_FUNCTIONS
 from .losses import counting_for, deviation_by_median
 from .result import OutputFit
@@ -189,15 +188,20 @@ class _Run:
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
     ) -> tuple[Found, ...]:
         """The searches that come to an end: from the start, then from about it."""
-        found = [self._search(begun)]
-        for _ in range(count - 1):
-            factors = np.exp(_SPREAD * random.standard_normal(len(begun)))
-            at = self.unknowns.inside(first.physical * factors, self.scale)
+        found, lost = list[Found](), list[EstimationError]()
+        for k in range(count):
             try:
-                found.append(Search(*self._searching).run(at))
-            except EstimationError:
-                continue
+                found.append(self._search(begun) if not k else self._about(first, random))
+            except EstimationError as error:
+                lost.append(error)
+        if not found:
+            raise lost[0]
         return tuple(self._alike(each) for each in found)
+
+    def _about(self, first: FitStart, random: np.random.Generator) -> Found:
+        factors = np.exp(_SPREAD * random.standard_normal(len(first.physical)))
+        at = self.unknowns.inside(first.physical * factors, self.scale)
+        return Search(*self._searching).run(at)
 
     def _alike(self, found: Found) -> Found:
         """Its cost by the last weights, which are the same for all."""
@@ -261,7 +265,7 @@ class _Run:
 
 def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note | None:
     """What the control law's check says, where it fails."""
-    law = first_failing([check_law(*pair) for pair in zip(axes, records, strict=True)])
+    law = first_law([*zip(axes, records, strict=True)])
     failed = isinstance(law, LawCheck) and not law.passed
     return Note.of(" The control law: ", law.note, ".") if failed else None
 

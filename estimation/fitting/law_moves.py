@@ -77,9 +77,3 @@ def move_by_record(
         for name in names
     ]
     return np.asarray(np.sum(moved, axis=0))
-
-
-def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
-    """The first law that fails its record, else that of the first record."""
-    failing = (law for law in laws if isinstance(law, LawCheck) and not law.passed)
-    return next(failing, laws[0])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check
 from axisid.estimation.choices.outputs import OPEN_LOOP
-from axisid.estimation.diagnostics.law import LawCheck, check_law
+from axisid.estimation.diagnostics.law import LawCheck, check_law, first_failing
 from axisid.estimation.estimates import NamedValues, Value
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array, Exact
@@ -21,7 +21,7 @@ from axisid.support.remedy import Note
 
 from .basis import FitBasis
 from .judgement import Judged, judged
-from .law_moves import first_failing, move_by_record, moves_of_all, moves_per_percent
+from .law_moves import move_by_record, moves_of_all, moves_per_percent
 from .search import FitStep
 
 

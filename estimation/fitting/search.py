@@ -15,7 +15,6 @@ from scipy.optimize import OptimizeResult, least_squares
 from axisid.estimation.predictions import Predictions, Slopes, slopes_of
 from axisid.estimation.thresholds.fitting import AT_BOUND
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
 from axisid.support.progress import Progress
 
 from .losses import Loss
@@ -263,7 +262,5 @@ def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) ->
 
 
 def best_of(found: Sequence[Found]) -> Found:
-    """The search that ended lowest."""
-    if not found:
-        raise EstimationError("no search came to an end.", code="fit-no-end")
+    """The search that ended lowest, of one or more."""
     return min(found, key=lambda each: each.cost)

@@ -269,10 +269,5 @@ def with_steps(covariance: Array, moved: Array) -> Array:
     moved : (k, B) array
         What steps that begin elsewhere move the parameters by.
     """
-    scatter, seen = np.var(moved, axis=1, ddof=1), np.diag(covariance)
-    ratio = np.divide(scatter, seen, out=np.ones_like(seen), where=seen > 0)
-    beyond = np.sqrt(np.maximum(ratio - 1, 0.0))
-    found = StepsError(
-        bias=moved.mean(axis=1), missing=np.outer(beyond, beyond) * covariance, loops=moved.shape[1]
-    )
-    return np.asarray(covariance + found.covariance)
+    steps = StepsError.of(moved.T, np.zeros(len(moved)), covariance)
+    return np.asarray(covariance + steps.covariance)

@@ -113,6 +113,21 @@ class StepsError:
     missing: Array
     loops: int
 
+    @classmethod
+    def of(cls, thetas: Array, quiet: Array, shown: Array) -> "StepsError":
+        """Of estimates (B, k) with steps that begin elsewhere, beside that without and a spread.
+
+        `shown`, (k, k), is what neighbouring rows show of their scatter.
+        """
+        scatter, seen = np.var(thetas, axis=0, ddof=1), np.diag(shown)
+        ratio = np.divide(scatter, seen, out=np.ones_like(seen), where=seen > 0)
+        beyond = np.sqrt(np.maximum(ratio - 1, 0.0))
+        return cls(
+            bias=thetas.mean(axis=0) - quiet,
+            missing=np.outer(beyond, beyond) * shown,
+            loops=len(thetas),
+        )
+
     @property
     def covariance(self) -> Array:
         """Of both, (k, k): a bias that is not taken off counts as a deviation."""
@@ -141,11 +156,4 @@ def steps_error(
     found += [solved(share) for share in others]
     thetas = np.array([solution.theta for solution in found])
     shown = np.mean([Hac().matrix(solution) for solution in found], axis=0)
-    scatter, seen = np.var(thetas, axis=0, ddof=1), np.diag(shown)
-    ratio = np.divide(scatter, seen, out=np.ones_like(seen), where=seen > 0)
-    beyond = np.sqrt(np.maximum(ratio - 1, 0.0))
-    return StepsError(
-        bias=thetas.mean(axis=0) - quiet,
-        missing=np.outer(beyond, beyond) * shown,
-        loops=_LOOPS,
-    )
+    return StepsError.of(thetas, quiet, shown)

@@ -107,7 +107,6 @@ class Drive:
     scaled_by : expression
         What the gain is times, a number of recorded signals and constants: ``supply / 24`` of an
         amplifier without a supply of its own. A sampled law's force keeps that of its last sample.
-
     lag : float
         Time constant of the first-order lag between the command and the force, s, as a current loop
         has: ``lag * dtau/dt = force of the command - tau``. 0 for none.

@@ -7,6 +7,7 @@ Knows nothing of estimates, and of what the loop makes of the law.
 from .by_runs import GainsBeside as GainsBeside
 from .control_law import LawCheck as LawCheck
 from .control_law import check_law as check_law
+from .control_law import first_failing as first_failing
 from .control_law import first_law as first_law
 from .control_law import law_check as law_check
 from .terms import compared_as as compared_as

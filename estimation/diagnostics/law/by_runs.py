@@ -30,7 +30,8 @@ from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 
-_LAGS = 50  # samples over which what the law leaves may be alike
+from .factors import LAGS
+
 _DRAWS = 3  # of what the log's last digit leaves open
 _LARGEST = 5.0  # logarithm of a change that is told to first order
 _MOST_TRIED = 3  # single gains that are tried by runs
@@ -150,7 +151,7 @@ class GainsBeside:
             return {}
         regressor = factor(columns[:, told], [names[i] for i in told], neighbours=self.neighbours)
         fit = least_squares(self.left(point), regressor)
-        lags = min(_LAGS, len(fit.residuals) // 4)
+        lags = min(LAGS, len(fit.residuals) // 4)
         variances = np.diag(Hac(lags).matrix(fit))
         if open_ := self.left_open(point):
             variances = variances + np.mean([(fit.influence.T @ o) ** 2 for o in open_], axis=0)

@@ -97,9 +97,13 @@ def first_law(records: Sequence[tuple[GeneratedAxis, Record]]) -> LawCheck | Mis
 
     Each record comes with its axis, whose law may have gains that are known of it.
     """
-    found = [check_law(axis, record) for axis, record in records]
-    failing = (each for each in found if isinstance(each, LawCheck) and not each.passed)
-    return next(failing, found[0])
+    return first_failing([check_law(axis, record) for axis, record in records])
+
+
+def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
+    """The first check that fails its record, else that of the first record."""
+    failing = (each for each in laws if isinstance(each, LawCheck) and not each.passed)
+    return next(failing, laws[0])
 
 
 def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:

@@ -18,7 +18,7 @@ from axisid.support.errors import EstimationError
 
 from .sentences import CONSTANT, DRIFT, MOST_SHIFT
 
-_LAGS = 50  # samples over which what the law leaves may be alike
+LAGS = 50  # samples over which what the law leaves may be alike
 
 
 def law_factors(
@@ -50,7 +50,7 @@ def scaled_factors(
     except EstimationError:
         return {}
     fit = least_squares(control, columns)
-    lags = min(_LAGS, len(control) // 4)
+    lags = min(LAGS, len(control) // 4)
     deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
     far = np.maximum(MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value * deviations)
     return {
@@ -92,7 +92,7 @@ def leaning(left: Array, neighbours: Neighbours) -> tuple[Array, Array]:
     half = neighbours.places - neighbours.places.mean()
     terms = np.column_stack([np.ones(len(left)), half / np.ptp(half)])
     fit = least_squares(left, factor(terms, (CONSTANT, DRIFT), neighbours=neighbours))
-    lags = min(_LAGS, len(left) // 4)
+    lags = min(LAGS, len(left) // 4)
     return fit.theta, np.sqrt(np.diag(Hac(lags).matrix(fit)))
 
 

@@ -21,6 +21,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.fitting import OutputFit
+from axisid.estimation.fitting.search import Found, Search
 from axisid.support.arrays import Array
 from tests.axes.unseen import with_bump
 from tests.refusals import refuses
@@ -325,6 +326,26 @@ def test_several_starts_end_alike(emps2015: GeneratedAxis, twin: Record, found: 
     np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
     assert len(result.ends) == 4
     assert _status(result)["starts"] == "pass"
+
+
+def test_a_search_that_is_lost_leaves_the_others(
+    emps2015: GeneratedAxis, twin: Record, found: OutputFit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searched, begun = Search.run, list[Array]()
+
+    def run(self: Search, start: Array) -> Found:
+        begun.append(start)
+        if len(begun) == 1:
+            raise EstimationError("it runs away.", code="fit-lane")
+        return searched(self, start)
+
+    monkeypatch.setattr(Search, "run", run)
+    result = fit(emps2015, twin, starts=2)
+    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
+    assert len(result.ends) == 1
+    begun.clear()
+    with refuses("fit-lane"):
+        fit(emps2015, twin)
 
 
 def test_progress_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
