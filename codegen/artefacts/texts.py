@@ -165,11 +165,11 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
 
 
 def _response_of(model: AxisModel) -> Mapping[str, float]:
-    """Whether the force has a lag, and after what part of a sample a command begins to act."""
+    """Whether a force and more is held, and after what part of a sample a command begins to act."""
     response = model.axis.response
     if response is None or response.is_held:
         return {}
-    return {"LAGGED": int(response.lag > 0), "SPLIT": response.share}
+    return {"LAGGED": int(response.keeps_force), "SPLIT": response.share}
 
 
 def _equations(model: AxisModel, mark: str) -> str:

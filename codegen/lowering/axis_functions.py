@@ -124,11 +124,12 @@ def _control_start(model: AxisModel, law: ControlLaw) -> Program:
     rest = {MEASURED_VELOCITY: builder.constant(0.0)}
     first = _output(model, law, builder, {**arguments.values, **values, **rest})
     state = [*memory, *[first] * law.delay]
-    if model.axis.response is not None:
+    if (response := model.axis.response) is not None:
         position, still = arguments.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
         signals = [(arguments.values[s],) for s in model.axis.signal_symbols]
         made = builder.inline(drive_force(model), (first,), (position,), (still,), *signals)
-        state += made["tau"] * len(model.axis.response.remembered)
+        commands = [first] * len(response.remembered[:-1]) if response.holds_control else []
+        state += [*commands, *made["tau"] * (len(response.remembered) - len(commands))]
     builder.output("state", [[index] for index in state])
     return builder.program("control_start", "What the drive remembers of an axis at rest.")
 

@@ -4,7 +4,7 @@ import sympy
 
 from axisid.modeling.declaration import Axis, Drive
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import CONTROL, FORCE, number
+from axisid.modeling.quantities import CONTROL, DIRECTION, FORCE, number
 
 from .lower import Arguments, Lowering
 from .program import Program
@@ -17,6 +17,17 @@ def drive_force(model: AxisModel) -> Program:
         model.axis.drive.force,
         "drive_force",
         "Force that the drive makes of a control within its limit.",
+    )
+
+
+def drive_force_in_mode(axis: Axis) -> Program:
+    """The same in a friction direction, behind the velocity, which at rest no sign tells."""
+    return _of_control(
+        axis,
+        axis.drive.force,
+        "drive_force_in_mode",
+        "Force that the drive makes of a control in a friction direction.",
+        directed=True,
     )
 
 
@@ -37,17 +48,30 @@ def drive_control(model: AxisModel) -> Program:
     """Build the control of a force and the motion."""
     q, drive = model.axis.coordinate, model.axis.drive
     arguments = Arguments().scalars(FORCE, q.symbol, q.velocity, *model.axis.signal_symbols)
-    arguments.builder.output("control", [[drive_lowering(arguments, drive)(drive.inverse)]])
+    arguments.builder.output("control", [[_lowered(arguments, model.axis, drive.inverse)]])
     return arguments.builder.program(
         "drive_control", "Control of which the drive makes a force, whatever its limit."
     )
 
 
-def _of_control(axis: Axis, value: sympy.Expr, name: str, about: str) -> Program:
-    q, drive = axis.coordinate, axis.drive
-    arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity, *axis.signal_symbols)
-    arguments.builder.output("tau", [[drive_lowering(arguments, drive)(value)]])
+def _of_control(
+    axis: Axis, value: sympy.Expr, name: str, about: str, *, directed: bool = False
+) -> Program:
+    q = axis.coordinate
+    direction = (DIRECTION,) if directed else ()
+    arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity, *direction, *axis.signal_symbols)
+    arguments.builder.output("tau", [[_lowered(arguments, axis, value)]])
     return arguments.builder.program(name, about)
+
+
+def _lowered(arguments: Arguments, axis: Axis, value: sympy.Expr) -> int:
+    """An expression of the drive; without a friction direction that is the velocity's sign."""
+    values, builder = arguments.values, arguments.builder
+    for symbol, here in axis.drive.along(axis.coordinate).items():
+        values[symbol] = values[here]
+    if DIRECTION not in values and value.has(DIRECTION):
+        values[DIRECTION] = builder.apply("sign", values[axis.coordinate.velocity])
+    return drive_lowering(arguments, axis.drive)(value)
 
 
 def drive_lowering(arguments: Arguments, drive: Drive) -> Lowering:

@@ -12,16 +12,18 @@ from axisid.modeling.declaration import FORCE_TARGET, Response
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE
 
-from .drive import drive_force
+from .drive_in_mode import DriveInMode
 from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED
 from .lower import Arguments
 from .program import Builder, Program
 from .response import drive_response, forces_in_step, later_force
 from .switching import Switching, switching
 
-# What is held between samples under a sampled law; with a drive that lags, what its force goes to.
+# What is held between samples under a sampled law; with a drive that lags, what its force goes to,
+# and the control where the motion makes another force of it all the time.
 HELD_FORCE = ("tau",)
 HELD_TARGET = ("tau", FORCE_TARGET)
+HELD_CONTROL = ("tau", "held_control")
 #: What the vector of the recorded signals is called: of each its value, and its rate of change.
 RECORDED = "signals"
 
@@ -112,7 +114,8 @@ def _largest(arguments: Arguments, found: Switching) -> int:
 class _Plant:
     """The plant under what is held between samples, as operations of one builder.
 
-    A sampled law holds its force; of a drive with a lag it goes to another, which is held too. A
+    A sampled law holds its force; of a drive with a lag it goes to another, which is held too, and
+    of one whose force depends on the motion the control is. A
     continuous law is evaluated inside the plant's derivative; held
     are the line that the reference follows, the error of the measurement and the test signal that
     is added to the control. Recorded signals follow a line each.
@@ -135,7 +138,8 @@ class _Plant:
     def force(self, q: int, dq: int, elapsed: int | None) -> int:
         """Force at a state, some time into the period."""
         if self.law is None:
-            return self.held[0]
+            of_control = self._holds_control
+            return self._made(self.held[1], q, dq, elapsed) if of_control else self.held[0]
         reference, rate, error, injected = self.held
         reference = self._later(reference, rate, elapsed)
         measured = self.builder.apply("add", q, error)
@@ -143,8 +147,17 @@ class _Plant:
         law = self.builder.inline(
             self.law, (reference,), (measured,), (dq,), *signals, (injected,), ()
         )
-        made = self.builder.inline(drive_force(self.model), law["control"], (q,), (dq,), *signals)
-        return made["tau"][0]
+        return self._made(law["control"][0], q, dq, elapsed)
+
+    @property
+    def _holds_control(self) -> bool:
+        response = self.model.axis.response
+        return response is not None and response.holds_control
+
+    def _made(self, control: int, q: int, dq: int, elapsed: int | None) -> int:
+        """Force that the drive makes of a control at a state."""
+        signals = self._signals(elapsed)
+        return DriveInMode(self.builder, self.model, self.mode[0], signals).force(control, q, dq)
 
     def accelerate(self, q: int, dq: int, elapsed: int | None, tau: int | None = None) -> int:
         """Acceleration at a state, some time into the period, under its force or another."""
@@ -170,7 +183,9 @@ def _held_names(model: AxisModel) -> tuple[str, ...]:
     law, response = model.axis.control, model.axis.response
     if law is not None and law.continuous:
         return HELD_REFERENCE
-    return HELD_TARGET if response is not None and response.lag else HELD_FORCE
+    if response is None or not response.keeps_force:
+        return HELD_FORCE
+    return HELD_TARGET if response.lag else HELD_CONTROL
 
 
 def _recorded_names(model: AxisModel) -> tuple[str, ...]:
@@ -316,11 +331,19 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     control = builder.inline(
         law, (reference,), (measured,), (values[dq],), *signals, (injected,), state
     )
-    moving = ((values[q],), (values[dq],), *signals)
-    made = builder.inline(drive_force(model), control["control"], *moving)
-    (tau,) = made["tau"]
+    made = DriveInMode(builder, model, others[0], signals)
+    (command,), motion = control["control"], (values[q], values[dq])
+    if response is not None and response.lag and response.by_motion:
+        now = (remembered[-1], remembered[-1], *lines)
+        start = builder.inline(plant, (values[q],), (values[dq],), now, *others)
+        tau = made.force(command, *made.halfway(motion, start["first_slope"][0], response.period))
+    else:
+        tau = made.force(command, *motion)
     following: tuple[int, ...] = ()
-    if response is not None:
+    if response is not None and response.holds_control:
+        held, following = made.under_held_control(command, motion, response, remembered[count:])
+        tau = held[0]
+    elif response is not None:
         held, following = _driven(builder, response, tau, remembered[count:])
         tau = held[0]
     elif _held_names(model) == HELD_FORCE:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.signals import FilteredRecord, about_samples, drive_force
+from axisid.estimation.signals import FilteredRecord, about_samples
 from axisid.estimation.thresholds.lacking import (
     FALSE_DISCOVERY_RATE,
     MAX_SCORE_CHANCE,
@@ -236,8 +236,8 @@ class _Rows:
         data, s = self._data, self._x.signals
         if data.record.force is not None or data.record.control is None:
             return np.zeros(len(s.position))
-        motion = s.position, s.velocity, recorded
-        force = data.acting(drive_force(data.axis, data.record.control, *motion))
+        motion = s.position, s.velocity, s.acceleration
+        force = data.drive.force(data.record.control, motion, recorded)
         if data.prefilter.hold != "zoh":
             return force
         return about_samples(force, [first for first, _ in data.record.spans])

@@ -78,10 +78,12 @@ def _first_forces(
     response = axis.axis.response
     assert response is not None  # noqa: S101  # whoever asks has one
     late = response.late if axis.axis.drive.logged == "applied" else 0
-    pending = len(response.remembered) - bool(response.lag)
+    pending = len(response.remembered) - response.keeps_force
     # The newest first; those that act before the record are taken for the first that does in it.
-    ahead = [max(late - 1 - i, 0) for i in range(pending)] + [0] * bool(response.lag)
+    ahead = [max(late - 1 - i, 0) for i in range(pending)] + [0] * response.keeps_force
     rows = np.minimum(span[0] + np.array(ahead, dtype=np.intp), span[1] - 1)
+    if response.holds_control:
+        return np.asarray(record.control, dtype=float)[rows]
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     still = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
     recorded = tuple(values[rows] for values in signals)

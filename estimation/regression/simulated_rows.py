@@ -54,8 +54,8 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     if ratio != 1 and axis.axis.response is not None:
         raise LoopDataError(
             f"the record is sampled every {record.period:.6g} s, the control law of axis "
-            f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a lag or a "
-            "delay: such a loop is simulated at the law's samples alone; ",
+            f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a lag, a "
+            "delay or a force by the motion: such a loop is simulated at the law's samples alone; ",
             Remedy.of("record at the law's period, or ask for least squares."),
             code="loop-response",
         )

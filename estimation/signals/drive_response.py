@@ -5,14 +5,17 @@ command by an exponential, and a delay that is no whole samples changes the comm
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.modeling.declaration import Response
 from axisid.support.arrays import Array
+
+from .signals import Motion, drive_force
 
 _FORGOTTEN = 37  # time constants, after which rounding is more than what a lag leaves
 
@@ -125,6 +128,62 @@ def acting_force(
         return found.mean if mean else found.at_samples
 
     return np.concatenate([acting(piece) for piece in np.split(forces, list(starts)[1:])])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriveAlong:
+    """A drive along a recorded motion, for rows that pair the two as a hold does.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    starts : sequence of int
+        First samples of the stretches.
+    period : float
+        Of the record, s.
+    held : bool
+        Whether the recorded control is held from a sample to the next; see `acting_force`.
+    delay : float
+        Samples by which the hold takes the force earlier.
+    mean : bool
+        Whether it takes that from each sample to the next.
+    """
+
+    axis: GeneratedAxis
+    starts: Sequence[int]
+    period: float
+    held: bool
+    delay: float
+    mean: bool
+
+    def acting(self, made: Array) -> Array:
+        """What acts of what the recorded control would make at once, (N,)."""
+        held, mean = self.held, self.mean
+        return acting_force(self.axis, made, self.starts, self.period, held=held, mean=mean)
+
+    def force(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
+        """The force of a recorded control beside a motion, (N,)."""
+        return self._along(partial(drive_force, self.axis, recorded=recorded), control, motion)
+
+    def slope(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
+        """How that changes with the logarithm of the drive's gain, (N,)."""
+        make = partial(self.axis.force_by_gain, recorded=recorded)
+        return self._along(make, control, motion)
+
+    def _along(
+        self, make: Callable[[Array, Array, Array], Array], control: Array, motion: Motion
+    ) -> Array:
+        position, velocity, acceleration = motion
+        if not self.axis.axis.drives_by_motion:
+            return self.acting(make(control, position, velocity))
+        # The hold takes the force earlier, and what of it is the motion's belongs to the sample.
+        lagging = self.axis.axis.drive.lag > 0
+        ahead = self.period * (self.held / 2 if lagging else self.delay)
+        position = position + ahead * (velocity + ahead / 2 * acceleration)
+        velocity = velocity + ahead * acceleration
+        if lagging:
+            return self.acting(make(control, position, velocity))
+        return make(self.acting(control), position, velocity)
 
 
 def _running_along(forces: Array, response: Response, logged: str) -> Array:

@@ -15,7 +15,7 @@ from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .drive_response import acting_force
+from .drive_response import DriveAlong
 from .motion import resting
 from .neighbours import Neighbours
 from .position import check_position
@@ -23,7 +23,7 @@ from .prefilter import Prefilter
 from .recorded import beside_motion, recorded_signals
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
-from .signals import Motion, Signals, force_of, paired_with_force
+from .signals import Motion, Signals, checked_control, paired_with_force
 from .without_turns import Information, searches_friction
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
@@ -194,15 +194,10 @@ class FilteredRecord(Exact):
     def force(self) -> Array:
         """Sample by sample, (N,): measured, or what the drive makes of the control."""
         record = self.record
-        force = force_of(
-            self.axis,
-            record.provenance.source,
-            self.motion,
-            force=record.force,
-            control=self._control,
-            recorded=self.recorded,
-        )
-        return force if record.force is not None else self.acting(force)
+        if record.force is not None:
+            return record.force
+        control = checked_control(record.provenance.source, self._control)
+        return self.drive.force(control, self.motion, self.recorded)
 
     @cached_property
     def signals(self) -> Signals:
@@ -223,9 +218,7 @@ class FilteredRecord(Exact):
             return np.zeros(len(self))
         if self.axis.axis.drive.is_gain:
             return self.signals.force
-        position, velocity, _ = self.motion
-        slope = self.axis.force_by_gain(control, position, velocity, self.recorded)
-        return self._beside(self.acting(slope)).force
+        return self._beside(self.drive.slope(control, self.motion, self.recorded)).force
 
     @property
     def weights(self) -> Array:
@@ -290,15 +283,16 @@ class FilteredRecord(Exact):
         found.add(signals, self.kept, self.sampling.is_excluded, fastest)
         return found.remaining < MIN_INFORMATION_LEFT.value
 
-    def acting(self, force: Array) -> Array:
-        """What acts of the force that the recorded control would make at once, (N,)."""
+    @property
+    def drive(self) -> DriveAlong:
+        """The drive along the record's motion, as the hold pairs the two."""
         ratio = law_ratio(self.axis.axis.control, self.period, clock_of(self.record)) or 1.0
-        return acting_force(
-            self.axis,
-            force,
-            [start for start, _ in self.record.spans],
-            self.period,
+        return DriveAlong(
+            axis=self.axis,
+            starts=[start for start, _ in self.record.spans],
+            period=self.period,
             held=ratio <= 1 or self.between is not None,
+            delay=self.hold_delay,
             mean=self.prefilter.hold == "zoh",
         )
 

@@ -141,7 +141,9 @@ def balanced_memory(
     count = len(state) - (0 if response is None else len(response.remembered))
     signals = (reference, measured, velocity, *recorded)
     law = balance(axis, state[:count], signals, wanted)
-    return np.concatenate([law, np.full(len(state) - count, float(held))])
+    by_control = response is not None and response.holds_control
+    drive = np.full(len(state) - count, wanted if by_control else float(held))
+    return np.concatenate([law, drive])
 
 
 def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float) -> Array:

@@ -37,18 +37,18 @@ from axisid.estimation.regression import (
     least_squares,
 )
 from axisid.estimation.signals import (
+    DriveAlong,
     Information,
     Motion,
     Neighbours,
     Prefilter,
     SampledFilter,
     Signals,
-    acting_force,
     beside_motion,
     check_filter,
     check_without_position,
+    checked_control,
     chosen_hold,
-    force_of,
     near_turns,
     paired_with_force,
     recorded_signals,
@@ -253,6 +253,18 @@ class _LogRows:
             velocity = self._motion(columns)[1]
             yield velocity[start - begin : stop - begin]
 
+    @property
+    def drive(self) -> DriveAlong:
+        """The drive along the log's motion, as the hold pairs the two."""
+        return DriveAlong(
+            axis=self.axis,
+            starts=[0],
+            period=self.period,
+            held=self.held,
+            delay=self.hold_delay,
+            mean=self.prefilter.hold == "zoh",
+        )
+
     def _motion(self, columns: Mapping[str, Array]) -> Motion:
         """Filtered motion of a stretch; an axis that does without its position may have none."""
         position, velocity = columns.get("position"), columns.get("velocity")
@@ -292,12 +304,11 @@ class _LogRows:
         motion, smoothing = self.margins
         rows = f.rows_between(self.samples, start, stop)
         filtered = self._motion(columns)
-        driven = {role: columns.get(role) for role in ("force", "control")}
         recorded = recorded_signals(self.axis, self.source, columns)
-        force = force_of(self.axis, self.source, filtered, **driven, recorded=recorded)
-        if driven["force"] is None:
-            mean = settings.hold == "zoh"
-            force = acting_force(self.axis, force, [0], self.period, held=self.held, mean=mean)
+        force = columns.get("force")
+        if force is None:
+            control = checked_control(self.source, columns.get("control"))
+            force = self.drive.force(control, filtered, recorded)
         beside = beside_motion(self.axis, recorded, [0])
         signals = paired_with_force(filtered, force, [0], delay=self.hold_delay, recorded=beside)
         equations = InverseForm(self.axis).equations(signals)

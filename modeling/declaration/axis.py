@@ -116,6 +116,7 @@ class Axis:
         self._check_columns()
         self._check_truth()
         self._check_units()
+        self.drive.check_on(self.coordinate, self.signals)
 
     def __repr__(self) -> str:
         return f"axis {self.name}: {', '.join(p.name for p in self.parameters)}"
@@ -147,10 +148,22 @@ class Axis:
     def response(self) -> Response | None:
         """How its drive follows what the law commands; None where that is at once, or no law is."""
         law = self.control
-        if law is None or law.continuous or self.drive.is_immediate:
+        if law is None or law.continuous:
             return None
-        response = self.drive.response(law.period)
+        response = self.drive.response(law.period, by_motion=self.drives_by_motion)
         return response if response.remembered else None
+
+    @property
+    def drives_by_motion(self) -> bool:
+        """Whether the force that its drive makes of a control depends on the motion."""
+        return self.drive.is_by_motion(self.coordinate)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the drive's force jumps at the samples, as that of a sampled law does."""
+        if self.control is None or self.control.continuous:
+            return False
+        return self.response is None or not (self.response.lag or self.response.share)
 
     @property
     def holds_force(self) -> bool:

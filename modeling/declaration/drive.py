@@ -1,15 +1,19 @@
 """The drive: what turns a control signal into force."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import sympy
 
 from axisid.modeling.quantities import (
     CONTROL,
+    DIRECTION,
     FORCE,
+    POSITION,
+    VELOCITY,
     Coordinate,
+    Signal,
     expression,
     number,
     parse_unit,
@@ -44,26 +48,40 @@ class Response:
         What the delay is more, of a sample: from 0 to below 1.
     period : float
         For which a command is held, s.
+    by_motion : bool
+        Whether the force depends on the motion. Without a lag it then is the control that is held,
+        and the force follows the motion between the samples.
     """
 
     lag: float
     whole: int
     share: float
     period: float
+    by_motion: bool = False
 
     @classmethod
-    def of(cls, lag: float, delay: float, period: float) -> "Response":
+    def of(cls, lag: float, delay: float, period: float, *, by_motion: bool = False) -> "Response":
         """Of a lag and a delay, s, for samples of a period, s."""
         samples = delay / period
         whole = math.floor(samples + _WHOLE)
         share = samples - whole
         share = share if share > _WHOLE else 0.0
-        return cls(lag=lag, whole=whole, share=share, period=period)
+        return cls(lag=lag, whole=whole, share=share, period=period, by_motion=by_motion)
 
     @property
     def is_held(self) -> bool:
         """Whether the force stays the same from a sample to the next."""
-        return not (self.lag or self.share)
+        return not (self.lag or self.share or self.by_motion)
+
+    @property
+    def holds_control(self) -> bool:
+        """Whether a control is held, of which the motion makes another force all the time."""
+        return self.by_motion and not self.lag
+
+    @property
+    def keeps_force(self) -> bool:
+        """Whether the force there is at a sample is among what is remembered."""
+        return bool(self.lag) or self.by_motion
 
     @property
     def late(self) -> int:
@@ -74,11 +92,13 @@ class Response:
     def remembered(self) -> tuple[str, ...]:
         """What it keeps from a sample to the next, by name.
 
-        The forces of the commands before, the newest first, and what has come of them.
+        The forces of the commands before, the newest first, and what has come of them; the
+        commands themselves where they are held.
         """
         count = self.whole + (not self.is_held)
-        pending = tuple(f"force_of_command{i + 1}" for i in range(count))
-        return (*pending, "force_now") if self.lag else pending
+        what = "command" if self.holds_control else "force_of_command"
+        pending = tuple(f"{what}{i + 1}" for i in range(count))
+        return (*pending, "force_now") if self.keeps_force else pending
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -200,9 +220,21 @@ class Drive:
         """Whether a command acts at once."""
         return not (self.lag or self.delay)
 
-    def response(self, period: float) -> Response:
+    def response(self, period: float, *, by_motion: bool = False) -> Response:
         """From commands that are held for a period, s, to the force."""
-        return Response.of(self.lag, self.delay, period)
+        return Response.of(self.lag, self.delay, period, by_motion=by_motion)
+
+    def along(self, coordinate: Coordinate) -> dict[sympy.Symbol, sympy.Symbol]:
+        """What position and velocity of its expressions are on an axis."""
+        return {POSITION: coordinate.symbol, VELOCITY: coordinate.velocity}
+
+    def is_by_motion(self, coordinate: Coordinate) -> bool:
+        """Whether the force depends on the motion of an axis, beside the control."""
+        along = self.along(coordinate)
+        return not self.force.free_symbols.isdisjoint((*along, *along.values(), DIRECTION))
+
+    def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
+        """Refuse an axis that the drive's figures or formulas do not fit; a gain fits any."""
 
     @property
     def timing_text(self) -> str:
@@ -228,7 +260,7 @@ class Drive:
         if self.is_gain:
             return f"{self.gain_text(coordinate, digits)} times the control"
         constants = "".join(f", {s} = {x:.{digits}g}" for s, x in self.constants.items())
-        formula = written(rounded(self.force), coordinate)
+        formula = written(rounded(self.force.xreplace(self.along(coordinate))), coordinate)
         return f"{formula} in {coordinate.force_unit}, the control in {self.unit}{constants}"
 
 

@@ -265,7 +265,7 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     reduced = equations.reduced(quiet)
     law = quiet.axis.axis.control
     sensed = quiet.prefilter.hold == "raw" and (
-        quiet.record.force is not None or not quiet.axis.axis.holds_force
+        quiet.record.force is not None or not quiet.axis.axis.jumps
     )
     # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
     still = law is None or law.continuous or sensed
