@@ -88,7 +88,7 @@ def signals_about(
         after = _under(axis, parameters, simulation.signals, force)
     held = simulation.held
     if held is None:
-        held = np.concatenate([force[:1], force[:-1]])
+        held = force_before(axis, simulation, force)
     earlier = replace(
         simulation.signals,
         direction=simulation.direction_before,
@@ -105,18 +105,31 @@ def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Arra
 
 
 def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
-    """The drive's force in the mean from each sample of a simulation to the next, (N,)."""
-    response = axis.axis.response
+    """The drive's force in the mean from each sample of a simulation to the next, (N,).
+
+    Where it follows the motion, that of the mean control along the motion at the sample.
+    """
+    response, s = axis.axis.response, simulation
     if response is None:
-        return simulation.force
-    made = drive_force(
-        axis,
-        simulation.control,
-        simulation.position,
-        simulation.velocity,
-        simulation.recorded,
-    )
-    return acting_along(made, response, start=float(simulation.force[0])).mean
+        return s.force
+    if response.holds_control:
+        motion = s.position, s.velocity, s.direction
+        return axis.force_in_mode(_mean_control(axis, s), *motion, s.recorded)
+    position, velocity = s.position, s.velocity
+    if response.by_motion:
+        half = response.period / 2
+        position, velocity = position + half * velocity, velocity + half * s.acceleration
+    made = drive_force(axis, s.control, position, velocity, s.recorded)
+    return acting_along(made, response, start=float(s.force[0])).mean
+
+
+def force_before(axis: GeneratedAxis, simulation: Simulation, mean: Array) -> Array:
+    """The force just before each sample, (N,), from that in the mean after it."""
+    response, s = axis.axis.response, simulation
+    if response is None or not response.holds_control:
+        return _one_later(mean)
+    motion = s.position, s.velocity, s.direction_before
+    return axis.force_in_mode(_one_later(_mean_control(axis, s)), *motion, s.recorded)
 
 
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
@@ -129,3 +142,14 @@ def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
         return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
     late, control = response.late, simulation.control
     return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
+
+
+def _mean_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """What acts of the controls in the mean from each sample to the next, (N,)."""
+    response = axis.axis.response
+    assert response is not None  # noqa: S101  # whoever asks has one
+    return acting_along(simulation.control, response).mean
+
+
+def _one_later(values: Array) -> Array:
+    return np.concatenate([values[:1], values[:-1]])

@@ -4,12 +4,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from axisid.modeling.quantities import Constant, Coordinate, Unit, number, parse_unit
+from axisid.modeling.quantities import (
+    Constant,
+    ConstantSymbol,
+    Coordinate,
+    Unit,
+    number,
+    parse_unit,
+)
 from axisid.support.errors import ModelError
 from axisid.support.user_values import quoted
 
 #: What a drive is told: a plain number has the unit of its place, a `Constant` its own.
-Figure: TypeAlias = float | Constant
+Figure: TypeAlias = float | Constant | ConstantSymbol
 
 
 def figure(value: Figure, what: str, *, positive: bool = True) -> float:
@@ -20,7 +27,7 @@ def figure(value: Figure, what: str, *, positive: bool = True) -> float:
     ModelError
         It is none, or negative, or 0 where that is no figure.
     """
-    found = number(value.value if isinstance(value, Constant) else value, what)
+    found = number(_number(value), what)
     if found < 0 or (positive and not found):
         said = "a positive number" if positive else "0 or more"
         raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive-figure")
@@ -35,11 +42,12 @@ def check_dimension(value: Figure | None, what: str, *units: str) -> None:
     ModelError
         It is in another.
     """
-    if not isinstance(value, Constant):
+    own = _unit(value)
+    if own is None:
         return
-    if not any(parse_unit(value.unit).same_dimension(parse_unit(unit)) for unit in units):
+    if not any(own.same_dimension(parse_unit(unit)) for unit in units):
         raise ModelError(
-            f"{what} is in {value.unit}; give it in {' or '.join(units)}.", code="drive-figure-unit"
+            f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive-figure-unit"
         )
 
 
@@ -117,8 +125,10 @@ class GearedUnits:
 
 
 def _unit(value: Figure | None) -> Unit | None:
-    return parse_unit(value.unit) if isinstance(value, Constant) else None
+    if isinstance(value, Constant):
+        return parse_unit(value.unit)
+    return value.unit if isinstance(value, ConstantSymbol) else None
 
 
 def _number(value: Figure) -> float:
-    return value.value if isinstance(value, Constant) else value
+    return value.value if isinstance(value, (Constant, ConstantSymbol)) else value

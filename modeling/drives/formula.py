@@ -14,6 +14,7 @@ from axisid.modeling.quantities import (
     Coordinate,
     Signal,
     Symbolic,
+    Unit,
     UnitReader,
     UnitsError,
     expression,
@@ -64,23 +65,7 @@ class FormulaDrive(Drive):
             ("force", self.made, force),
             ("inverse", self.undone, control),
         ):
-            if unknown := sorted(map(str, value.free_symbols - set(units) - _constants(value))):
-                raise ModelError(
-                    f"the drive's {what} has the symbols {', '.join(unknown)}, which are no "
-                    "control, motion, constant or declared signal; use those.",
-                    code="drive-symbols",
-                )
-            reader = UnitReader(units, loose_numbers=True)
-            try:
-                fits = reader.fits(value, wanted)
-                said = "" if fits else f"it is in {reader.unit(value)}, and wanted is {wanted}"
-            except UnitsError as error:
-                said = str(error)
-            if said:
-                raise ModelError(
-                    f"the units in the drive's {what} {value} do not fit: {said}.",
-                    code="drive-formula-units",
-                )
+            check_formula(value, what, units, wanted)
 
 
 def formula_drive(
@@ -148,5 +133,30 @@ def _solved(force: sympy.Expr) -> sympy.Expr:
     return (FORCE - force.xreplace({CONTROL: sympy.S.Zero})) / slope
 
 
-def _constants(value: sympy.Expr) -> set[sympy.Symbol]:
-    return set(value.atoms(ConstantSymbol))
+def check_formula(
+    value: sympy.Expr, what: str, units: Mapping[sympy.Symbol, Unit], wanted: Unit
+) -> None:
+    """Refuse a formula of a drive with a symbol that it cannot have, or in another unit.
+
+    Raises
+    ------
+    ModelError
+        It has one, or is.
+    """
+    if unknown := sorted(map(str, value.free_symbols - set(units) - value.atoms(ConstantSymbol))):
+        raise ModelError(
+            f"the drive's {what} has the symbols {', '.join(unknown)}, which are no control, "
+            "motion, constant or declared signal; use those.",
+            code="drive-symbols",
+        )
+    reader = UnitReader(units, loose_numbers=True)
+    try:
+        fits = reader.fits(value, wanted)
+        said = "" if fits else f"it is in {reader.unit(value)}, and wanted is {wanted}"
+    except UnitsError as error:
+        said = str(error)
+    if said:
+        raise ModelError(
+            f"the units in the drive's {what} {value} do not fit: {said}.",
+            code="drive-formula-units",
+        )

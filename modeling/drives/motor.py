@@ -1,11 +1,11 @@
 """A motor whose force falls with the speed, and a gear that takes its share of the power."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy
 
-from axisid.modeling.declaration import DRIVE_GAIN, Drive
+from axisid.modeling.declaration import DRIVE_GAIN, Drive, unit_table
 from axisid.modeling.quantities import (
     CONTROL,
     DIRECTION,
@@ -23,6 +23,7 @@ from axisid.support.errors import ModelError
 from axisid.support.user_values import quoted
 
 from .figures import GearedUnits
+from .formula import check_formula
 
 _BACK_EMF = sympy.Symbol("back_emf", real=True)
 
@@ -60,7 +61,7 @@ class MotorDrive(Drive):
     reach: sympy.Expr = sympy.oo
     efficiency: float = 1.0
     unknown_back_emf: bool = False
-    geared: GearedUnits = GearedUnits()
+    geared: GearedUnits = field(default_factory=GearedUnits)
 
     def __post_init__(self) -> None:
         Drive.__post_init__(self)
@@ -101,9 +102,7 @@ class MotorDrive(Drive):
 
     @property
     def _shares(self) -> tuple[sympy.Expr, sympy.Expr]:
-        """Mean of the shares that a gear passes on of a force, driven back and driving, and half
-        of what is between them.
-        """
+        """Mean of what a gear passes on driven back and driving, and half the difference."""
         driving, back = self.efficiency, 1 / self.efficiency
         return sympy.Float((back + driving) / 2), sympy.Float((back - driving) / 2)
 
@@ -142,6 +141,10 @@ class MotorDrive(Drive):
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
         """Refuse figures that do not fit the axis, and a reach that is no force."""
         self.geared.check_on(coordinate)
+        if self.reach != sympy.oo:
+            units = unit_table(coordinate, signals)
+            units |= {general: units[own] for general, own in self.along(coordinate).items()}
+            check_formula(self.reach, "reach", units, coordinate.force_unit)
 
     @property
     def _aside(self) -> str:

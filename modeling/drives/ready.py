@@ -1,6 +1,8 @@
 """Drives from the data sheet of a motor and its gear."""
 
 import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import sympy
@@ -163,3 +165,9 @@ def _check_free(others: dict[str, Any], **made_of: str) -> None:
                 "declare a Drive with it.",
                 code="drive-figure-twice",
             )
+
+
+#: The drives that ship, as TOML declarations know them.
+DRIVES: Mapping[str, Callable[..., Drive]] = MappingProxyType(
+    {drive.__name__: drive for drive in (voltage_drive, current_drive)}
+)
