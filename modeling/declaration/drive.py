@@ -237,6 +237,11 @@ class Drive:
         """Refuse an axis that the drive's figures or formulas do not fit; a gain fits any."""
 
     @property
+    def remark(self) -> str:
+        """What of the motor is not in the force, to be told with a result; empty for nothing."""
+        return ""
+
+    @property
     def timing_text(self) -> str:
         """When a command acts, and where the control is recorded; empty where that is at once."""
         if self.is_immediate:

@@ -149,7 +149,8 @@ def check_formula(
             "motion, constant or declared signal; use those.",
             code="drive-symbols",
         )
-    reader = UnitReader(units, loose_numbers=True)
+    plain = not value.atoms(ConstantSymbol)  # of numbers alone any may stand for a unit
+    reader = UnitReader(units, loose_numbers=True, of_numbers=plain)
     try:
         fits = reader.fits(value, wanted)
         said = "" if fits else f"it is in {reader.unit(value)}, and wanted is {wanted}"

@@ -64,10 +64,10 @@ class MotorDrive(Drive):
     geared: GearedUnits = field(default_factory=GearedUnits)
 
     def __post_init__(self) -> None:
-        Drive.__post_init__(self)
         object.__setattr__(self, "back_emf", number(self.back_emf, "the drive's back-EMF"))
         object.__setattr__(self, "efficiency", checked_efficiency(self.efficiency))
         object.__setattr__(self, "reach", expression(self.reach, "the drive's reach"))
+        Drive.__post_init__(self)  # it looks at the force
         if self.logged == "current" and self.back_emf:
             raise ModelError(
                 "logged='current' is a current, and the control of a drive with a back-EMF is a "
@@ -122,7 +122,7 @@ class MotorDrive(Drive):
     def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
         """What the force is, in words."""
         if self.is_gain:
-            return f"{self.gain_text(coordinate, digits)} times the control{self._aside}"
+            return f"{self.gain_text(coordinate, digits)} times the control"
         control = "the control"
         if self.back_emf:
             unit = f"{self.unit}/({coordinate.velocity_unit})"
@@ -136,7 +136,7 @@ class MotorDrive(Drive):
         if self.efficiency != 1:
             said += f", of which a gear of efficiency {self.efficiency:g} takes its share, by the "
             said += "direction of the power"
-        return said + self._aside
+        return said
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
         """Refuse figures that do not fit the axis, and a reach that is no force."""
@@ -147,10 +147,14 @@ class MotorDrive(Drive):
             check_formula(self.reach, "reach", units, coordinate.force_unit)
 
     @property
-    def _aside(self) -> str:
+    def remark(self) -> str:
+        """Where a back-EMF is that is not the drive's."""
         if not self.unknown_back_emf:
             return ""
-        return "; the motor's back-EMF is not among it: viscous friction has it too"
+        return (
+            "the motor's back-EMF is not declared: its braking, kt ke ratio^2/R times the "
+            "velocity, is in the viscous friction, from which no motion tells it apart"
+        )
 
 
 def checked_efficiency(value: float) -> float:
