@@ -126,7 +126,7 @@ class GearedUnits:
 
 def _unit(value: Figure | None) -> Unit | None:
     if isinstance(value, Constant):
-        return parse_unit(value.unit)
+        return parse_unit(str(value.unit))
     return value.unit if isinstance(value, ConstantSymbol) else None
 
 

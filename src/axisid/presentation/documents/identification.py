@@ -54,12 +54,15 @@ def identification_dict(result: Identification, draws: int = 0) -> dict[str, Any
 def identification_document(result: Identification, draws: int = 0) -> WrittenIdentification:
     """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
+    drive = result.axis.axis.drive
     return WrittenIdentification(
         axis=result.axis.axis.name,
         signature=result.axis.signature,
         left_out=left_out(result.axis),
         signals=tuple(map(_signal, result.axis.axis.signals)) or UNSET,
-        drive=_response(result.axis.axis.drive),
+        drive=_response(drive),
+        drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
+        drive_remark=drive.remark or UNSET,
         record=record_document(result.record),
         prefilter=prefilter_document(result.data.sampling),
         requested=None if result.requested is None else request_document(result.requested),

@@ -141,6 +141,12 @@ class WrittenIdentification(
     drive: Annotated[WrittenResponse | UnsetType, about("Of a drive with a lag or a delay.")] = (
         UNSET
     )
+    drive_force: Annotated[
+        str | UnsetType, about("What the drive makes of the control, where it is no gain alone.")
+    ] = UNSET
+    drive_remark: Annotated[
+        str | UnsetType, about("What of the motor is not in the drive's force, if anything.")
+    ] = UNSET
     record: WrittenRecord
     prefilter: WrittenPrefilter
     requested: Annotated[
