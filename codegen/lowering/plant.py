@@ -12,7 +12,7 @@ from axisid.modeling.declaration import FORCE_TARGET, Response
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE
 
-from .drive import drive_force
+from .drive import acting_control, drive_force
 from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED
 from .lower import Arguments
 from .program import Builder, Program
@@ -317,12 +317,15 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
         law, (reference,), (measured,), (values[dq],), *signals, (injected,), state
     )
     moving = ((values[q],), (values[dq],), *signals)
-    made = builder.inline(drive_force(model), control["control"], *moving)
+    driven = remembered[count:]
+    forces = driven if response is None else driven[len(driven) - len(response.forces) :]
+    acting, last = acting_control(builder, model, control["control"][0], next(iter(driven), None))
+    made = builder.inline(drive_force(model), (acting,), *moving)
     (tau,) = made["tau"]
     following: tuple[int, ...] = ()
     if response is not None:
-        held, following = _driven(builder, response, tau, remembered[count:])
-        tau = held[0]
+        held, following = _driven(builder, response, tau, forces)
+        following, tau = (*last, *following), held[0]
     elif _held_names(model) == HELD_FORCE:
         held = (tau,)
     end = builder.inline(plant, (values[q],), (values[dq],), (*held, *lines), *others)

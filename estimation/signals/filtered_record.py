@@ -15,7 +15,7 @@ from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .drive_response import acting_force
+from .drive_response import acting_control, acting_force
 from .motion import resting
 from .neighbours import Neighbours
 from .position import check_position
@@ -199,7 +199,7 @@ class FilteredRecord(Exact):
             record.provenance.source,
             self.motion,
             force=record.force,
-            control=self._control,
+            control=self.acting_control,
             recorded=self.recorded,
         )
         return force if record.force is not None else self.acting(force)
@@ -210,15 +210,23 @@ class FilteredRecord(Exact):
         return self._beside(self.force)
 
     @property
-    def _control(self) -> Array | None:
+    def _starts(self) -> list[int]:
+        """First samples of the record's pieces."""
+        return [start for start, _ in self.record.spans]
+
+    @property
+    def acting_control(self) -> Array | None:
         """What the drive makes its force of: the mean until the next sample where that is known."""
         control = self.record.control
-        return control if control is None or self.between is None else control + self.between
+        if control is None:
+            return None
+        acting = acting_control(self.axis, control, self._starts, self.period)
+        return acting if self.between is None else acting + self.between
 
     @cached_property
     def force_by_gain(self) -> Array:
         """Slope of the signals' force by the logarithm of the drive gain, (N,); 0 if measured."""
-        control = self._control
+        control = self.acting_control
         if self.record.force is not None or control is None:
             return np.zeros(len(self))
         if self.axis.axis.drive.is_gain:
@@ -296,14 +304,14 @@ class FilteredRecord(Exact):
         return acting_force(
             self.axis,
             force,
-            [start for start, _ in self.record.spans],
+            self._starts,
             self.period,
             held=ratio <= 1 or self.between is not None,
             mean=self.prefilter.hold == "zoh",
         )
 
     def _beside(self, force: Array) -> Signals:
-        starts = [start for start, _ in self.record.spans]
+        starts = self._starts
         beside = beside_motion(self.axis, self.recorded, starts)
         return paired_with_force(self.motion, force, starts, delay=self.hold_delay, recorded=beside)
 

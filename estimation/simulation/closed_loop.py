@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.codegen.lowering import STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
-from axisid.estimation.signals import Signals, acting_along, drive_force
+from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
@@ -305,8 +305,8 @@ class _Loop:
             raise UsageError(
                 f"the period is {self.clocks.log_period:g} s, the control law of axis "
                 f"{self.axis.axis.name!r} is evaluated every {self.clocks.law_period:g} s, and its "
-                "drive has a lag or a delay: between the law's samples such a loop is not known. "
-                "Give the law's period.",
+                f"drive has a {' and '.join(self.axis.axis.drive.of_held_commands)}: between the "
+                "law's samples such a loop is not known. Give the law's period.",
                 code="clocks-and-response",
             )
         away = abs(self.start.position - self.reference[0])
@@ -473,9 +473,11 @@ def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
     response = axis.axis.response
     if response is None:
         return simulation.force
+    path = axis.axis.drive.path
+    acting = through_path(path, simulation.control, response.period)[0]
     made = drive_force(
         axis,
-        simulation.control,
+        acting,
         simulation.position,
         simulation.velocity,
         simulation.recorded,
@@ -485,13 +487,14 @@ def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
 
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
     """The control of a simulation where the axis's records have it, (N,)."""
-    drive, response = axis.axis.drive, axis.axis.response
-    if response is None or drive.logged == "command":
+    drive, response, law = axis.axis.drive, axis.axis.response, axis.axis.control
+    if law is None or not drive.acts_as_logged:
         return simulation.control
     if drive.logged == "current":
         motion = (simulation.force, simulation.position, simulation.velocity)
         return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
-    late, control = response.late, simulation.control
+    late = 0 if response is None else response.late
+    control, _ = through_path(drive.path, simulation.control, law.period)
     return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
 
 

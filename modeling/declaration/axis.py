@@ -160,16 +160,17 @@ class Axis:
         return self.response is None or self.response.is_held
 
     def _check_response(self) -> None:
-        """Refuse a lag or a delay that the law contradicts."""
+        """Refuse what a drive makes of held commands where the law contradicts it."""
         law, drive = self.control, self.drive
-        if law is None or drive.is_immediate:
+        declared = drive.of_held_commands
+        if law is None or not declared:
             return
-        timing = " and ".join(name for name in ("lag", "delay") if getattr(drive, name))
         if law.continuous:
             raise ModelError(
-                f"axis {self.name!r}: the drive has a {timing}, which is that of commands held "
-                f"from sample to sample, and the control law {law.name!r} is continuous. Declare "
-                "a sampled law, or leave the lag and the delay out.",
+                f"axis {self.name!r}: the drive has a {' and '.join(declared)}, which is that of "
+                f"commands held from sample to sample, and the control law {law.name!r} is "
+                f"continuous. Declare a sampled law, or leave the {' and the '.join(declared)} "
+                "out.",
                 code="drive-continuous",
             )
         if law.delay and drive.delay:

@@ -56,6 +56,7 @@ _PARTS = (
     "experiment",
 )
 _OF_DRIVE = ("gain", "unit", "limit", "relative_sd", "lag", "delay", "logged")
+_OF_COMMANDS = ("rate_limit", "quantisation", "deadband")
 _DRIVEN_BY = ("profile", "scaled_by")
 _FORCE = "generalised_force"
 _ENERGIES = ("kinetic", "potential", "dissipation", _FORCE)
@@ -306,7 +307,7 @@ def _dynamics(
 def _drive(root: Table, symbols: Symbols) -> Drive | None:
     if "drive" not in root.values:
         return None
-    table, keys = root.table("drive"), _OF_DRIVE
+    table, keys = root.table("drive"), (*_OF_DRIVE, *_OF_COMMANDS)
     table.only(*keys, *_DRIVEN_BY)
     table.needs("gain")
     fields = {key: value for key, value in table.values.items() if key in keys}
