@@ -7,7 +7,7 @@ from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import CONTROL, DIRECTION, FORCE, number
 
 from .lower import Arguments, Lowering
-from .program import Program
+from .program import Builder, Program
 
 
 def drive_force(model: AxisModel) -> Program:
@@ -52,6 +52,45 @@ def drive_control(model: AxisModel) -> Program:
     return arguments.builder.program(
         "drive_control", "Control of which the drive makes a force, whatever its limit."
     )
+
+
+def acting_control(
+    builder: Builder, model: AxisModel, command: int, last: int | None
+) -> tuple[int, tuple[int, ...]]:
+    """What acts of a command, and what the drive remembers of it: nothing without a limited rate.
+
+    Parameters
+    ----------
+    builder : Builder
+    model : AxisModel
+    command : int
+        Within the drive's limit.
+    last : int or None
+        What it remembers of the sample before.
+    """
+    build, path, response = builder.apply, model.axis.drive.path, model.axis.response
+    acting = command
+    remembered: tuple[int, ...] = ()
+    if response is not None and path.is_limited and last is not None:
+        acting = build("add", last, within(response.steepest, builder, build("sub", command, last)))
+        remembered = (acting,)
+    if path.quantisation:
+        steps = build("mul", acting, builder.constant(1 / path.quantisation))
+        nearest = build("floor", build("add", steps, builder.constant(0.5)))
+        acting = build("mul", nearest, builder.constant(path.quantisation))
+    if path.deadband:
+        acting = build("sub", acting, within(path.deadband, builder, acting))
+    return acting, remembered
+
+
+def within(limit: float, builder: Builder, value: int) -> int:
+    """A value clipped at plus and minus a limit; infinite for none."""
+    if limit == float("inf"):
+        return value
+    # Selected, not min and max: those would turn a control that is not a number into the limit.
+    upper, lower = builder.constant(limit), builder.constant(-limit)
+    value = builder.apply("select", builder.apply("lt", upper, value), upper, value)
+    return builder.apply("select", builder.apply("lt", value, lower), lower, value)
 
 
 def _of_control(

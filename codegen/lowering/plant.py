@@ -12,6 +12,7 @@ from axisid.modeling.declaration import FORCE_TARGET, Response
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE
 
+from .drive import acting_control
 from .drive_in_mode import DriveInMode
 from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED
 from .lower import Arguments
@@ -332,20 +333,22 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
         law, (reference,), (measured,), (values[dq],), *signals, (injected,), state
     )
     made = DriveInMode(builder, model, others[0], signals)
-    (command,), motion = control["control"], (values[q], values[dq])
+    driven, motion = remembered[count:], (values[q], values[dq])
+    forces = driven if response is None else driven[len(driven) - len(response.forces) :]
+    acting, last = acting_control(builder, model, control["control"][0], next(iter(driven), None))
     if response is not None and response.lag and response.by_motion:
         now = (remembered[-1], remembered[-1], *lines)
         start = builder.inline(plant, (values[q],), (values[dq],), now, *others)
-        tau = made.force(command, *made.halfway(motion, start["first_slope"][0], response.period))
+        tau = made.force(acting, *made.halfway(motion, start["first_slope"][0], response.period))
     else:
-        tau = made.force(command, *motion)
+        tau = made.force(acting, *motion)
     following: tuple[int, ...] = ()
     if response is not None and response.holds_control:
-        held, following = made.under_held_control(command, motion, response, remembered[count:])
-        tau = held[0]
+        held, following = made.under_held_control(acting, motion, response, forces)
+        following, tau = (*last, *following), held[0]
     elif response is not None:
-        held, following = _driven(builder, response, tau, remembered[count:])
-        tau = held[0]
+        held, following = _driven(builder, response, tau, forces)
+        following, tau = (*last, *following), held[0]
     elif _held_names(model) == HELD_FORCE:
         held = (tau,)
     end = builder.inline(plant, (values[q],), (values[dq],), (*held, *lines), *others)

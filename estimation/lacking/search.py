@@ -78,7 +78,9 @@ def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tupl
     names = tuple(q.name for q in preferred.quantities)
     turns = data.axis.axis.coordinate.unit == "rad"
     values = dict(zip(names, map(float, preferred.theta), strict=True))
-    looked_for = families(x, names, turns=turns)
+    drive = data.axis.axis.drive
+    commanded = data.record.force is None and drive.is_gain and not drive.acts_as_logged
+    looked_for = families(x, names, turns=turns, commanded=commanded)
     basis = _basis(np.column_stack([x.regressor, x.weights]))
     found: list[Lack] = []
     for _ in range(_MOST):
@@ -108,12 +110,17 @@ def _strongest(
     least = _discovered([lack.p_value for *_, lack in tested], len(looked_for))
     for family, number, lack in tested:
         large = lack.share >= MIN_MISSING_FORCE.value
-        if not (large and lack.p_value <= least and _is_confirmed(lack)):
+        if not (large and lack.p_value <= least and _is_confirmed(lack) and _is_possible(lack)):
             continue
         taken = lack.explained * float(residuals @ residuals)
         if taken > MIN_STEPS_EXCESS.value * _by_steps(x, family.columns(number), basis):
             return family, number, lack
     return None
+
+
+def _is_possible(lack: Lack) -> bool:
+    """Whether it has the sign that it must have: a dead band takes from what a command makes."""
+    return lack.kind != "dead band" or lack.values[0] > 0
 
 
 def _is_confirmed(lack: Lack) -> bool:

@@ -7,8 +7,10 @@ Knows nothing of methods.
 from .drive_response import Acting as Acting
 from .drive_response import DriveAlong as DriveAlong
 from .drive_response import acting_along as acting_along
+from .drive_response import acting_control as acting_control
 from .drive_response import acting_force as acting_force
 from .drive_response import response_reach as response_reach
+from .drive_response import through_path as through_path
 from .filtered_record import FilteredRecord as FilteredRecord
 from .filtered_record import check_filter as check_filter
 from .filtered_record import chosen_hold as chosen_hold

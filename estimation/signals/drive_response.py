@@ -1,7 +1,8 @@
-"""What a drive with a lag or a delay makes of commands that were recorded, sample by sample.
+"""What a drive makes of commands that were recorded, before they act and after, sample by sample.
 
-The commands are held, so that the force between two samples is known exactly: it goes to that of a
-command by an exponential, and a delay that is no whole samples changes the command in between.
+What acts of a command is told by the drive's `CommandPath`. Commands are held, so that with a lag
+the force between two samples is known exactly: it goes to that of a command by an exponential, and
+a delay that is no whole samples changes the command in between.
 """
 
 import math
@@ -12,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.modeling.declaration import Response
+from axisid.modeling.declaration import CommandPath, Response
 from axisid.support.arrays import Array
 
 from .signals import Motion, drive_force
@@ -34,6 +35,70 @@ class Acting:
 
     at_samples: Array
     mean: Array
+
+
+def through_path(
+    path: CommandPath, commands: Array, period: float, before: float | None = None
+) -> tuple[Array, float]:
+    """The controls that act of commands within the limit, (N,), and the last one before its steps.
+
+    Parameters
+    ----------
+    path : CommandPath
+    commands : (N,) array
+        Of one stretch.
+    period : float
+        For which each is held, s.
+    before : float, optional
+        What acted before them, without steps and dead band; the first command by default.
+    """
+    acting = commands
+    if path.is_limited and len(commands):
+        begin = float(commands[0]) if before is None else before
+        acting = _limited(commands, path.rate_limit * period, begin)
+    last = float(acting[-1]) if len(acting) else before or 0.0
+    if path.quantisation:
+        acting = np.floor(acting * (1 / path.quantisation) + 0.5) * path.quantisation
+    if path.deadband:
+        acting = acting - np.clip(acting, -path.deadband, path.deadband)
+    return acting, last
+
+
+def _limited(commands: Array, most: float, before: float) -> Array:
+    """Values that follow commands by so much a sample at most, (N,)."""
+    found = commands.copy()
+    steps = np.abs(np.diff(commands, prepend=before)) > most
+    at = 0  # what is before it is found
+    for first in np.flatnonzero(steps):
+        if first < at:
+            continue
+        at, now = int(first), before if first == 0 else float(found[first - 1])
+        while at < len(commands) and abs(off := commands[at] - now) > most:
+            now += math.copysign(most, off)
+            found[at] = now
+            at += 1
+    return found
+
+
+def acting_control(
+    axis: GeneratedAxis, control: Array, starts: Sequence[int], period: float
+) -> Array:
+    """The control that acts of a recorded one, before a delay and a lag, (N,).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    control : (N,) array
+    starts : sequence of int
+        First samples of the stretches.
+    period : float
+        Of the record, s.
+    """
+    drive = axis.axis.drive
+    if drive.path.is_plain or drive.acts_as_logged:
+        return control
+    pieces = np.split(control, list(starts)[1:])
+    return np.concatenate([through_path(drive.path, piece, period)[0] for piece in pieces])
 
 
 def acting_along(
@@ -85,7 +150,7 @@ def _recursion(factor: float, added: Array, start: float) -> Array:
 def response_reach(axis: GeneratedAxis, period: float) -> int:
     """Samples before one whose commands its force still shows, of a record of a period, s."""
     drive = axis.axis.drive
-    if drive.is_immediate or drive.logged == "current":
+    if not (drive.lag or drive.delay) or drive.logged == "current":
         return 0
     return drive.response(period).late + 1 + math.ceil(_FORGOTTEN * drive.lag / period)
 
@@ -117,7 +182,7 @@ def acting_force(
         Whether that from each sample to the next is wanted, of what is held, or that at each.
     """
     drive = axis.axis.drive
-    if drive.is_immediate or drive.logged == "current":
+    if not (drive.lag or drive.delay) or drive.logged == "current":
         return forces
     response, logged = drive.response(period), drive.logged
 

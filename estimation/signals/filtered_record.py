@@ -15,7 +15,7 @@ from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .drive_response import DriveAlong
+from .drive_response import DriveAlong, acting_control
 from .motion import resting
 from .neighbours import Neighbours
 from .position import check_position
@@ -196,7 +196,7 @@ class FilteredRecord(Exact):
         record = self.record
         if record.force is not None:
             return record.force
-        control = checked_control(record.provenance.source, self._control)
+        control = checked_control(record.provenance.source, self.acting_control)
         return self.drive.force(control, self.motion, self.recorded)
 
     @cached_property
@@ -205,15 +205,23 @@ class FilteredRecord(Exact):
         return self._beside(self.force)
 
     @property
-    def _control(self) -> Array | None:
+    def _starts(self) -> list[int]:
+        """First samples of the record's pieces."""
+        return [start for start, _ in self.record.spans]
+
+    @property
+    def acting_control(self) -> Array | None:
         """What the drive makes its force of: the mean until the next sample where that is known."""
         control = self.record.control
-        return control if control is None or self.between is None else control + self.between
+        if control is None:
+            return None
+        acting = acting_control(self.axis, control, self._starts, self.period)
+        return acting if self.between is None else acting + self.between
 
     @cached_property
     def force_by_gain(self) -> Array:
         """Slope of the signals' force by the logarithm of the drive gain, (N,); 0 if measured."""
-        control = self._control
+        control = self.acting_control
         if self.record.force is not None or control is None:
             return np.zeros(len(self))
         if self.axis.axis.drive.is_gain:
@@ -289,7 +297,7 @@ class FilteredRecord(Exact):
         ratio = law_ratio(self.axis.axis.control, self.period, clock_of(self.record)) or 1.0
         return DriveAlong(
             axis=self.axis,
-            starts=[start for start, _ in self.record.spans],
+            starts=self._starts,
             period=self.period,
             held=ratio <= 1 or self.between is not None,
             delay=self.hold_delay,
@@ -297,7 +305,7 @@ class FilteredRecord(Exact):
         )
 
     def _beside(self, force: Array) -> Signals:
-        starts = [start for start, _ in self.record.spans]
+        starts = self._starts
         beside = beside_motion(self.axis, self.recorded, starts)
         return paired_with_force(self.motion, force, starts, delay=self.hold_delay, recorded=beside)
 

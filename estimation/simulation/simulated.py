@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.signals import Signals, acting_along, drive_force
+from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
 from axisid.support.arrays import Array, Exact
 
 from .recorded import before
@@ -119,7 +119,7 @@ def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
     if response.by_motion:
         half = response.period / 2
         position, velocity = position + half * velocity, velocity + half * s.acceleration
-    made = drive_force(axis, s.control, position, velocity, s.recorded)
+    made = drive_force(axis, _acting(axis, s), position, velocity, s.recorded)
     return acting_along(made, response, start=float(s.force[0])).mean
 
 
@@ -134,13 +134,14 @@ def force_before(axis: GeneratedAxis, simulation: Simulation, mean: Array) -> Ar
 
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
     """The control of a simulation where the axis's records have it, (N,)."""
-    drive, response = axis.axis.drive, axis.axis.response
-    if response is None or drive.logged == "command":
+    drive, response, law = axis.axis.drive, axis.axis.response, axis.axis.control
+    if law is None or not drive.acts_as_logged:
         return simulation.control
     if drive.logged == "current":
         motion = (simulation.force, simulation.position, simulation.velocity)
         return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
-    late, control = response.late, simulation.control
+    late = 0 if response is None else response.late
+    control, _ = through_path(drive.path, simulation.control, law.period)
     return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
 
 
@@ -148,7 +149,14 @@ def _mean_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
     """What acts of the controls in the mean from each sample to the next, (N,)."""
     response = axis.axis.response
     assert response is not None  # noqa: S101  # whoever asks has one
-    return acting_along(simulation.control, response).mean
+    return acting_along(_acting(axis, simulation), response).mean
+
+
+def _acting(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """The controls as the drive lets them act, before its delay and lag, (N,)."""
+    response = axis.axis.response
+    assert response is not None  # noqa: S101  # whoever asks has one
+    return through_path(axis.axis.drive.path, simulation.control, response.period)[0]
 
 
 def _one_later(values: Array) -> Array:

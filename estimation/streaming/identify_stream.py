@@ -54,6 +54,7 @@ from axisid.estimation.signals import (
     recorded_signals,
     response_reach,
     rest_below,
+    through_path,
 )
 from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, MIN_ROW_WEIGHT, REST_SPEED
@@ -280,7 +281,7 @@ class _LogRows:
         names = [signal.name for signal in self.axis.axis.signals]
         columns: dict[str, Array] = {}
         begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
-        for block in self.blocks:
+        for block in self._acting():
             columns = {
                 role: np.concatenate([columns.get(role, np.empty(0)), block[role]])
                 for role in ("position", "velocity", "acceleration", "force", "control", *names)
@@ -294,6 +295,17 @@ class _LogRows:
                 spent = max(done - around - begin, 0)
                 columns = {role: values[spent:] for role, values in columns.items()}
                 begin += spent
+
+    def _acting(self) -> Iterator[Mapping[str, Array]]:
+        """The blocks of the log, each with the control of which the drive makes its force."""
+        drive, last = self.axis.axis.drive, None
+        hands_on = drive.path.is_plain or drive.acts_as_logged
+        for block in self.blocks:
+            if hands_on or "control" not in block:
+                yield block
+                continue
+            acting, last = through_path(drive.path, block["control"], self.period, last)
+            yield {**block, "control": acting}
 
     def _between(
         self, columns: Mapping[str, Array], begin: int, start: int, stop: int

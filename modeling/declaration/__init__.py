@@ -11,6 +11,7 @@ from .axis import check_axis as check_axis
 from .axis import equation_of_motion as equation_of_motion
 from .column import Column as Column
 from .column import column_texts as column_texts
+from .command_path import CommandPath as CommandPath
 from .control import ControlLaw as ControlLaw
 from .control import Memory as Memory
 from .control import gain as gain

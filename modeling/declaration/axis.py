@@ -154,6 +154,12 @@ class Axis:
         return response if response.remembered else None
 
     @property
+    def of_law_samples(self) -> tuple[str, ...]:
+        """What of its drive is known at the samples of the law alone, by name."""
+        by_motion = ("force by the motion",) if self.drives_by_motion else ()
+        return (*self.drive.of_held_commands, *by_motion)
+
+    @property
     def drives_by_motion(self) -> bool:
         """Whether the force that its drive makes of a control depends on the motion."""
         return self.drive.is_by_motion(self.coordinate)
@@ -173,16 +179,17 @@ class Axis:
         return self.response is None or self.response.is_held
 
     def _check_response(self) -> None:
-        """Refuse a lag or a delay that the law contradicts."""
+        """Refuse what a drive makes of held commands where the law contradicts it."""
         law, drive = self.control, self.drive
-        if law is None or drive.is_immediate:
+        declared = drive.of_held_commands
+        if law is None or not declared:
             return
-        timing = " and ".join(name for name in ("lag", "delay") if getattr(drive, name))
         if law.continuous:
             raise ModelError(
-                f"axis {self.name!r}: the drive has a {timing}, which is that of commands held "
-                f"from sample to sample, and the control law {law.name!r} is continuous. Declare "
-                "a sampled law, or leave the lag and the delay out.",
+                f"axis {self.name!r}: the drive has a {' and '.join(declared)}, which is that of "
+                f"commands held from sample to sample, and the control law {law.name!r} is "
+                f"continuous. Declare a sampled law, or leave the {' and the '.join(declared)} "
+                "out.",
                 code="drive-continuous",
             )
         if law.delay and drive.delay:

@@ -11,7 +11,8 @@ from .mistakes import nearest
 from .toml_table import Symbols, Table
 
 _GAIN = "gain"
-_SHARED = ("unit", "limit", "relative_sd", "delay", "logged")
+_OF_COMMANDS = ("rate_limit", "quantisation", "deadband")
+_SHARED = ("unit", "limit", "relative_sd", "delay", "logged", *_OF_COMMANDS)
 _LAG = "lag"
 _DRIVEN_BY = ("profile", "scaled_by")
 _FORMULAS = ("force", "inverse")

@@ -86,9 +86,12 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
 
 
 def _response(drive: Drive) -> WrittenResponse | UnsetType:
-    if drive.is_immediate:
+    if not drive.of_held_commands:
         return UNSET
-    return WrittenResponse(lag=drive.lag, delay=drive.delay, logged=cast(Any, drive.logged))
+    path: dict[str, Any] = {**drive.path.declared}
+    if path:
+        path["unit"] = drive.unit
+    return WrittenResponse(lag=drive.lag, delay=drive.delay, logged=cast(Any, drive.logged), **path)
 
 
 def _signal(signal: Signal) -> WrittenSignal:

@@ -17,7 +17,7 @@ from axisid.presentation.plots import (
     convergence_plot,
     mean_residual_plot,
 )
-from axisid.presentation.schema import WrittenResponse
+from axisid.presentation.schema import WrittenResponse, plain
 from axisid.presentation.text import estimate_document, identification_document
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
@@ -119,7 +119,7 @@ def _axis(saved: SavedIdentification) -> _Like:
     written = saved.document.drive
     drive = Drive(gain=1.0) if declared is None else declared.drive
     if declared is None and isinstance(written, WrittenResponse):
-        drive = Drive(gain=1.0, lag=written.lag, delay=written.delay, logged=written.logged)
+        drive = Drive(gain=1.0, **plain(written))
     if declared is None:
         drive = cast(Drive, _told(saved, drive))
     if declared is None:

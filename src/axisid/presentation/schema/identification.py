@@ -138,9 +138,9 @@ class WrittenIdentification(
         tuple[WrittenSignal, ...] | UnsetType,
         about("Recorded signals that the axis declares, if there are any."),
     ] = UNSET
-    drive: Annotated[WrittenResponse | UnsetType, about("Of a drive with a lag or a delay.")] = (
-        UNSET
-    )
+    drive: Annotated[
+        WrittenResponse | UnsetType, about("Of one that does not act as commanded.")
+    ] = UNSET
     drive_force: Annotated[
         str | UnsetType, about("What the drive makes of the control, where it is no gain alone.")
     ] = UNSET
