@@ -112,8 +112,6 @@ def _first_remembered(
     # The newest first; those that act before the record are taken for the first that does in it.
     ahead = [max(late - 1 - i, 0) for i in range(pending)] + [0] * response.keeps_force
     rows = np.minimum(span[0] + np.array(ahead, dtype=np.intp), span[1] - 1)
-    if response.holds_control:
-        return np.asarray(record.control, dtype=float)[rows]
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     still = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
     recorded = tuple(values[rows] for values in signals)
@@ -124,4 +122,6 @@ def _first_remembered(
     else:
         controls = np.array([path.end(float(each)) for each in controls])
     last = [first] * path.is_limited
-    return np.concatenate([last, drive_force(axis, controls, *still, recorded)])
+    made = drive_force(axis, controls, *still, recorded)
+    kept = np.append(controls[:-1], made[-1]) if response.holds_control else made
+    return np.concatenate([last, kept])

@@ -11,11 +11,11 @@ from axisid.estimation.checks import Check, passed
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import (
+    DriveAlong,
     Neighbours,
     Prefilter,
     SampledFilter,
     acting_control,
-    acting_force,
     drive_force,
     recorded_signals,
 )
@@ -197,8 +197,11 @@ def _compared(axis: GeneratedAxis, record: Record) -> _ForceComparison:
     force, control = np.asarray(record.force), _acting(axis, record)
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
     recorded = recorded_signals(axis, record.provenance.source, record.signals)
-    commanded = drive_force(axis, control, record.position, velocity, recorded)
-    commanded = acting_force(axis, commanded, [0], record.period, held=True, mean=False)
+    drive = DriveAlong(
+        axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
+    )
+    motion = record.position, velocity, np.gradient(velocity, record.period)
+    commanded = drive.force(control, motion, recorded)
     cutoff = min(COMPARISON_CUTOFF.value / record.period, MAX_FORCE_CUTOFF.value)
     settle = round(1 / (cutoff * record.period))
     used = minimum_filter1d(_unmasked(record), 2 * settle + 1, mode="constant", cval=0)
