@@ -4,6 +4,7 @@ A mode is a friction direction and, where the acceleration has kinks or jumps ov
 side of each; see `switching`. Only then do programs take `sides`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial, reduce
 
@@ -332,25 +333,17 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     control = builder.inline(
         law, (reference,), (measured,), (values[dq],), *signals, (injected,), state
     )
-    made = DriveInMode(builder, model, others[0], signals)
-    driven, motion = remembered[count:], (values[q], values[dq])
-    forces = driven if response is None else driven[len(driven) - len(response.forces) :]
-    acting, last = acting_control(builder, model, control["control"][0], next(iter(driven), None))
-    if response is not None and response.lag and response.by_motion:
-        now = (remembered[-1], remembered[-1], *lines)
-        start = builder.inline(plant, (values[q],), (values[dq],), now, *others)
-        tau = made.force(acting, *made.halfway(motion, start["first_slope"][0], response.period))
-    else:
-        tau = made.force(acting, *motion)
-    following: tuple[int, ...] = ()
-    if response is not None and response.holds_control:
-        held, following = made.under_held_control(acting, motion, response, forces)
-        following, tau = (*last, *following), held[0]
-    elif response is not None:
-        held, following = _driven(builder, response, tau, forces)
-        following, tau = (*last, *following), held[0]
-    elif _held_names(model) == HELD_FORCE:
-        held = (tau,)
+
+    def slope(tau: int) -> int:
+        under = builder.inline(plant, (values[q],), (values[dq],), (tau, tau, *lines), *others)
+        return under["first_slope"][0]
+
+    drive_here = DriveInMode(builder, model, others[0], signals)
+    motion = (values[q], values[dq])
+    tau, acting, following = _acting(
+        drive_here, control["control"][0], motion, remembered[count:], slope
+    )
+    held = held if _held_names(model) == HELD_REFERENCE else acting
     end = builder.inline(plant, (values[q],), (values[dq],), (*held, *lines), *others)
     builder.output(f"{q.name}_next", [end[f"{q.name}_next"]])
     builder.output(f"{dq.name}_next", [end[f"{dq.name}_next"]])
@@ -363,6 +356,33 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
         "closed_loop_step",
         "One sample: measure, control, move for `step` seconds in one friction mode.",
     )
+
+
+def _acting(
+    drive: DriveInMode,
+    command: int,
+    motion: tuple[int, int],
+    remembered: tuple[int, ...],
+    slope: Callable[[int], int],
+) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
+    """Force at a sample, what is held from it on, and what the drive remembers at the next.
+
+    `slope` is the acceleration under a force there.
+    """
+    builder, response = drive.builder, drive.model.axis.response
+    acting, last = acting_control(builder, drive.model, command, next(iter(remembered), None))
+    if response is None:
+        tau = drive.force(acting, *motion)
+        return tau, (tau,), ()
+    forces = remembered[len(remembered) - len(response.forces) :]
+    held: tuple[int, ...]
+    if response.holds_control:
+        held, following = drive.under_held_control(acting, motion, response, forces)
+    else:
+        if response.by_motion:
+            motion = drive.halfway(motion, slope(forces[-1]), response.period)
+        held, following = _driven(builder, response, drive.force(acting, *motion), forces)
+    return held[0], held, (*last, *following)
 
 
 def _driven(
