@@ -1,5 +1,6 @@
 """Figures of a data sheet: numbers, or constants whose units are checked along the gear."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -32,6 +33,18 @@ def figure(value: Figure, what: str, *, positive: bool = True) -> float:
         said = "a positive number" if positive else "0 or more"
         raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive-figure")
     return found
+
+
+def gear_ratio(value: Figure) -> float:
+    """The number of a gear ratio, negative for a motor that turns the other way.
+
+    Raises
+    ------
+    ModelError
+        It is none, or 0.
+    """
+    found = number(_number(value), "the gear ratio")
+    return math.copysign(figure(abs(found), "the gear ratio"), found)
 
 
 def check_dimension(value: Figure | None, what: str, *units: str) -> None:

@@ -16,6 +16,7 @@ from axisid.modeling.quantities import (
     expression,
     extreme,
     number,
+    signals_in,
     with_numbers,
     written,
 )
@@ -110,7 +111,8 @@ class MotorDrive(Drive):
         if self.reach == sympy.oo:
             return force
         reach = with_numbers(self.reach)
-        opposite = reach.xreplace({VELOCITY: -VELOCITY})
+        # What is no number and no recorded signal is the velocity, of whatever name.
+        opposite = reach.xreplace({s: -s for s in reach.free_symbols - signals_in(reach)})
         return extreme(sympy.Max, [extreme(sympy.Min, [force, reach]), -opposite])
 
     def _behind_gear(self, force: sympy.Expr) -> sympy.Expr:
@@ -143,7 +145,8 @@ class MotorDrive(Drive):
         self.geared.check_on(coordinate)
         if self.reach != sympy.oo:
             units = unit_table(coordinate, signals)
-            units |= {general: units[own] for general, own in self.along(coordinate).items()}
+            units[VELOCITY] = units[coordinate.velocity]
+            del units[coordinate.symbol], units[coordinate.acceleration]
             check_formula(self.reach, "reach", units, coordinate.force_unit)
 
     @property
@@ -152,8 +155,8 @@ class MotorDrive(Drive):
         if not self.unknown_back_emf:
             return ""
         return (
-            "the motor's back-EMF is not declared: its braking, kt ke ratio^2/R times the "
-            "velocity, is in the viscous friction, from which no motion tells it apart"
+            "the drive is without the motor's back-EMF: its braking, kt ke ratio^2/R times the "
+            "velocity, is in the equation of motion, where no motion tells it from viscous friction"
         )
 
 

@@ -11,7 +11,7 @@ from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import VELOCITY, expression
 from axisid.support.errors import ModelError
 
-from .figures import Figure, GearedUnits, check_dimension, figure
+from .figures import Figure, GearedUnits, check_dimension, figure, gear_ratio
 from .motor import MotorDrive
 
 
@@ -40,7 +40,8 @@ def voltage_drive(
         the back-EMF is no part of the drive: its braking ``kt ke n^2 / R`` is in the viscous
         friction that is identified, or in an element `back_emf` with a parameter of its own.
     ratio : float or Constant
-        n, the motor's angle over the coordinate: rad/m, or a plain number on a rotary axis.
+        n, the motor's angle over the coordinate: rad/m, or a plain number on a rotary axis;
+        negative where the motor turns the other way.
     efficiency : float
         Of the gear, above 0 to 1: where the motor drives, the load gets so much of its force; where
         the load drives the motor, it feels the motor's force over this.
@@ -72,7 +73,7 @@ def voltage_drive(
     check_dimension(resistance, "the resistance", "V/A")
     check_dimension(inductance, "the inductance", "V s/A")
     geared = GearedUnits.of(kt, ke, ratio)
-    n, ohms = figure(ratio, "the gear ratio"), figure(resistance, "the resistance")
+    n, ohms = gear_ratio(ratio), figure(resistance, "the resistance")
     scale = figure(volts, "volts")
     _check_free(others, gain="kt, ratio and resistance", lag="inductance and resistance")
     return MotorDrive(
@@ -132,7 +133,7 @@ def current_drive(
     [Krishnan2001]_, section 2.3.
     """
     geared = GearedUnits.of(kt, ke, ratio)
-    n = figure(ratio, "the gear ratio")
+    n = gear_ratio(ratio)
     _check_free(others, gain="kt and ratio")
     gain = figure(kt, "kt") * n
     limits = [
@@ -150,7 +151,7 @@ def current_drive(
         check_dimension(resistance, "the resistance", "V/A")
         ohms, volts = figure(resistance, "the resistance"), figure(supply, "the supply")
         emf = n * figure(kt if ke is None else ke, "kt" if ke is None else "ke")
-        most = sympy.Float(gain / ohms * volts) - sympy.Float(gain / ohms * emf) * VELOCITY
+        most = sympy.Float(abs(gain) / ohms * volts) - sympy.Float(gain / ohms * emf) * VELOCITY
     return MotorDrive(
         gain=gain, unit=unit, reach=most, efficiency=efficiency, geared=geared, **others
     )

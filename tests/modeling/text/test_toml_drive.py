@@ -66,7 +66,8 @@ def test_figures_may_be_constants_and_a_reach_an_expression(tmp_path: Path) -> N
     axis = declared(tmp_path, 'kind = "voltage_drive", kt = "kt", resistance = "ohms", ratio = 50')
     assert axis.drive.gain == pytest.approx(2.0)
     limited = declared(tmp_path, 'kind = "current_drive", kt = "kt", reach = "min(8, 12 - 2*dq)"')
-    assert limited.drives_by_motion
+    force = limited.drive.force.subs({**limited.drive.constants, CONTROL: -1e3})
+    assert float(force.subs(limited.coordinate.velocity, -5)) == -2.0
 
 
 def test_formulas_are_read_with_the_motion_of_the_axis(tmp_path: Path) -> None:
