@@ -10,7 +10,7 @@ import sympy
 from axisid import Prefilter, build, derive, elements, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import feed_forward
-from axisid.codegen.printers import print_python
+from axisid.codegen.printers.python import print_python
 from axisid.modeling import LIBRARY
 from axisid.modeling.quantities import CONTROL
 from tests.axes.drives import BRAKE, braked
