@@ -79,7 +79,7 @@ def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tupl
     turns = data.axis.axis.coordinate.unit == "rad"
     values = dict(zip(names, map(float, preferred.theta), strict=True))
     drive = data.axis.axis.drive
-    commanded = data.record.force is None and drive.is_gain and not drive.acts_as_logged
+    commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
     looked_for = families(x, names, turns=turns, commanded=commanded)
     basis = _basis(np.column_stack([x.regressor, x.weights]))
     found: list[Lack] = []

@@ -28,7 +28,7 @@ def as_logged(axis: GeneratedAxis, values: Array) -> Array:
         Sample by sample, of one stretch.
     """
     drive, response = axis.axis.drive, axis.axis.response
-    if response is None or not drive.acts_as_logged:
+    if response is None or not drive.logs_what_acts:
         return values
     if drive.logged == "current":
         columns = values.reshape(len(values), -1).T
@@ -51,13 +51,13 @@ def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = Tr
 
 def hides_command(axis: GeneratedAxis) -> bool:
     """Whether different commands may be one in the log: it has what the drive makes of them."""
-    return axis.axis.drive.acts_as_logged and not axis.axis.drive.path.is_plain
+    return axis.axis.drive.logs_what_acts and not axis.axis.drive.path.is_plain
 
 
 def limit_in_log(axis: GeneratedAxis) -> float:
     """What the record has of a command at the drive's limit, but for what a rate leaves of it."""
     drive = axis.axis.drive
-    return drive.path.end(drive.limit) if drive.acts_as_logged else drive.limit
+    return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
 
 
 def late_in_log(axis: GeneratedAxis) -> int:
@@ -117,7 +117,7 @@ def _first_remembered(
     recorded = tuple(values[rows] for values in signals)
     control, path = np.asarray(record.control), axis.axis.drive.path
     controls, first = control[rows], float(control[span[0]])
-    if axis.axis.drive.acts_as_logged:
+    if axis.axis.drive.logs_what_acts:
         first = path.command(first)
     else:
         controls = np.array([path.end(float(each)) for each in controls])

@@ -135,7 +135,7 @@ def force_before(axis: GeneratedAxis, simulation: Simulation, mean: Array) -> Ar
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
     """The control of a simulation where the axis's records have it, (N,)."""
     drive, response, law = axis.axis.drive, axis.axis.response, axis.axis.control
-    if law is None or not drive.acts_as_logged:
+    if law is None or not drive.logs_what_acts:
         return simulation.control
     if drive.logged == "current":
         motion = (simulation.force, simulation.position, simulation.velocity)

@@ -283,7 +283,7 @@ class Drive:
         return (*timing, *self.path.declared)
 
     @property
-    def acts_as_logged(self) -> bool:
+    def logs_what_acts(self) -> bool:
         """Whether the recorded control lies behind rate limit, quantisation and dead band."""
         return self.logged != LOGGED[0]
 
@@ -293,7 +293,7 @@ class Drive:
         Of a control that is recorded behind the delay, or the lag, that is no more to come.
         """
         lag = 0.0 if self.logged == "current" else self.lag
-        delay = 0.0 if self.acts_as_logged else self.delay
+        delay = 0.0 if self.logs_what_acts else self.delay
         plain: dict[str, Any] = asdict(CommandPath())
         return replace(self, lag=lag, delay=delay, logged=LOGGED[0], **plain)
 

@@ -52,7 +52,7 @@ def test_only_a_limited_rate_is_remembered() -> None:
 
 
 def test_a_control_behind_the_dead_band_may_be_what_is_recorded() -> None:
-    assert lagging(deadband=0.3, logged="applied").drive.acts_as_logged
+    assert lagging(deadband=0.3, logged="applied").drive.logs_what_acts
     with refuses("no-drive-delay"):
         lagging(logged="applied")
 
