@@ -113,6 +113,8 @@ def records_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
     """Hold each record against the others, by the method of an estimate of all."""
     if estimate.is_direct:
         return Missing("the rows of a direct model are accelerations")
+    if estimate.counts is not None:
+        return Missing("rows count by residuals, in a record alone by others than in all of them")
     try:
         rows = _Rows(problem, estimate)
     except EstimationError as error:

@@ -20,7 +20,7 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 from .bound import weighted
-from .bounded import within_bounds
+from .bounded import bounded_result
 from .result import Identification
 from .shared import shared_records
 
@@ -82,11 +82,12 @@ def identify(
         its simulated loop follows the records, or at the nominal values, as published; see
         `Estimate.started`. A model that is not linear starts at least squares.
     loss : {"squares", "huber", "bisquare"}
-        How rows count in least squares and DIDIM: by squares, or for less the larger their residual
-        is, so that shocks and rounded reversals lead less. Instruments weigh all rows alike.
+        How rows count: by squares, or for less the larger their residual is, so that shocks and
+        rounded reversals lead less.
     bounded : bool
-        Hold a parameter that the judged method would have beyond its declared bound at that bound,
-        and identify the others; see `Identification.held`. Else it is reported, not clipped.
+        Hold a declared parameter that the judged method would have beyond its bound, less the
+        filter's own bias, at that bound, and identify the others; see `Identification.held`. Else,
+        and of sums of parameters and each record's own, it is reported, not clipped.
 
     Raises
     ------
@@ -106,7 +107,7 @@ def identify(
         layout = shared.layout(axis)
         data = shared.bound(axis, layout, as_given)
         return identify_problem(
-            weighted(Problem(axis=axis, data=data, layout=layout)),
+            weighted(Problem(axis=axis, data=data, layout=layout), loss),
             as_given,
             requested,
             lags=lags,
@@ -116,7 +117,7 @@ def identify(
             loss=loss,
         )
 
-    return within_bounds(generated, run) if bounded else run(generated)
+    return bounded_result(generated, run) if bounded else run(generated)
 
 
 def records_of(record: object) -> list[Record]:

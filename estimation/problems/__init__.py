@@ -25,8 +25,8 @@ from .problem import adding as adding
 from .rounded_position import moved_by_rounding as moved_by_rounding
 from .rounded_position import position_step as position_step
 from .solver import ByInstruments as ByInstruments
+from .solver import ByLeastSquares as ByLeastSquares
 from .solver import ByOutputError as ByOutputError
-from .solver import ByWeights as ByWeights
 from .solver import Solver as Solver
 from .solver import by_least_squares as by_least_squares
 from .visibility import Reach as Reach

@@ -192,7 +192,7 @@ def normality(
             normal,
             matters=(rows < LARGE_SAMPLE.value or left > MAX_EXCESS_KURTOSIS.value)
             and _are_noticeable(estimate)
-            and estimate.loss_weights is None
+            and estimate.counts is None
             and not by_steps,
         ),
         figure=tests.jarque_bera,
@@ -208,7 +208,7 @@ def normality(
             "as those of loops that are measured in such steps, or with such noise, have"
             if by_steps
             else f"the {estimate.loss} loss bounds what they do"
-            if estimate.loss_weights is not None
+            if estimate.counts is not None
             else "intervals rest on the number of rows"
         )
         + (_largest(estimate, away) if tests.excess_kurtosis > 0 else ""),

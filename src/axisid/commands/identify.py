@@ -163,8 +163,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     type=click.Choice(ROW_LOSSES),
     default=ROW_LOSSES[0],
     show_default=True,
-    help="How rows count in least squares and didim: by squares, or for less the larger their "
-    "residual is.",
+    help="How rows count: by squares, or for less the larger their residual is.",
 )
 @click.option(
     "--bounded",

@@ -114,6 +114,7 @@ IMPLEMENTATION = {
     "law_moves._PERCENT": "a unit",
     "fit._SPREAD": "starts of a search",
     "fit._SETTLED": "where an iteration ends",
+    "bounded._ROUNDING": "of sums",
     "robust._STANDS_STILL": "of an iteration",
     "robust._ROUNDING": "of sums",
     "search._TOLERANCE": "where a search ends",

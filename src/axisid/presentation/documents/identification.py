@@ -211,8 +211,8 @@ def estimate_document(
         else None,
         iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
         started=cast(Any, estimate.started or UNSET),
-        loss=UNSET if estimate.loss_weights is None else cast(Any, estimate.loss),
-        light_rows=UNSET if estimate.loss_weights is None else int(estimate.light_rows.sum()),
+        loss=UNSET if estimate.counts is None else cast(Any, estimate.loss),
+        light_rows=UNSET if estimate.counts is None else int(estimate.light_rows.sum()),
         curvatures={
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },
