@@ -90,8 +90,8 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
     judged = [(result, estimate) for result, estimate in told if estimate is not None]
     if len(judged) < MIN_SWEPT_CUTOFFS.value:
         return None, (
-            f"none: {why}, and {len(judged)} cut-offs do not show where noise or rounding begins; "
-            f"give {MIN_SWEPT_CUTOFFS.value:g} or more"
+            f"none: {why}, and {len(judged)} cut-off{'s' * (len(judged) != 1)} cannot show where "
+            f"noise or rounding begins; give {MIN_SWEPT_CUTOFFS.value:g} or more"
         )
     steps = _steps([estimate for _, estimate in judged])
     worst = [
