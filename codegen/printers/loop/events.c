@@ -159,7 +159,8 @@ static double change_of(int i, double q, double dq, const double *held, const st
         else
             high = t;
         double next =
-            t - s.value[i] / (s.by_position[i] * end.dq + s.by_velocity[i] * end.last/*MOVING  + s.by_time[i]*/);
+            t - s.value[i] / (s.by_position[i] * end.dq + s.by_velocity[i] * end.last/*MOVING  +
+                              s.by_time[i]*/);
         if (!(next > low && next < high))
             next = 0.5 * (low + high);
         if (next == t)
@@ -180,8 +181,10 @@ static int passes(double q, double dq, const double *held, const struct mode *mo
         const double side = mode->sides[i];
         double high = *span;
         if (t.value[i] * side >= 0.0) { /* it may have been beyond in between */
-            const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first/*MOVING  + s.by_time[i]*/) * side;
-            const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last/*MOVING  + t.by_time[i]*/) * side;
+            const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first/*MOVING  +
+                              s.by_time[i]*/) * side;
+            const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last/*MOVING  +
+                              t.by_time[i]*/) * side;
             if (!(first < 0.0 && last > 0.0))
                 continue;
             high *= first / (first - last);

@@ -154,8 +154,10 @@ static inline double strays(double q, double dq, const struct moved *end, const 
     double changes = 0.0;
     for (int i = 0; i < SIDES; ++i) {
         const double side = mode->sides[i];
-        const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first/*MOVING  + s.by_time[i]*/) * side;
-        const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last/*MOVING  + t.by_time[i]*/) * side;
+        const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first/*MOVING  +
+                              s.by_time[i]*/) * side;
+        const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last/*MOVING  +
+                              t.by_time[i]*/) * side;
         changes += t.value[i] * side >= 0.0 ? 0.0 : 1.0;
         changes += first < 0.0 ? (last > 0.0 ? 1.0 : 0.0) : 0.0;
     }
