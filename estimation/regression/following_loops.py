@@ -30,6 +30,8 @@ from axisid.support.errors import DataError
 
 from .simulated_rows import simulated_loops
 
+_STRETCH = 50  # samples
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FollowingLoops:
@@ -147,10 +149,19 @@ def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
 
 
 def _share(control: Array, answer: Array) -> float:
-    """How much of the law's answer to the position's noise is in the control; 1 if it should be."""
-    there, wanted = np.diff(control, 2), np.diff(answer, 2)  # of the motion little is left in them
-    power = float(wanted @ wanted)
-    return float(there @ wanted) / power if power else 1.0
+    """How much of the law's answer to the position's noise is in the control; 1 if it should be.
+
+    Of the motion little is left in second differences, but where it turns or a move begins: beside
+    a quiet sensor that is more than its noise. So it is the median of short stretches.
+    """
+    count = (len(control) - 2) // _STRETCH
+    there, wanted = (
+        np.diff(values, 2)[: count * _STRETCH].reshape(count, _STRETCH)
+        for values in (control, answer)
+    )
+    power = np.sum(wanted**2, axis=1)
+    there, wanted, power = there[power > 0], wanted[power > 0], power[power > 0]
+    return float(np.median(np.sum(there * wanted, axis=1) / power)) if len(power) else 1.0
 
 
 def _control(data: FilteredRecord) -> Array:
