@@ -22,6 +22,8 @@ from .noisy_loop import rows_as_measured as rows_as_measured
 from .noisy_loop import with_loop_noise as with_loop_noise
 from .problem import Problem as Problem
 from .problem import adding as adding
+from .rounded_control import ControlSteps as ControlSteps
+from .rounded_control import control_error as control_error
 from .rounded_position import moved_by_rounding as moved_by_rounding
 from .rounded_position import position_step as position_step
 from .solver import ByInstruments as ByInstruments

@@ -61,16 +61,8 @@ class FollowingLoops:
             The record is of another period than the law, its law is continuous, or neither control
             nor force tells what the drive was given.
         """
-        law = data.axis.axis.control
-        if law is None:
-            raise no_control_law(data.axis.axis.name)
-        if law.continuous or not is_sampled_by(data.record, law):
-            raise DataError("no sampled law is known that a simulated loop would follow by.")
-        if data.record.integrated:
-            raise DataError("no position was recorded that a simulated loop would follow.")
-        control, (smooth, _, _) = _control(data), data.motion
-        position = data.record.position
-        answer = _answer(data, smooth, position) - _answer(data, smooth, smooth)
+        control, position = _control(data), data.record.position
+        answer = answer_to_noise(data)
         if _share(control, answer) < LEAST_MEASURED_NOISE.value:
             raise DataError("the control does not answer to the noise of the recorded position.")
         beside = control - _answer(data, position, position)
@@ -130,6 +122,27 @@ def quiet_loops(data: FilteredRecord, physical: Array) -> tuple[Simulation, ...]
     if data.record.reference is None:
         return FollowingLoops.of(data).simulated(physical)
     return simulated_loops(data.axis, data.record, physical)
+
+
+def answer_to_noise(data: FilteredRecord) -> Array:
+    """What the law makes of what the filter takes off the recorded position, (N,).
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    DataError
+        The record is of another period than the law, or its law is continuous.
+    """
+    law = data.axis.axis.control
+    if law is None:
+        raise no_control_law(data.axis.axis.name)
+    if law.continuous or not is_sampled_by(data.record, law):
+        raise DataError("no sampled law is known that a simulated loop would follow by.")
+    if data.record.integrated:
+        raise DataError("no position was recorded that a simulated loop would follow.")
+    smooth = data.motion[0]
+    return _answer(data, smooth, data.record.position) - _answer(data, smooth, smooth)
 
 
 def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
