@@ -68,8 +68,9 @@ class ControlSteps:
     def rounded(self, data: FilteredRecord, share: float) -> FilteredRecord:
         """A record whose column is rounded so, the steps `share` of one away from whole ones."""
         values = getattr(data.record, self.role)
-        rounded = (np.round(values / self.size + share) - share) * self.size
-        return replace(data, record=replace(data.record, **{self.role: rounded}))
+        return _with_column(
+            data, self.role, (np.round(values / self.size + share) - share) * self.size
+        )
 
 
 def control_error(
@@ -116,8 +117,7 @@ def _unrounded(data: FilteredRecord, physical: Array, role: str) -> Iterator[Fil
     A loop that follows the recorded control has its steps: there the column is the fitted force's.
     """
     if data.record.reference is None:
-        column = _fitted(data, physical, role)
-        yield replace(data, record=replace(data.record, **{role: column}))
+        yield _with_column(data, role, _fitted(data, physical, role))
         return
     drawn = False
     for record in record_as_measured(data, physical):
@@ -125,6 +125,13 @@ def _unrounded(data: FilteredRecord, physical: Array, role: str) -> Iterator[Fil
         yield record
     if not drawn:
         yield noise_free_record(data, quiet_loops(data, physical))
+
+
+def _with_column(data: FilteredRecord, role: str, values: Array) -> FilteredRecord:
+    record = data.record
+    force = role == "force"
+    other = replace(record, force=values) if force else replace(record, control=values)
+    return replace(data, record=other)
 
 
 def _fitted(data: FilteredRecord, physical: Array, role: str) -> Array:
