@@ -20,7 +20,9 @@ from .encoder_steps import StepsError as StepsError
 from .encoder_steps import sensor_steps as sensor_steps
 from .encoder_steps import stepped_loops as stepped_loops
 from .encoder_steps import steps_error as steps_error
+from .encoder_steps import undithered_step as undithered_step
 from .following_loops import FollowingLoops as FollowingLoops
+from .following_loops import answer_to_noise as answer_to_noise
 from .following_loops import quiet_loops as quiet_loops
 from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
