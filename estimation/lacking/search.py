@@ -76,12 +76,9 @@ def lacking(data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...] | Mis
 def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...]:
     """`lacking` of rows."""
     names = tuple(q.name for q in preferred.quantities)
-    turns = data.axis.axis.coordinate.unit == "rad"
     values = dict(zip(names, map(float, preferred.theta), strict=True))
-    drive = data.axis.axis.drive
-    commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
-    looked_for = families(x, names, turns=turns, commanded=commanded)
-    again = WithNothingLacking(data, preferred, x, turns=turns, commanded=commanded)
+    looked_for = _looked_for(x, data, preferred)
+    again = WithNothingLacking(data, preferred, x)
     basis = _basis(np.column_stack([x.regressor, x.weights]))
     found: list[Lack] = []
     for _ in range(_MOST):
@@ -94,6 +91,14 @@ def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tupl
         looked_for = [f for f in looked_for if f.subject != family.subject]
         basis = _basis(np.column_stack([basis, family.columns(number)]))
     return tuple(found)
+
+
+def _looked_for(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> list[Family]:
+    """The families of rows of a record, or of loops that are measured as it is."""
+    axis, names = data.axis.axis, tuple(q.name for q in preferred.quantities)
+    drive, turns = axis.drive, axis.coordinate.unit == "rad"
+    commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
+    return families(x, names, turns=turns, commanded=commanded)
 
 
 def _strongest(
@@ -188,17 +193,8 @@ class WithNothingLacking:
     simulated when something is about to be told, and no more of them where the first leaves little.
     """
 
-    def __init__(
-        self,
-        data: FilteredRecord,
-        preferred: Estimate,
-        x: ExaminedRows,
-        *,
-        turns: bool,
-        commanded: bool,
-    ) -> None:
+    def __init__(self, data: FilteredRecord, preferred: Estimate, x: ExaminedRows) -> None:
         self._data, self._preferred, self._x = data, preferred, x
-        self._turns, self._commanded = turns, commanded
 
     def taken_by(self, family: Family) -> float:
         """The most that a family's best takes of what is left there, as a sum of squares."""
@@ -208,7 +204,6 @@ class WithNothingLacking:
     @cached_property
     def _gains(self) -> list[dict[tuple[Kind, str], float]]:
         """What the best of each family takes, loop by loop."""
-        names = tuple(q.name for q in self._preferred.quantities)
         least = MIN_EXPLAINED_SHARE.value * float(self._x.residuals @ self._x.residuals)
         found: list[dict[tuple[Kind, str], float]] = []
         for x in examined_again(self._data, self._preferred):
@@ -216,7 +211,7 @@ class WithNothingLacking:
             residuals = x.residuals - basis @ (basis.T @ x.residuals)
             if not float(residuals @ residuals) > least:
                 break
-            looked_for = families(x, names, turns=self._turns, commanded=self._commanded)
+            looked_for = _looked_for(x, self._data, self._preferred)
             gains = {(f.kind, f.parameter): f.best(basis, residuals)[0] for f in looked_for}
             found.append(gains)
         return found

@@ -95,7 +95,7 @@ def acting_control(
         Of the record, s.
     """
     drive = axis.axis.drive
-    if drive.path.is_plain or drive.logs_what_acts:
+    if not drive.changes_logged:
         return control
     pieces = np.split(control, list(starts)[1:])
     return np.concatenate([through_path(drive.path, piece, period)[0] for piece in pieces])

@@ -209,7 +209,7 @@ class FilteredRecord(Exact):
         """First samples of the record's pieces."""
         return [start for start, _ in self.record.spans]
 
-    @property
+    @cached_property
     def acting_control(self) -> Array | None:
         """What the drive makes its force of: the mean until the next sample where that is known."""
         control = self.record.control

@@ -299,9 +299,8 @@ class _LogRows:
     def _acting(self) -> Iterator[Mapping[str, Array]]:
         """The blocks of the log, each with the control of which the drive makes its force."""
         drive, last = self.axis.axis.drive, None
-        hands_on = drive.path.is_plain or drive.logs_what_acts
         for block in self.blocks:
-            if hands_on or "control" not in block:
+            if not drive.changes_logged or "control" not in block:
                 yield block
                 continue
             acting, last = through_path(drive.path, block["control"], self.period, last)

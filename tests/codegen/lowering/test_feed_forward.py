@@ -143,6 +143,7 @@ def check(axis: Axis, functions: Functions, values: np.ndarray, dead_zone: float
         given = dict(zip((FORCE, *_moved(axis)), (tau, q, dq), strict=True))
         given |= {VELOCITY: dq, DIRECTION: float(np.sign(dq))}
         wanted = float(drive.inverse.subs({**given, **drive.constants}))
+        wanted = drive.path.command(wanted)
         wanted = min(max(wanted, -drive.limit), drive.limit)
         reached += abs(wanted) == drive.limit
         assert control(q, dq, ddq) == pytest.approx(wanted, rel=1e-12, abs=1e-12)

@@ -103,6 +103,7 @@ def test_a_declared_path_leaves_parameters_within_their_deviations(timing: dict[
     assert checks["control law"].figure < 1e-6
 
 
+@pytest.mark.slow
 def test_a_wrong_gain_is_found_behind_rate_limit_steps_and_dead_band() -> None:
     right = noisy(lagging(**{**PATH, "quantisation": 0.5}, logged="applied"), 1e-6, seed=7)
     assert right.experiment is not None
