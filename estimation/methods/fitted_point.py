@@ -9,12 +9,14 @@ import numpy as np
 
 from axisid.estimation.estimates import COVARIANCES, Inference
 from axisid.estimation.problems import (
+    ByInstruments,
     ByOutputError,
     NoiseFree,
     Problem,
     Solver,
     confirmed,
     encoder_error,
+    is_not_in,
     noise_free,
     noise_free_at,
     noise_free_following,
@@ -73,17 +75,22 @@ class FittedPoint:
         with np.errstate(all="ignore"):
             first = self._noise_free()
             stepped = self._encoder_error(first)
-            covariances = {name: self._with_steps(name, stepped) for name in self.applied}
+            by_steps = None if stepped is None else stepped.covariance
+            alone = delta_method(self._with(self.chosen, by_steps), self.jacobian)
+            quiet = self._settled(first, np.sqrt(np.maximum(np.diag(alone), 0.0)))
+            by_noise = None if quiet is None else quiet.hidden
+            covariances = {name: self._with(name, by_steps, by_noise) for name in self.applied}
             mapped = {n: delta_method(c, self.jacobian) for n, c in covariances.items()}
-            deviations = np.sqrt(np.maximum(np.diag(mapped[self.chosen]), 0.0))
             by_gain, theta_by_gain = self._slopes()
             return Inference(
                 covariances=mapped,
-                covariance_names={n: self._name(n, stepped) for n in self.applied},
+                covariance_names={
+                    n: self._name(n, stepped, has_noise=by_noise is not None) for n in self.applied
+                },
                 ddm_covariances=covariances if isinstance(self.form, DirectForm) else {},
                 gain_slopes=by_gain,
                 theta_gain_slopes=theta_by_gain,
-                noise_free=self._settled(first, deviations),
+                noise_free=quiet,
             )
 
     def _noise_free(self) -> NoiseFree | None:
@@ -109,11 +116,15 @@ class FittedPoint:
             if quiet is first:
                 return quiet
             plain = replace(solution, residuals=own(solution.residuals, self.problem.row_weights))
+            if isinstance(solver, ByInstruments) and is_not_in(quiet, plain, self.model):
+                noisy = confirmed(self._shaken(first, solver, deviations), plain, self.model)
+                if noisy.has_noise and not noisy.doubt:  # nor has the record the quiet loop's own
+                    return replace(noisy, residuals=np.zeros_like(noisy.residuals))
             return confirmed(quiet, plain, self.model)
         return None
 
     def _shaken(self, first: NoiseFree, solver: Solver, deviations: Array) -> NoiseFree:
-        """The same of an output error, with what noise in the loop does to it."""
+        """The same of loops with the records' noise, where that is a matter."""
         form, problem = self.form, self.problem
 
         def found_at(physical: Array) -> NoiseFree | None:
@@ -155,16 +166,21 @@ class FittedPoint:
             )
         return None
 
-    def _with_steps(self, name: str, stepped: StepsError | None) -> Array:
-        matrix = self.applied[name].matrix
-        if stepped is None or not COVARIANCES[name].allows_autocorrelation:
-            return matrix
-        return np.asarray(matrix + stepped.covariance, dtype=float)
+    def _with(self, name: str, *added: Array | None) -> Array:
+        """A covariance with what loops have, where it allows autocorrelation."""
+        there = [each for each in added if each is not None]
+        if not COVARIANCES[name].allows_autocorrelation:
+            there = []
+        return np.asarray(sum(there, start=self.applied[name].matrix), dtype=float)
 
-    def _name(self, name: str, stepped: StepsError | None) -> str:
+    def _name(self, name: str, stepped: StepsError | None, *, has_noise: bool) -> str:
         """A covariance with what it holds besides, for notes."""
         said = f"{self.applied[name].description}{self._widened(name)}"
-        if stepped is None or not COVARIANCES[name].allows_autocorrelation:
+        if not COVARIANCES[name].allows_autocorrelation:
+            return said
+        if has_noise:
+            said += ", with what simulated loops scatter by with the position's noise"
+        if stepped is None:
             return said
         every = [sensor_steps(self.problem.axis, data.record) for data in self.problem.data]
         steps = SensorSteps(

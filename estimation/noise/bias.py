@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from axisid.estimation.choices.methods import instruments_of
-from axisid.estimation.estimates import Estimate, alike_corrected
+from axisid.estimation.estimates import Estimate, alike_corrected, can_be_held_against
 from axisid.estimation.regression import (
     Hac,
     Solution,
@@ -127,7 +127,8 @@ def _difference(ls: Estimate, iv: Estimate) -> Solution | None:
         by_iv = instrumental_variables(weights * iv.y, columns, factor(Z, names))
     except EstimationError:
         return None
-    if (ls.filter_bias is None) != (iv.filter_bias is None):
+    unlike = (ls.filter_bias is None) != (iv.filter_bias is None)
+    if unlike and not can_be_held_against(ls, iv):
         return None  # one of the two would have the filter's bias in it, and the other not
     one, other = alike_corrected(ls, iv)
     apart = one - other
