@@ -8,7 +8,7 @@ estimator to be efficient.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtr
@@ -96,7 +96,9 @@ def noise_bias(ls: Estimate, iv: Estimate) -> dict[str, NoiseBias]:
 def tested(solution: Solution, first: Estimate, other: Estimate) -> dict[str, NoiseBias]:
     """The difference of two estimates of one form as a solution, parameter by parameter."""
     model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
-    covariance, freedom = model.matrix(solution), model.freedom(solution)
+    # What parts two fits of the same rows is a direction that neither took: the kernel alone.
+    applied = replace(model, widened=False).applied(solution)
+    covariance, freedom = applied.matrix, applied.freedom
     apart, deviations = solution.theta, np.sqrt(np.maximum(np.diag(covariance), 0.0))
     together = _joint_p(apart, covariance, float(freedom.min()))
     found = {}

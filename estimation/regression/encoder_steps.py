@@ -151,6 +151,7 @@ def hidden_scatter(found: Sequence[Solution]) -> Array:
     found : sequence of Solution
         Of loops that are simulated with the same parameters and other errors.
     """
+    # As the covariance that this is added to has it, of few scores too.
     shown = np.mean([Hac().matrix(solution) for solution in found], axis=0)
     scatter, seen = np.var([solution.theta for solution in found], axis=0, ddof=1), np.diag(shown)
     ratio = np.divide(scatter, seen, out=np.ones_like(seen), where=seen > 0)
