@@ -83,6 +83,11 @@ class NoiseFree:
     hidden: Array | None = None
     halves: Array | None = None
 
+    @property
+    def is_in_record(self) -> bool:
+        """Whether what the filter leaves of the noise-free loop is in the record too."""
+        return not self.doubt and bool(np.any(self.residuals))
+
 
 def noise_free(
     form: Form,

@@ -20,7 +20,7 @@ from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIF
 from axisid.support.missing import Missing
 
 _SHAKEN = (
-    "; of didim, and of a velocity in steps, a fifth more than where the loop has the sensor's "
+    "; of didim, and of a velocity in steps, half as much again as where the loop has the sensor's "
     "steps or the noise of the record, if that is more"
 )
 _ALONE = Missing("too few rows follow each other in time")
