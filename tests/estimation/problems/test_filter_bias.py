@@ -115,6 +115,16 @@ def test_without_a_reference_it_is_found_by_a_loop_that_follows(name: str, sourc
     assert estimate.noise_free.has_noise
 
 
+def test_noise_that_is_more_than_an_encoders_step_counts_as_noise_without_a_reference() -> None:
+    axis = build(load_axis("emps"))
+    twin = replace(twin_record(axis, seed=1, position_noise=1e-6), reference=None)
+    fine = replace(twin, position=1e-7 * np.round(twin.position / 1e-7))
+    biases = [identify(axis, each, methods="idm-ls")["idm-ls"].filter_bias for each in (twin, fine)]
+    assert biases[0] is not None
+    assert biases[1] == pytest.approx(biases[0], rel=0.25)
+    assert abs(biases[0][0]) > 0.01
+
+
 def test_noise_that_the_law_did_not_measure_is_none_to_follow_by() -> None:
     """A log that is coarser than the law's position: its control does not answer to that."""
     axis = build(load_axis("emps"))
