@@ -155,6 +155,9 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
         }
         if model.axis.signals:
             sizes["SIGNALS"] = len(model.axis.signals)
+        if sizes["SIDES"]:
+            inputs = (port.name for port in by_name["switching"].inputs)
+            sizes |= {"MOVING": 1} if "held" in inputs else {}
         printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
     head = "".join(f"   {line}\n" for line in _header(model.axis.name, mark).splitlines())
     body = "\n".join(printed)

@@ -1,6 +1,6 @@
 """From a fit to how far it may be from the truth: what further simulated loops tell of it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,10 +11,12 @@ from axisid.estimation.estimates import COVARIANCES, Inference
 from axisid.estimation.problems import (
     ByInstruments,
     ByOutputError,
+    ControlSteps,
     NoiseFree,
     Problem,
     Solver,
     confirmed,
+    control_error,
     encoder_error,
     is_not_in,
     noise_free,
@@ -74,19 +76,17 @@ class FittedPoint:
         # What is not finite is told by what is missing; NumPy's own warnings would only repeat it.
         with np.errstate(all="ignore"):
             first = self._noise_free()
-            stepped = self._encoder_error(first)
-            by_steps = None if stepped is None else stepped.covariance
-            alone = delta_method(self._with(self.chosen, by_steps), self.jacobian)
+            stepped, rounded = self._encoder_error(first), self._control_error()
+            errors = [error.covariance for error in (stepped, rounded) if error is not None]
+            alone = delta_method(self._with(self.chosen, errors), self.jacobian)
             quiet = self._settled(first, np.sqrt(np.maximum(np.diag(alone), 0.0)))
-            by_noise = None if quiet is None else quiet.hidden
-            covariances = {name: self._with(name, by_steps, by_noise) for name in self.applied}
+            errors += [] if quiet is None or quiet.hidden is None else [quiet.hidden]
+            covariances = {name: self._with(name, errors) for name in self.applied}
             mapped = {n: delta_method(c, self.jacobian) for n, c in covariances.items()}
             by_gain, theta_by_gain = self._slopes()
             return Inference(
                 covariances=mapped,
-                covariance_names={
-                    n: self._name(n, stepped, has_noise=by_noise is not None) for n in self.applied
-                },
+                covariance_names={n: self._name(n, stepped, rounded, quiet) for n in self.applied},
                 ddm_covariances=covariances if isinstance(self.form, DirectForm) else {},
                 gain_slopes=by_gain,
                 theta_gain_slopes=theta_by_gain,
@@ -166,29 +166,48 @@ class FittedPoint:
             )
         return None
 
-    def _with(self, name: str, *added: Array | None) -> Array:
-        """A covariance with what loops have, where it allows autocorrelation."""
-        there = [each for each in added if each is not None]
-        if not COVARIANCES[name].allows_autocorrelation:
-            there = []
-        return np.asarray(sum(there, start=self.applied[name].matrix), dtype=float)
+    def _control_error(self) -> StepsError | None:
+        """What the steps of a recorded control do, against the same."""
+        deviations = np.sqrt(np.diag(self.applied["hac"].matrix))
+        with suppress(ModelError, DataError, EstimationError):  # nor where there is no loop
+            return control_error(
+                self.form, self.problem, self.physical, self.fit.solver, deviations
+            )
+        return None
 
-    def _name(self, name: str, stepped: StepsError | None, *, has_noise: bool) -> str:
+    def _with(self, name: str, added: Sequence[Array]) -> Array:
+        """A covariance with what loops have, where it allows autocorrelation."""
+        matrix = self.applied[name].matrix
+        if not COVARIANCES[name].allows_autocorrelation:
+            return matrix
+        return np.asarray(sum(added, start=matrix), dtype=float)
+
+    def _name(
+        self,
+        name: str,
+        stepped: StepsError | None,
+        rounded: StepsError | None,
+        quiet: NoiseFree | None,
+    ) -> str:
         """A covariance with what it holds besides, for notes."""
         said = f"{self.applied[name].description}{self._widened(name)}"
         if not COVARIANCES[name].allows_autocorrelation:
             return said
-        if has_noise:
+        if quiet is not None and quiet.hidden is not None:
             said += ", with what simulated loops scatter by with the position's noise"
-        if stepped is None:
-            return said
-        every = [sensor_steps(self.problem.axis, data.record) for data in self.problem.data]
-        steps = SensorSteps(
-            position=max(each.position for each in every),
-            velocity=max(each.velocity for each in every),
-        )
-        unit = self.problem.axis.axis.coordinate.unit
-        return f"{said}, with what {stepped.loops} simulated loops have by {steps.told(unit)}"
+        axis, records = self.problem.axis, [data.record for data in self.problem.data]
+        if stepped is not None:
+            every = [sensor_steps(axis, record) for record in records]
+            steps = SensorSteps(
+                position=max(each.position for each in every),
+                velocity=max(each.velocity for each in every),
+            )
+            unit = axis.axis.coordinate.unit
+            said += f", with what {stepped.loops} simulated loops have by {steps.told(unit)}"
+        if rounded is not None:
+            told = max((ControlSteps.of(record) for record in records), key=lambda s: s.size)
+            said += f", with what {told.told(axis.axis)} do, begun at {rounded.loops} places"
+        return said
 
     def _widened(self, name: str) -> str:
         """Whose deviations are those of autoregressive residuals, as scores are few; for notes."""

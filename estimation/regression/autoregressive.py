@@ -53,7 +53,7 @@ def autoregressive_covariance(solution: Solution) -> AutoregressiveCovariance:
     Its degrees of freedom are by the delta method: the innovations' variance has the relative
     variance ``2/n``, the coefficient, apart from it, ``(1 - rho^2)/n``.
     """
-    e, (n, k) = solution.residuals, solution.influence.shape
+    e, (n, k) = solution.counted, solution.influence.shape
     nothing = AutoregressiveCovariance(matrix=np.zeros((k, k)), freedom=np.full(k, float(n - k)))
     if not e @ e > 0:
         return nothing
