@@ -281,8 +281,10 @@ class Case:
         Of the two motions of a record with a measured velocity that which tells it better: noise
         and ripple of a tachometer hide a delay, which is looked for in its own check.
         """
-        measured = self._aligned(self.data, self.quiet)
-        data, quiet = self.data.by_position, self.quiet
+        # Where noise decides how reversals fall, the quiet loop's own delay is not the record's.
+        error = self.preferred.noise_free
+        quiet = self.quiet if error is not None and error.is_in_record else None
+        measured, data = self._aligned(self.data, quiet), self.data.by_position
         if data is None or isinstance(measured, Missing):
             return measured
         derived = self._aligned(data, quiet and quiet.by_position)

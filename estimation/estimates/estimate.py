@@ -457,7 +457,19 @@ class Estimate(Presentable, Exact):
 
 
 def alike_corrected(one: Estimate, other: Estimate) -> tuple[Array, Array]:
-    """Parameters of two estimates, (p,) each, less the filter's bias where both know it."""
-    if one.filter_bias is None or other.filter_bias is None:
-        return one.physical, other.physical
-    return one.corrected, other.corrected
+    """Parameters of two estimates, (p,) each, less the filter's bias where both know it.
+
+    Instruments that know it by loops with noise tell all that moves the other too.
+    """
+    if can_be_held_against(one, other):
+        return one.corrected, other.corrected
+    return one.physical, other.physical
+
+
+def can_be_held_against(one: Estimate, other: Estimate) -> bool:
+    """Whether what parts the values of two estimates, less the filter's bias, is noise alone."""
+    known = [each for each in (one, other) if each.filter_bias is not None]
+    return len(known) == 2 or any(
+        each.Z is not None and each.noise_free is not None and each.noise_free.has_noise
+        for each in known
+    )

@@ -251,6 +251,9 @@ def _chance(
     influence: Array, residuals: Array, values: Array, neighbours: Neighbours
 ) -> tuple[float, Array]:
     """P-value of factors under the HAC covariance of residuals, and that."""
+    # Columns that the fit did not take: the kernel alone. Of residuals that they are taken of it is
+    # too small on short records (Wald: 4 to 51 % at 5 %), of those without it is not (score: 0 to
+    # 9 %), which is why both are asked.
     scores = influence * residuals[:, None]
     run = Hac().long_run(partial(score_products, scores, neighbours), len(residuals))
     square = float(values @ np.linalg.solve(run.covariance, values))

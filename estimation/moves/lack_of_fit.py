@@ -233,5 +233,6 @@ def _hac_excess(estimate: Estimate, rows: Index, left: Array, noise: Array) -> d
 
 def _long_run(scores: Array, neighbours: Neighbours) -> LongRun:
     """Covariance of the sum of scores, (n, k), that may depend on their neighbours."""
+    # Held against each other, or of residuals on no regressor: the kernel alone.
     products = partial(score_products, scores, neighbours)
     return Hac().long_run(products, len(scores))

@@ -104,16 +104,18 @@ def _noises(
 ) -> Iterator[dict[str, Array]]:
     """Noise of what was measured of the motion, by role, (N,), as often as it is drawn.
 
-    That of an encoder is no white noise: it follows from the motion, and from where its steps are.
+    That of an encoder is no white noise: it follows from the motion, and from where its steps are,
+    unless noise is more than a step.
     """
     position = np.concatenate([loop.position for loop in loops])
     step = sensor_steps(data.axis, data.record).position
     white = {role: white_noise(data.record, loops, role) for role in data.record.motion}
+    by_steps = bool(step) and float(np.std(white["position"])) <= step
     for draw in range(_DRAWS):
         order = {role: rng.permutation(noise) for role, noise in white.items()}
         for k, sign in enumerate((1.0, -1.0)):
             found = {role: sign * noise for role, noise in order.items()}
-            if step:
+            if by_steps:
                 away = (draw + k / 2) / _DRAWS * step
                 found["position"] = step * np.round((position + away) / step) - away - position
             yield found

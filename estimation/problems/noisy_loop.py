@@ -17,6 +17,8 @@ from axisid.estimation.regression import (
     Equations,
     Form,
     SensorSteps,
+    Solution,
+    hidden_scatter,
     sensor_steps,
     simulated_loops,
     stepped_loops,
@@ -68,15 +70,26 @@ def with_loop_noise(
     ModelError, DataError, EstimationError
         A loop cannot be simulated with noise.
     """
+    found: list[Solution] = []
     moved: list[Array] = []
     for rows in _noisy(form, problem, physical, loops):
-        theta = solver(form, rows).theta
-        moved.append(form.physical(theta)[0] - physical)
+        found.append(replace(solver(form, rows), neighbours=problem.neighbours))
+        moved.append(form.physical(found[-1].theta)[0] - physical)
         if len(moved) == _OF_A_DRAW and deviations is not None:
             apart = np.abs(np.mean(moved, axis=0) - quiet.bias)
             if np.all(apart <= SETTLED_FILTER_BIAS.value * deviations):
                 return quiet
-    return replace(quiet, bias=np.mean(moved, axis=0), has_noise=True) if moved else quiet
+    if not found:
+        return quiet
+    weights = 1.0 if problem.row_weights is None else problem.row_weights
+    left = np.array([solution.residuals for solution in found]) / weights
+    return replace(
+        quiet,
+        bias=np.mean(moved, axis=0),
+        has_noise=True,
+        hidden=hidden_scatter(found),
+        halves=left.reshape(2, -1, left.shape[1]).mean(axis=1),
+    )
 
 
 def rows_as_measured(form: Form, problem: Problem, physical: Array) -> Iterator[Equations]:

@@ -17,6 +17,7 @@ from .covariance import score_products as score_products
 from .encoder_steps import STEP_SHARES as STEP_SHARES
 from .encoder_steps import SensorSteps as SensorSteps
 from .encoder_steps import StepsError as StepsError
+from .encoder_steps import hidden_scatter as hidden_scatter
 from .encoder_steps import sensor_steps as sensor_steps
 from .encoder_steps import stepped_loops as stepped_loops
 from .encoder_steps import steps_error as steps_error

@@ -6,7 +6,7 @@ and neighbouring rows do not show how far it makes one scatter. The simulated lo
 encoder has the same error: estimates from several loops, whose steps begin elsewhere, tell both.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -139,13 +139,21 @@ def steps_error(
     if np.all(np.abs(found[0].theta - quiet) <= MIN_STEPS_SHIFT.value * deviations):
         return None
     found += [solved(share) for share in others]
-    thetas = np.array([solution.theta for solution in found])
+    mean = np.mean([solution.theta for solution in found], axis=0)
+    return StepsError(bias=mean - quiet, missing=hidden_scatter(found), loops=_LOOPS)
+
+
+def hidden_scatter(found: Sequence[Solution]) -> Array:
+    """Covariance, (k, k), of what estimates of like loops scatter by beside what HAC shows of each.
+
+    Parameters
+    ----------
+    found : sequence of Solution
+        Of loops that are simulated with the same parameters and other errors.
+    """
+    # As the covariance that this is added to has it, of few scores too.
     shown = np.mean([Hac().matrix(solution) for solution in found], axis=0)
-    scatter, seen = np.var(thetas, axis=0, ddof=1), np.diag(shown)
+    scatter, seen = np.var([solution.theta for solution in found], axis=0, ddof=1), np.diag(shown)
     ratio = np.divide(scatter, seen, out=np.ones_like(seen), where=seen > 0)
     beyond = np.sqrt(np.maximum(ratio - 1, 0.0))
-    return StepsError(
-        bias=thetas.mean(axis=0) - quiet,
-        missing=np.outer(beyond, beyond) * shown,
-        loops=_LOOPS,
-    )
+    return np.asarray(np.outer(beyond, beyond) * shown, dtype=float)

@@ -386,6 +386,7 @@ def _factored(rows: _LogRows) -> tuple[Array, int, float]:
 
 def _hac(rows: _LogRows, solution: Solution, size: int) -> tuple[Array, Array, LongRun]:
     """Covariances as `Robust` and `Hac` have them, and how the latter was found."""
+    # The kernel alone: rows are not kept, and a log that is streamed is long.
     found = Hac().long_run(partial(_score_products, rows, solution), size)
     factor = size / (size - len(solution.theta))
     return factor * found.power, factor * found.covariance, found

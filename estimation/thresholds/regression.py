@@ -40,6 +40,13 @@ MAX_RESIDUAL_AUTOREGRESSION = Threshold(
     "autoregression of residuals up to which the covariance of few scores takes them to go",
     "chosen: a hundred rows, beyond which a short record cannot tell it from a drift",
 )
+MIN_FREEDOM = Threshold(
+    4.0,
+    "1",
+    "degrees of freedom that a deviation of autoregressive residuals has at least",
+    "derived: the kurtosis of Student's distribution has no bound at four or fewer, and a "
+    "coefficient that is bounded, as this is, leaves it one",
+)
 MIN_SEGMENT_ROWS = Threshold(
     8,
     "rows",

@@ -227,6 +227,7 @@ def _deviation(rows: _Rows, delay: float, intercept: Array, X: QrFactors) -> flo
         )
     except EstimationError:
         return float("inf")
+    # A parameter beside the others, which the fit took: of few scores as they are.
     return float(np.sqrt(Hac().matrix(solution)[-1, -1]))
 
 
