@@ -115,7 +115,8 @@ def print_c_loop(
     Parameters
     ----------
     sizes : mapping of str to int
-        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any.
+        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any, and
+        ``MOVING`` where they move places in which sides change.
     continuous : bool
         Whether the law is.
     response : mapping of str to float
@@ -131,7 +132,13 @@ def print_c_loop(
     text = "".join((folder / part).read_text() for part in _LOOP)
     parts = {name: bool(response.get(name)) for name in ("LAGGED", "SPLIT")}
     parts |= {"RESPONSE": bool(response)} | ({} if "SIGNALS" in sizes else {"SIGNALS": False})
-    return "\n".join([lines, _decided(text, parts)])
+    parts["MOVING"] = bool(sizes.get("MOVING"))
+    return "\n".join([lines, _decided(_with_arguments(text, moving=parts["MOVING"]), parts)])
+
+
+def _with_arguments(text: str, *, moving: bool) -> str:
+    """The time loop with what stands in comments ``/*MOVING ...*/``, or without it."""
+    return re.sub(r"/\*MOVING (.*?)\*/", r"\1" if moving else "", text, flags=re.DOTALL)
 
 
 def _start_of(signals: int) -> str:

@@ -147,7 +147,7 @@ def _precision(case: Case) -> Check:
 
 
 def _bounds(case: Case) -> Check | Missing:
-    return within_bounds(case.preferred, rests_first(case.problem.rest))
+    return within_bounds(case.preferred, rests_first(case.problem.rest), case.problem.held)
 
 
 def _delta_method(case: Case) -> Check | Missing:

@@ -17,6 +17,7 @@ from .filter_bias import noise_free_record as noise_free_record
 from .filter_bias import settled_noise_free as settled_noise_free
 from .filter_bias import slopes_by_gain as slopes_by_gain
 from .following_bias import noise_free_following as noise_free_following
+from .held import Held as Held
 from .noisy_loop import record_as_measured as record_as_measured
 from .noisy_loop import rows_as_measured as rows_as_measured
 from .noisy_loop import with_loop_noise as with_loop_noise
@@ -27,6 +28,7 @@ from .rounded_control import control_error as control_error
 from .rounded_position import moved_by_rounding as moved_by_rounding
 from .rounded_position import position_step as position_step
 from .solver import ByInstruments as ByInstruments
+from .solver import ByLeastSquares as ByLeastSquares
 from .solver import ByOutputError as ByOutputError
 from .solver import Solver as Solver
 from .solver import by_least_squares as by_least_squares

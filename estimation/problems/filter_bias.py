@@ -278,7 +278,7 @@ def slopes_by_gain(
     if isinstance(form, InverseForm):  # the force is on the left alone
         rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
         rows = rows if problem.row_weights is None else problem.row_weights * rows
-        slope = solution.influence.T @ rows
+        slope = solution.response.T @ rows
         return slope, slope
     ahead, behind = (
         solver(form, problem.reduced(form, signals)).theta
@@ -303,7 +303,7 @@ def loop_record(
     A column that was recorded is made of the loops as its sensor would see them.
     """
     record = data.record
-    jumps = data.axis.axis.holds_force
+    jumps = data.axis.axis.jumps
     sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
     made: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.measured_position if measured else s.position,

@@ -29,8 +29,11 @@ from .forms import Equations as Equations
 from .forms import Form as Form
 from .forms import InverseForm as InverseForm
 from .joint_test import joint_p as joint_p
+from .linear import Columns as Columns
 from .linear import QrFactors as QrFactors
+from .linear import RowCounts as RowCounts
 from .linear import Solution as Solution
+from .linear import as_counted as as_counted
 from .linear import checked_columns as checked_columns
 from .linear import condition_number as condition_number
 from .linear import factor as factor

@@ -41,6 +41,7 @@ from axisid.support.errors import DeclarationError, ModelError
 
 from .element_calls import ElementCalls
 from .toml_control import read_control
+from .toml_drive import read_drive
 from .toml_table import Symbols, Table, checked_name
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
@@ -55,8 +56,6 @@ _PARTS = (
     "columns",
     "experiment",
 )
-_OF_DRIVE = ("gain", "unit", "limit", "relative_sd", "lag", "delay", "logged")
-_DRIVEN_BY = ("profile", "scaled_by")
 _FORCE = "generalised_force"
 _ENERGIES = ("kinetic", "potential", "dissipation", _FORCE)
 
@@ -144,7 +143,7 @@ def _axis(root: Table) -> Axis | None:
     elements = ElementCalls(coordinate or _stand_in(moving))
     symbols = {**constants, **unknown, **recorded, **moving} if moving else None
     dynamics = _dynamics(root, symbols, elements)
-    drive = _drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
+    drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     parts = {
         "drive": drive,
         "control": read_control(root, recorded, constants),
@@ -301,19 +300,6 @@ def _dynamics(
         for key in _ENERGIES
     }
     return (lagrange, fields) if table.fine else None
-
-
-def _drive(root: Table, symbols: Symbols) -> Drive | None:
-    if "drive" not in root.values:
-        return None
-    table, keys = root.table("drive"), _OF_DRIVE
-    table.only(*keys, *_DRIVEN_BY)
-    table.needs("gain")
-    fields = {key: value for key, value in table.values.items() if key in keys}
-    fields |= {key: table.expression(key, symbols) for key in _DRIVEN_BY if key in table.values}
-    # Where the control was logged is told by lag and delay, so that it is not tried alone.
-    alone = [key for key in keys if key != "logged"]
-    return table.made(Drive, fields, {"gain": 1.0}, apart=alone)
 
 
 def _injected_at(root: Table) -> str:

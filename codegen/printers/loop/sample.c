@@ -219,7 +219,11 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
                  remembered, memory);
 #endif
 #if SIDES
-    choose_sides(q, dq, &mode, p, 0);
+#if MOVING
+    double first[HELD];
+    first_places(q, dq, &mode, p, recorded, first);
+#endif
+    choose_sides(q, dq, &mode, p, 0/*MOVING , first*/);
 #endif
     for (ptrdiff_t k = 0; k < samples; ++k) {
         double q1, dq1, ddq, last, tau, u, next[AT_LEAST_1_MEMORY];
@@ -235,6 +239,11 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         put(position, k, q);
         put(velocity, k, dq);
         put(before, k, end);
+#if MOVING
+        if (k)
+            choose_shifted(q, dq, &mode, p, recorded + 2 * SIGNALS * (k - 1),
+                           recorded + 2 * SIGNALS * k, period);
+#endif
         mode.direction = sign(dq);
 #if SIGNALS
         const double *const now = recorded + 2 * SIGNALS * k;
@@ -291,6 +300,9 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
             q1 = lane.q;
             dq1 = lane.dq;
             ddq = lane.acceleration;
+#if LAGGED
+            tau = lane.force;
+#endif
             mode = lane.mode;
             end = mode.direction;
             mode.direction = lane.direction;

@@ -144,8 +144,9 @@ def _by_filter_alone(estimate: Estimate) -> bool:
         return False
     most = max(float(np.median(np.abs(net))) / part, float(np.partition(own, fewest)[fewest]))
     rows = np.flatnonzero(own <= most)
-    columns = estimate.X if estimate.Z is None else estimate.Z
-    tests = residual_tests(net[rows], columns[rows], neighbours=estimate.neighbours[rows])
+    tests = residual_tests(
+        net[rows], estimate.score_columns[rows], neighbours=estimate.neighbours[rows]
+    )
     return tests.cross_z <= tests.cross_limit
 
 
@@ -195,6 +196,7 @@ def normality(
             normal,
             matters=(rows < LARGE_SAMPLE.value or left > MAX_EXCESS_KURTOSIS.value)
             and _are_noticeable(estimate)
+            and estimate.counts is None
             and not by_steps,
         ),
         figure=tests.jarque_bera,
@@ -209,6 +211,8 @@ def normality(
         + (
             "as those of loops that are measured in such steps, or with such noise, have"
             if by_steps
+            else f"the {estimate.loss} loss bounds what they do"
+            if estimate.counts is not None
             else "intervals rest on the number of rows"
         )
         + (_largest(estimate, away) if tests.excess_kurtosis > 0 else ""),
