@@ -143,7 +143,8 @@ def _fitted(data: FilteredRecord, physical: Array, role: str) -> Array:
     form, drive = InverseForm(data.axis).at(physical), data.axis.axis.drive
     rows = form.equations(data.signals)
     force = rows.intercept + rows.regressor @ form.regressed(physical)
-    gain = float(drive.gain) if drive.is_gain else 0.0
+    is_known = drive.is_gain and not drive.quantisation  # whose own steps are no error
+    gain = float(drive.gain) if is_known else 0.0
     if not gain:
         raise DataError("a control that is not the force over a gain is not known without a loop.")
     column = force / gain if role == "control" else force
