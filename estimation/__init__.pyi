@@ -1,9 +1,9 @@
 from .checks import Check as Check
 from .diagnostics import Diagnosis as Diagnosis
 from .diagnostics.estimates import Excitation as Excitation
+from .diagnostics.law import LawCheck as LawCheck
+from .diagnostics.law import check_law as check_law
 from .diagnostics.loop import Alignment as Alignment
-from .diagnostics.loop import LawCheck as LawCheck
-from .diagnostics.loop import check_law as check_law
 from .diagnostics.loop import profile_alignment as profile_alignment
 from .estimates import Iterate as Iterate
 from .estimates import Value as Value

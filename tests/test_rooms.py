@@ -45,6 +45,7 @@ FLOORS = (
     ("estimation.moves",),
     ("estimation.noise",),
     ("estimation.checks",),
+    ("estimation.diagnostics.law",),
     ("estimation.diagnostics.loop", "estimation.diagnostics.estimates"),
     ("estimation.diagnostics.remainder",),
     ("estimation.diagnostics",),

@@ -25,11 +25,11 @@ from axisid.estimation.diagnostics.estimates import (
     self_test,
     within_bounds,
 )
+from axisid.estimation.diagnostics.law import law_check
 from axisid.estimation.diagnostics.loop import (
     alignment_check,
     following,
     force_check,
-    law_check,
     limit_check,
     motion_check,
     rest_check,

@@ -17,13 +17,12 @@ from axisid.estimation.diagnostics.estimates import (
     instrument_tests,
     strength_check,
 )
+from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.diagnostics.loop import (
     Alignment,
     ForceTiming,
-    LawCheck,
     MotionComparison,
     alignment_of,
-    check_law,
     compared_motions,
     force_timing,
     law_in_time,

@@ -8,7 +8,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUTPUTS, SQUARES
-from axisid.estimation.diagnostics.loop import LawCheck, check_law
+from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions

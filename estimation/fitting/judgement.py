@@ -7,7 +7,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.choices.outputs import POSITION
-from axisid.estimation.diagnostics.loop import LawCheck, law_check
+from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.estimation.thresholds.fitting import (
     MAX_APART,

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from axisid.estimation.diagnostics.loop import LawCheck
+from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.predictions import Predictions
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check
 from axisid.estimation.choices.outputs import OPEN_LOOP
-from axisid.estimation.diagnostics.loop import LawCheck, check_law
+from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.estimates import NamedValues, Value
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array, Exact

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.diagnostics.loop import GainsBeside, compared_as
+from axisid.estimation.diagnostics.law import GainsBeside, compared_as
 from axisid.estimation.loops import (
     Compared,
     LawAlong,

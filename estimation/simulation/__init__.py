@@ -6,15 +6,19 @@ Knows nothing of filters and estimates.
 
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
-from .closed_loop import Simulation as Simulation
-from .closed_loop import logged_control as logged_control
-from .closed_loop import signals_about as signals_about
-from .closed_loop import simulate as simulate
-from .closed_loop import simulate_estimate as simulate_estimate
+from .closed_loop import (
+    simulate as simulate,
+)
+from .closed_loop import (
+    simulate_estimate as simulate_estimate,
+)
 from .lanes import settled_substeps as settled_substeps
 from .lanes import simulate_lanes as simulate_lanes
 from .loop_inputs import LoopInputs as LoopInputs
 from .recorded import at_law as at_law
+from .simulated import Simulation as Simulation
+from .simulated import logged_control as logged_control
+from .simulated import signals_about as signals_about
 from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law
 from .twin import trajectory as trajectory

@@ -1,7 +1,7 @@
 """Many closed loops side by side, across processors."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,10 +13,16 @@ from axisid.codegen.lowering import SIGNALS, STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import UsageError
-from axisid.support.real_numbers import is_whole, real_array
-from axisid.support.user_values import quoted
+from axisid.support.real_numbers import real_array
 
+from .lane_arguments import (
+    aligned,
+    check_lanes,
+    check_threads,
+    lane_injected,
+    lane_noise,
+    wanted_names,
+)
 from .lane_gains import gains_by_lane, run_code
 from .loop_start import lane_starts
 from .recorded import at_law, checked_signals, first_values, lines
@@ -38,7 +44,6 @@ from .steps import (
 )
 from .two_clocks import TwoClocks, at_log_samples, clocks_of
 
-_MOST_THREADS = 1024
 #: What is needed between the evaluations of a law.
 _OF_THE_LAW = ("position", "velocity", "acceleration", "force", "direction", "before")
 
@@ -127,13 +132,13 @@ def simulate_batch(
     """
     axis = as_generated(axis)
     theta = np.ascontiguousarray(real_array(parameters, "the parameters"))
-    ref = _aligned(reference, "the reference")
+    ref = aligned(reference, "the reference")
     check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
     lanes = len(theta)
-    _check_lanes(theta, ref)
-    noise = _lane_noise(position_noise, (len(ref), lanes))
-    added = _lane_injected(injected, (len(ref), lanes))
-    names = _wanted(wanted)
+    check_lanes(theta, ref)
+    noise = lane_noise(position_noise, (len(ref), lanes))
+    added = lane_injected(injected, (len(ref), lanes))
+    names = wanted_names(wanted)
     given_signals = checked_signals(axis, signals, len(ref), lanes)
     clocks = clocks_of(axis.axis.control, len(ref), period)
     if clocks is not None:
@@ -145,7 +150,7 @@ def simulate_batch(
     at_first = first_values(recorded)
     by_lane = gains_by_lane(axis, gains, lanes)
     first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory, at_first, by_lane)
-    _check_threads(threads)
+    check_threads(threads)
     looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
     between = () if clocks is None else _OF_THE_LAW
     away = np.abs(first.position - ref[0])
@@ -190,73 +195,6 @@ def _at_log_samples(
         for lane in range(len(batch.parameters))
     ]
     return {name: np.column_stack([lane[name] for lane in lanes]) for name in signals}
-
-
-def _check_lanes(parameters: Array, reference: Array) -> None:
-    """Refuse arrays that are no lanes side by side."""
-    lanes = len(parameters)
-    if parameters.ndim != 2 or reference.shape[1:] not in ((), (lanes,)):
-        raise UsageError(
-            f"parameters have the shape {parameters.shape} and the reference {reference.shape}; "
-            "give (B, p) and (N,) or (N, B).",
-            code="batch-shapes",
-        )
-    if not lanes:
-        raise UsageError("no parameter set was given; give at least one lane.", code="no-lane")
-
-
-def _check_threads(threads: int | None) -> None:
-    if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
-        raise UsageError(
-            f"the threads are {quoted(threads)}; give a whole number from 1 to {_MOST_THREADS}."
-        )
-
-
-def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
-    if noise is None:
-        return None
-    lanes = _aligned(noise, "the noise")
-    if lanes.shape != shape or not np.all(np.isfinite(lanes)):
-        raise UsageError(
-            f"the noise has the shape {lanes.shape}; give {shape}, all finite.", code="batch-noise"
-        )
-    return lanes
-
-
-def _lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
-    if injected is None:
-        return None
-    lanes = _aligned(injected, "the injected signal")
-    if lanes.shape not in (shape[:1], shape) or not np.all(np.isfinite(lanes)):
-        raise UsageError(
-            f"the injected signal has the shape {lanes.shape}; give {shape[:1]} or {shape}, all "
-            "finite.",
-            code="batch-injected",
-        )
-    return lanes
-
-
-def _wanted(signals: Sequence[str]) -> list[str]:
-    """The generated code's names of the signals."""
-    names = {"direction_before" if name == "before" else name: name for name in SIGNALS}
-    several = isinstance(signals, Iterable) and not isinstance(signals, str)
-    if not several or not all(isinstance(name, str) for name in signals):
-        raise UsageError(
-            f"the wanted signals are {quoted(signals)}; give a list of names.", code="signals-type"
-        )
-    if unknown := set(signals) - set(names):
-        raise UsageError(
-            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(names)}.",
-            code="unknown-signal",
-        )
-    return [names[name] for name in signals]
-
-
-def _aligned(values: ArrayLike, what: str) -> Array:
-    """The array itself, unless its floats do not lie on whole multiples of their size."""
-    array = np.require(real_array(values, what), requirements=["A"])
-    whole = all(stride % array.itemsize == 0 for stride in array.strides)
-    return array if whole else array.copy()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,14 +19,16 @@ from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
 from .closed_loop import (
-    Simulation,
     checked_signal,
-    logged_control,
-    signals_about,
     simulate,
     simulate_sampled,
 )
 from .recorded import checked_signals
+from .simulated import (
+    Simulation,
+    logged_control,
+    signals_about,
+)
 from .two_clocks import TwoClocks, clocks_of
 
 _MOST_SAMPLES = 2e6

@@ -13,7 +13,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import STARTS, comparing, is_output_error
 from axisid.estimation.diagnostics import Case
-from axisid.estimation.diagnostics.loop import LawCheck, first_law
+from axisid.estimation.diagnostics.law import LawCheck, first_law
 from axisid.estimation.identification import (
     Identification,
     Shared,

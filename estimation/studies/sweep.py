@@ -13,7 +13,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import STARTS, same_estimates
-from axisid.estimation.diagnostics.loop import LawCheck, check_law
+from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.joint import Told

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.methods import is_output_error
 from axisid.estimation.diagnostics import overlaps
-from axisid.estimation.diagnostics.loop import check_law
+from axisid.estimation.diagnostics.law import check_law
 from axisid.estimation.identification import Identification, OfRecord
 from axisid.estimation.methods import METHODS, Instruments, bound_record
 from axisid.estimation.problems import Problem

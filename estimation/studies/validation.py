@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from axisid.estimation.diagnostics.loop import LawCheck
+from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.diagnostics import MIN_COMMON_SAMPLES
 from axisid.estimation.thresholds.studies import (

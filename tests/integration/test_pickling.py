@@ -53,7 +53,7 @@ from axisid.estimation import (
     SampledFilter,
     simulate_batch,
 )
-from axisid.estimation.diagnostics.loop.control_law import check_law
+from axisid.estimation.diagnostics.law.control_law import check_law
 from axisid.estimation.identification.drive_timing import DriveTiming
 from axisid.estimation.law_search import find_law
 from axisid.estimation.streaming import identify_stream

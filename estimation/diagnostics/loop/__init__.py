@@ -1,4 +1,4 @@
-"""The recorded loop held against the declared one: control law, force, delay, simulation.
+"""The recorded loop held against the declared one: force, delay, simulation.
 
 In: an axis and a record, an estimate. Out: measured findings, each with a `Check`.
 Knows nothing of what other checks find.
@@ -8,18 +8,12 @@ from .alignment import Alignment as Alignment
 from .alignment import alignment_check as alignment_check
 from .alignment import alignment_of as alignment_of
 from .alignment import profile_alignment as profile_alignment
-from .control_law import LawCheck as LawCheck
-from .control_law import check_law as check_law
-from .control_law import first_law as first_law
-from .control_law import law_check as law_check
 from .force import force_check as force_check
 from .force import limit_check as limit_check
 from .in_time import ForceTiming as ForceTiming
 from .in_time import force_timing as force_timing
 from .in_time import law_in_time as law_in_time
 from .in_time import timing_remedy as timing_remedy
-from .law_by_runs import GainsBeside as GainsBeside
-from .law_terms import compared_as as compared_as
 from .measured_motion import MotionComparison as MotionComparison
 from .measured_motion import compared_motion as compared_motion
 from .measured_motion import compared_motions as compared_motions

@@ -8,6 +8,7 @@ hold says; one that a logger writes as it is computed moves it whole samples lat
 from dataclasses import dataclass, replace
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.diagnostics import (
     MAX_DELAY_DEVIATION,
@@ -19,7 +20,6 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
 from .alignment import Alignment
-from .control_law import LawCheck, check_law
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.checks import Check, passed
+from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.estimates import Estimate, solver_of
 from axisid.estimation.problems import EvenTimes, Problem, at_even_times, jitter_of
 from axisid.estimation.records import Record
@@ -18,8 +19,6 @@ from axisid.estimation.thresholds.estimates import MIN_PRINTED_FILTER_BIAS
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
-
-from .control_law import LawCheck
 
 NAME = "uneven times"
 _EVENLY = Remedy.of("resample the log (", Setting("resample", "auto"), ")")

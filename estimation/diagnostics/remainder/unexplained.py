@@ -14,7 +14,7 @@ from scipy.special import ndtr, stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.diagnostics.loop import LawCheck
+from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking import Lack, change_sentence, is_named, term_sentence
 from axisid.estimation.moves import LackOfFit

@@ -18,7 +18,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks.check import Check
-from axisid.estimation.diagnostics.loop.control_law import LawCheck, check_law
+from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
 from tests.refusals import refuses
 
 

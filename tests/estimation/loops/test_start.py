@@ -10,7 +10,7 @@ from axisid import Record, build, identify, load_axis, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import BALANCED
 from axisid.estimation import check_law
-from axisid.estimation.diagnostics.loop.control_law import LawCheck
+from axisid.estimation.diagnostics.law.control_law import LawCheck
 from axisid.estimation.loops.start import _KNOWN, loop_starts
 from axisid.estimation.loops.start_velocity import first_velocity
 from axisid.estimation.regression.simulated_rows import simulated_loops

@@ -13,10 +13,15 @@ from axisid.codegen.lowering.loop_settings import LoopStart
 from axisid.control import BALANCED, ControlLaw, cascade_pd, cascade_pd_averaged
 from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation import check_law
-from axisid.estimation.diagnostics.loop.control_law import LawCheck
+from axisid.estimation.diagnostics.law.control_law import LawCheck
 from axisid.estimation.loops.clocks import two_clocks
 from axisid.estimation.regression.simulated_rows import LoopDataError, simulated_loops
-from axisid.estimation.simulation.closed_loop import signals_about, simulate_estimate
+from axisid.estimation.simulation.closed_loop import (
+    simulate_estimate,
+)
+from axisid.estimation.simulation.simulated import (
+    signals_about,
+)
 from axisid.estimation.simulation.twin import trajectory
 from axisid.estimation.simulation.two_clocks import TwoClocks
 from axisid.modeling.declaration.experiment import Move, back_and_forth

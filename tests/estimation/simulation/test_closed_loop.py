@@ -13,7 +13,10 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import REFERENCE, ControlLaw
 from axisid.elements import Drive, coulomb, spring
-from axisid.estimation.simulation.closed_loop import Simulation, signals_about
+from axisid.estimation.simulation.simulated import (
+    Simulation,
+    signals_about,
+)
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration.experiment import Move
 from tests.axes.bodies import body, c, k, m, x

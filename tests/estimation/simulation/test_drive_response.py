@@ -11,7 +11,9 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive, end_stop
 from axisid.estimation.simulation import trajectory
 from axisid.estimation.simulation.batch import simulate_batch
-from axisid.estimation.simulation.closed_loop import mean_force
+from axisid.estimation.simulation.simulated import (
+    mean_force,
+)
 from tests.axes.bodies import body, force_law, x
 from tests.axes.lagging import PERIOD, THETA, integrated, lagging
 from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values

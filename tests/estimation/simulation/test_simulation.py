@@ -27,7 +27,9 @@ from axisid.codegen.runtime.virtual_loop import VirtualLoop
 from axisid.control import MEASURED_POSITION
 from axisid.elements import Drive, coulomb
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation.closed_loop import signals_about
+from axisid.estimation.simulation.simulated import (
+    signals_about,
+)
 from tests.axes.bodies import Fc, body, force_law, q
 from tests.axes.simulated import AXES
 from tests.estimation.exact_axis import ExactAxis, closed_loop

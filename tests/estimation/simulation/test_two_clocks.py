@@ -14,7 +14,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import check_law, simulate_batch
-from axisid.estimation.diagnostics.loop.control_law import LawCheck
+from axisid.estimation.diagnostics.law.control_law import LawCheck
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.recorded import PERIOD_S, recorded_axis
 from tests.estimation.loops.test_two_clocks import LOG, by_events, cascade, cascade_p_pi, stage

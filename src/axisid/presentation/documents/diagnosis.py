@@ -9,7 +9,8 @@ from msgspec import UNSET, UnsetType
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.estimates import Endogeneity, InstrumentTests
-from axisid.estimation.diagnostics.loop import Alignment, LawCheck
+from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.loop import Alignment
 from axisid.estimation.noise import Attenuation
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (

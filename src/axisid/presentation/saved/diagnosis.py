@@ -16,7 +16,8 @@ from axisid.estimation.diagnostics.estimates import (
     InstrumentTests,
     Strength,
 )
-from axisid.estimation.diagnostics.loop import Alignment, LawCheck, MotionComparison
+from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.loop import Alignment, MotionComparison
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.noise import NO_ATTENUATION, Attenuation, NoiseBias
 from axisid.estimation.regression import ResidualTests

@@ -5,7 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.diagnostics.estimates import Endogeneity, InstrumentTests
-from axisid.estimation.diagnostics.loop import Alignment, LawCheck, MotionComparison
+from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.loop import Alignment, MotionComparison
 from axisid.estimation.estimates import COVARIANCES, Estimate, Value
 from axisid.presentation.blocks import (
     Column,

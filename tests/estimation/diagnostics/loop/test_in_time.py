@@ -22,7 +22,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation import check_law
-from axisid.estimation.diagnostics.loop import LawCheck
+from axisid.estimation.diagnostics.law import LawCheck
 from axisid.modeling import Experiment, back_and_forth
 from axisid.support.remedy import as_options
 

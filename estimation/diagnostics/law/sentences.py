@@ -19,8 +19,8 @@ from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.laws import velocity_variants
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .law_terms import law_error_percent
 from .position_zero import position_zero, zero_note
+from .terms import law_error_percent
 
 #: Names of what is regressed beside the products of gains.
 CONSTANT, DRIFT, INJECTED = "constant", "drift", "injected"

@@ -11,7 +11,7 @@ from axisid import Record, build, identify, load_axis, read_record, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics import conclusion
-from axisid.estimation.diagnostics.loop import LawCheck, check_law
+from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.support.missing import Missing
 
 

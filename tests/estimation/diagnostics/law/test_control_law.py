@@ -18,7 +18,7 @@ from axisid.control import (
     cascade_pd,
     gain,
 )
-from axisid.estimation.diagnostics.loop.control_law import LawCheck, check_law
+from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
 from axisid.modeling.laws.cascade_pd import CASCADES, velocity_variants
 from axisid.support.missing import Missing
 from tests.axes.simulated import AXES

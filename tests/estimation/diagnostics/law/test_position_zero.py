@@ -9,8 +9,8 @@ from axisid import Record, build, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import BALANCED
 from axisid.estimation import check_law
-from axisid.estimation.diagnostics.loop.control_law import LawCheck
-from axisid.estimation.diagnostics.loop.position_zero import position_zero
+from axisid.estimation.diagnostics.law.control_law import LawCheck
+from axisid.estimation.diagnostics.law.position_zero import position_zero
 from axisid.support.remedy import as_options
 from tests.estimation.loops.test_start import carried
 from tests.estimation.simulation.test_loop_start import vertical

@@ -16,7 +16,7 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .law_terms import compared_with_law, law_error_percent
+from .terms import compared_with_law, law_error_percent
 
 _STEP = 1e-3  # of the reference's range
 

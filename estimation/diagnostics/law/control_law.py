@@ -16,41 +16,33 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
-from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.diagnostics import (
     COMPARISON_CUTOFF,
-    MAX_CONTROL_LEAN,
-    MAX_EXPLAINED_RESIDUAL,
     MAX_FACTOR_ERROR,
     MAX_LAW_RESIDUAL,
-    MAX_SCALE_ERROR,
     MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy
 
-from .law_by_runs import GainsBeside, said_of_gains
-from .law_sentences import (
+from .by_runs import GainsBeside, said_of_gains
+from .factors import best_shift, constant_beside, law_factors, lean_of, leaning, scaled_factors
+from .position_zero import told_zero
+from .sentences import (
     CONSTANT,
-    DRIFT,
     INJECTED,
-    MOST_SHIFT,
     large_fault,
     remedy_by_test_signal,
     remedy_by_time,
     repair_of,
     small_fault,
 )
-from .law_terms import LAW_SETTLING, compared_as, compared_with_law, left_open_percent
-from .law_unevenly import Reading, is_uneven, open_for_jitter, other_readings
-from .position_zero import told_zero
-
-_LAGS = 50  # samples over which what the law leaves may be alike
+from .terms import LAW_SETTLING, compared_as, compared_with_law, left_open_percent
+from .unevenly import Reading, is_uneven, open_for_jitter, other_readings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,7 +178,7 @@ def _compared(
     left_open = left_open_percent(axis, record, used)
     if left_open > MAX_LAW_RESIDUAL.value:
         return _too_open(law, record, left_open)
-    shift = _best_shift(terms.sum(axis=1), control, used)
+    shift = best_shift(terms.sum(axis=1), control, used)
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
     both = _Both(axis, law, record, settle, control, terms, used, advises)
     # An integral shows its start along the whole record, and wrong gains move what starts it.
@@ -219,15 +211,15 @@ def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> La
     control, terms, used = of.control, of.terms, of.used
     names = [str(product) for product, _ in law.terms]
     names += [] if record.added_control is None else [INJECTED]
-    factors, fitted = _factors(control[used], terms[used], names)
+    factors, fitted = law_factors(control[used], terms[used], names)
     following = Neighbours.of(np.flatnonzero(used), 1)
-    scaled = _scaled(control[used], terms[used], names, following)
+    scaled = scaled_factors(control[used], terms[used], names, following)
     if law.takes_velocity and abs(scaled.get(INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR.value:
         del scaled[INJECTED]  # the velocity that is compared is not the sensor's to a hundredth
     left = (control - terms.sum(axis=1))[used]
-    lean = _lean(left, control[used], following)
+    lean = lean_of(left, control[used], following)
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
-    constant = None if passed else _constant(control[used], terms[used], names, fitted)
+    constant = None if passed else constant_beside(control[used], terms[used], names, fitted)
     sought = not passed and of.advises
     repair = repair_of(axis, law, record, settle, declared, shift) if sought else None
     zero = told_zero(axis, law, record, settle) if CONSTANT in lean else ""
@@ -268,9 +260,9 @@ def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
         )
     times = beside.times(beside.point)
     off = {name: value for name, (value, clear) in times.items() if clear}
-    leans = [_leaning(each, beside.neighbours)[0] for each in beside.left_open(beside.point)]
+    leans = [leaning(each, beside.neighbours)[0] for each in beside.left_open(beside.point)]
     open_ = MIN_DISTANCE_FROM_NOISE.value * np.abs([np.zeros(2), *leans]).max(axis=0)
-    lean = _lean(left, beside.compared(beside.along.control), beside.neighbours, open_)
+    lean = lean_of(left, beside.compared(beside.along.control), beside.neighbours, open_)
     check = LawCheck(
         factors={name: value for name, (value, _) in times.items()},
         residual_percent=declared,
@@ -385,112 +377,3 @@ def _other_clock(note: Note) -> LawCheck:
         meaning=note.text,
         remedy=note.remedy,
     )
-
-
-def _factors(
-    control: Array, terms: Array, names: list[str]
-) -> tuple[dict[str, float], float | None]:
-    """Factors and what they leave, percent; none where the terms cannot be told apart."""
-    moving = np.any(terms != 0, axis=0)
-    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
-    if not kept:
-        return {}, None
-    try:
-        fit = least_squares(control, factor(terms[:, moving], kept))
-    except EstimationError:
-        return {}, None
-    factors = dict(zip(kept, map(float, fit.theta), strict=True))
-    return factors, relative_error_percent(fit.residuals, control)
-
-
-def _scaled(
-    control: Array, terms: Array, names: list[str], neighbours: Neighbours
-) -> dict[str, float]:
-    """Factors that are not 1, by more than 1 % and three of their deviations."""
-    moving = np.any(terms != 0, axis=0)
-    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
-    if not kept:
-        return {}
-    try:
-        columns = factor(terms[:, moving], kept, neighbours=neighbours)
-    except EstimationError:
-        return {}
-    fit = least_squares(control, columns)
-    lags = min(_LAGS, len(control) // 4)
-    deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
-    far = np.maximum(MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value * deviations)
-    return {
-        name: float(value)
-        for name, value, limit in zip(kept, fit.theta, far, strict=True)
-        if abs(value - 1) > limit
-    }
-
-
-def _lean(
-    left: Array,
-    control: Array,
-    neighbours: Neighbours,
-    left_open: Array | tuple[float, float] = (0.0, 0.0),
-) -> dict[str, float]:
-    """A constant and a drift over the record that stand out of what the law leaves, by name.
-
-    Parameters
-    ----------
-    left, control : (n,) array
-    neighbours : Neighbours
-    left_open : (2,) array_like
-        How large either may be for what the log does not write.
-    """
-    values, deviations = _leaning(left, neighbours)
-    least = MAX_CONTROL_LEAN.value * float(np.sqrt(np.mean(control**2))) * np.array([1.0, 2.0])
-    far = np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * deviations)
-    return {
-        name: float(value)
-        for name, value, limit in zip(
-            (CONSTANT, DRIFT), values, np.maximum(far, left_open), strict=True
-        )
-        if abs(value) > limit
-    }
-
-
-def _leaning(left: Array, neighbours: Neighbours) -> tuple[Array, Array]:
-    """Constant and drift of what is left, and their deviations, (2,) each."""
-    half = neighbours.places - neighbours.places.mean()
-    terms = np.column_stack([np.ones(len(left)), half / np.ptp(half)])
-    fit = least_squares(left, factor(terms, (CONSTANT, DRIFT), neighbours=neighbours))
-    lags = min(_LAGS, len(left) // 4)
-    return fit.theta, np.sqrt(np.diag(Hac(lags).matrix(fit)))
-
-
-def _constant(
-    control: Array, terms: Array, names: list[str], without: float | None
-) -> float | None:
-    """A constant that explains what the law's terms with factors of their own do not, or None.
-
-    Parameters
-    ----------
-    without : float or None
-        What factors alone leave, percent.
-    """
-    factors, fitted = _factors(
-        control, np.column_stack([terms, np.ones(len(terms))]), [*names, CONSTANT]
-    )
-    if fitted is None or fitted > MAX_LAW_RESIDUAL.value:
-        return None
-    if without is not None and fitted > MAX_EXPLAINED_RESIDUAL.value * without:
-        return None
-    constant = factors.pop(CONSTANT)
-    near = all(abs(value - 1) < MAX_FACTOR_ERROR.value for value in factors.values())
-    return constant if near else None
-
-
-def _best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:
-    """Shift that explains the control clearly better than none, else 0."""
-    rows = np.flatnonzero(used)
-    rows = rows[(rows >= MOST_SHIFT) & (rows < len(control) - MOST_SHIFT)]
-    errors = {
-        shift: float(np.linalg.norm(control[rows] - predicted[rows - shift]))
-        for shift in range(-MOST_SHIFT, MOST_SHIFT + 1)
-    }
-    best = min(errors, key=lambda shift: errors[shift])
-    return best if errors[best] < MAX_EXPLAINED_RESIDUAL.value * errors[0] else 0

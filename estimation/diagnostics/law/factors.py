@@ -1,0 +1,130 @@
+"""What stands between a recorded control and the terms of its law: factors, a constant, a shift."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.regression import Hac, factor, least_squares
+from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_CONTROL_LEAN,
+    MAX_EXPLAINED_RESIDUAL,
+    MAX_FACTOR_ERROR,
+    MAX_LAW_RESIDUAL,
+    MAX_SCALE_ERROR,
+)
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import EstimationError
+
+from .sentences import CONSTANT, DRIFT, MOST_SHIFT
+
+_LAGS = 50  # samples over which what the law leaves may be alike
+
+
+def law_factors(
+    control: Array, terms: Array, names: list[str]
+) -> tuple[dict[str, float], float | None]:
+    """Factors and what they leave, percent; none where the terms cannot be told apart."""
+    moving = np.any(terms != 0, axis=0)
+    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
+    if not kept:
+        return {}, None
+    try:
+        fit = least_squares(control, factor(terms[:, moving], kept))
+    except EstimationError:
+        return {}, None
+    factors = dict(zip(kept, map(float, fit.theta), strict=True))
+    return factors, relative_error_percent(fit.residuals, control)
+
+
+def scaled_factors(
+    control: Array, terms: Array, names: list[str], neighbours: Neighbours
+) -> dict[str, float]:
+    """Factors that are not 1, by more than 1 % and three of their deviations."""
+    moving = np.any(terms != 0, axis=0)
+    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
+    if not kept:
+        return {}
+    try:
+        columns = factor(terms[:, moving], kept, neighbours=neighbours)
+    except EstimationError:
+        return {}
+    fit = least_squares(control, columns)
+    lags = min(_LAGS, len(control) // 4)
+    deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
+    far = np.maximum(MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value * deviations)
+    return {
+        name: float(value)
+        for name, value, limit in zip(kept, fit.theta, far, strict=True)
+        if abs(value - 1) > limit
+    }
+
+
+def lean_of(
+    left: Array,
+    control: Array,
+    neighbours: Neighbours,
+    left_open: Array | tuple[float, float] = (0.0, 0.0),
+) -> dict[str, float]:
+    """A constant and a drift over the record that stand out of what the law leaves, by name.
+
+    Parameters
+    ----------
+    left, control : (n,) array
+    neighbours : Neighbours
+    left_open : (2,) array_like
+        How large either may be for what the log does not write.
+    """
+    values, deviations = leaning(left, neighbours)
+    least = MAX_CONTROL_LEAN.value * float(np.sqrt(np.mean(control**2))) * np.array([1.0, 2.0])
+    far = np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * deviations)
+    return {
+        name: float(value)
+        for name, value, limit in zip(
+            (CONSTANT, DRIFT), values, np.maximum(far, left_open), strict=True
+        )
+        if abs(value) > limit
+    }
+
+
+def leaning(left: Array, neighbours: Neighbours) -> tuple[Array, Array]:
+    """Constant and drift of what is left, and their deviations, (2,) each."""
+    half = neighbours.places - neighbours.places.mean()
+    terms = np.column_stack([np.ones(len(left)), half / np.ptp(half)])
+    fit = least_squares(left, factor(terms, (CONSTANT, DRIFT), neighbours=neighbours))
+    lags = min(_LAGS, len(left) // 4)
+    return fit.theta, np.sqrt(np.diag(Hac(lags).matrix(fit)))
+
+
+def constant_beside(
+    control: Array, terms: Array, names: list[str], without: float | None
+) -> float | None:
+    """A constant that explains what the law's terms with factors of their own do not, or None.
+
+    Parameters
+    ----------
+    without : float or None
+        What factors alone leave, percent.
+    """
+    factors, fitted = law_factors(
+        control, np.column_stack([terms, np.ones(len(terms))]), [*names, CONSTANT]
+    )
+    if fitted is None or fitted > MAX_LAW_RESIDUAL.value:
+        return None
+    if without is not None and fitted > MAX_EXPLAINED_RESIDUAL.value * without:
+        return None
+    constant = factors.pop(CONSTANT)
+    near = all(abs(value - 1) < MAX_FACTOR_ERROR.value for value in factors.values())
+    return constant if near else None
+
+
+def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:
+    """Shift that explains the control clearly better than none, else 0."""
+    rows = np.flatnonzero(used)
+    rows = rows[(rows >= MOST_SHIFT) & (rows < len(control) - MOST_SHIFT)]
+    errors = {
+        shift: float(np.linalg.norm(control[rows] - predicted[rows - shift]))
+        for shift in range(-MOST_SHIFT, MOST_SHIFT + 1)
+    }
+    best = min(errors, key=lambda shift: errors[shift])
+    return best if errors[best] < MAX_EXPLAINED_RESIDUAL.value * errors[0] else 0

@@ -1,0 +1,131 @@
+"""A simulated closed loop, and its signals as regressors and logs have them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.signals import Signals, acting_along, drive_force
+from axisid.support.arrays import Array, Exact
+
+from .recorded import before
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Simulation(Exact):
+    """A simulated closed loop, at the reference's samples, (N,) each, SI.
+
+    Force, acceleration and friction direction are those just after the control was updated at the
+    sample; with position and velocity they satisfy the model row by row.
+
+    Attributes
+    ----------
+    time, position, velocity, acceleration, force : array
+    control : array
+        In the drive's unit.
+    direction : array
+        Friction direction: +1 or -1 while sliding, between them while stuck.
+    direction_before : array
+        The same just before the sample, under what was held until then.
+    measured_position : array
+        With the noise and the encoder resolution that were given.
+    held : array or None
+        Force just before each sample, where the law runs at a clock of its own; None where it is
+        that of the sample before.
+    recorded : tuple of array
+        The recorded signals that the axis declares, in its order.
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    force: Array
+    control: Array
+    direction: Array
+    direction_before: Array
+    measured_position: Array
+    held: Array | None = None
+    recorded: tuple[Array, ...] = ()
+
+    def as_measured(self, zero: float) -> "Simulation":
+        """The same loop, whose positions are those that were measured, from another zero."""
+        return replace(self, position=self.measured_position + zero)
+
+    @property
+    def mode(self) -> Array:
+        """+1 and -1 while sliding, 0 while stuck (at rest, and nothing to move it)."""
+        stuck = (self.velocity == 0) & (self.acceleration == 0)
+        return np.where(stuck, 0.0, self.direction)
+
+    @property
+    def signals(self) -> Signals:
+        """What a regressor is made of, just after each sample."""
+        return Signals(
+            position=self.position,
+            velocity=self.velocity,
+            acceleration=self.acceleration,
+            force=self.force,
+            direction=self.direction,
+            recorded=self.recorded,
+        )
+
+
+def signals_about(
+    axis: GeneratedAxis, parameters: Array, simulation: Simulation
+) -> tuple[Signals, Signals]:
+    """Signals just after each sample and just before: the same motion under the force of each side.
+
+    They satisfy the model row by row. A force that changes between samples stands by its mean over
+    the period on each side. At the first sample, and for a continuous law, both are those after it.
+    """
+    law = axis.axis.control
+    if law is not None and law.continuous:
+        return simulation.signals, simulation.signals
+    after, force = simulation.signals, simulation.force
+    if not axis.axis.holds_force:
+        force = mean_force(axis, simulation)
+        after = _under(axis, parameters, simulation.signals, force)
+    held = simulation.held
+    if held is None:
+        held = np.concatenate([force[:1], force[:-1]])
+    earlier = replace(
+        simulation.signals,
+        direction=simulation.direction_before,
+        recorded=before(axis, simulation.recorded),
+    )
+    return after, _under(axis, parameters, earlier, held)
+
+
+def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Array) -> Signals:
+    """The same motion under another force."""
+    motion = (signals.position, signals.velocity, force, signals.direction)
+    (acceleration,) = axis.evaluate("direct_dynamics", *motion, *signals.recorded, parameters)
+    return replace(signals, force=force, acceleration=acceleration[:, 0])
+
+
+def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """The drive's force in the mean from each sample of a simulation to the next, (N,)."""
+    response = axis.axis.response
+    if response is None:
+        return simulation.force
+    made = drive_force(
+        axis,
+        simulation.control,
+        simulation.position,
+        simulation.velocity,
+        simulation.recorded,
+    )
+    return acting_along(made, response, start=float(simulation.force[0])).mean
+
+
+def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """The control of a simulation where the axis's records have it, (N,)."""
+    drive, response = axis.axis.drive, axis.axis.response
+    if response is None or drive.logged == "command":
+        return simulation.control
+    if drive.logged == "current":
+        motion = (simulation.force, simulation.position, simulation.velocity)
+        return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
+    late, control = response.late, simulation.control
+    return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
