@@ -150,7 +150,6 @@ LAWS: dict[str, Case] = {
         without={"no anti-windup": _joint_law(anti_windup="none")},
     ),
     "vertical_screw": _own("vertical_screw"),
-    "rotary_table": _own("rotary_table"),
 }
 
 

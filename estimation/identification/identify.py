@@ -20,8 +20,9 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 from .bound import weighted
+from .drive_time import identified_with_time
 from .result import Identification
-from .shared import shared_records
+from .shared import Shared, shared_records
 
 
 def identify(
@@ -90,7 +91,25 @@ def identify(
     requested = _requested(methods)
     _check_start(start)
     as_given = _at_rate(prefilter, records[0].period)
-    shared = shared_records(generated, records, as_given, local, known, gain, skip_bad=skip_bad)
+
+    def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
+        shared = shared_records(tried, records, as_given, local, known, gain, skip_bad=skip_bad)
+        return _identified(tried, shared, as_given, chosen, lags, covariance, start)
+
+    if generated.declared.drive.estimated is not None:
+        return identified_with_time(generated, records, run, requested)
+    return run(generated, requested)
+
+
+def _identified(
+    generated: GeneratedAxis,
+    shared: Shared,
+    as_given: Prefilter,
+    requested: Sequence[str] | None,
+    lags: int | None,
+    covariance: str,
+    start: str,
+) -> Identification:
     layout = shared.layout(generated)
     data = shared.bound(generated, layout, as_given)
     problem = weighted(Problem(axis=generated, data=data, layout=layout))

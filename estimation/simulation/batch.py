@@ -19,11 +19,12 @@ from .lane_arguments import (
     aligned,
     check_lanes,
     check_threads,
+    gains_by_lane,
     lane_injected,
     lane_noise,
+    run_code,
     wanted_names,
 )
-from .lane_gains import gains_by_lane, run_code
 from .loop_start import lane_starts
 from .recorded import at_law, checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance

@@ -15,7 +15,7 @@ from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_real, real_array
 from axisid.support.user_values import quoted
 
-from .lane_gains import axes_by_gains
+from .lane_arguments import axes_by_gains
 
 _STEPS = 20  # of Newton's method; a law that is linear in its memory takes one
 _CLOSE = 1e-14  # of the control

@@ -162,9 +162,11 @@ class Axis:
     def _check_response(self) -> None:
         """Refuse a lag or a delay that the law contradicts."""
         law, drive = self.control, self.drive
-        if law is None or drive.is_immediate:
+        if law is None or (drive.is_immediate and drive.estimated is None):
             return
-        timing = " and ".join(name for name in ("lag", "delay") if getattr(drive, name))
+        estimated = "" if drive.estimated is None else drive.estimated[0]
+        names = (n for n in ("lag", "delay") if getattr(drive, n) or n == estimated)
+        timing = " and ".join(names)
         if law.continuous:
             raise ModelError(
                 f"axis {self.name!r}: the drive has a {timing}, which is that of commands held "

@@ -14,6 +14,7 @@ from typing import Any
 import sympy
 
 from axisid.modeling.declaration import (
+    HIDDEN_FROM,
     ROLES,
     Axis,
     Column,
@@ -207,12 +208,14 @@ def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
     return (good if len(good) == len(made) and table.fine else None), symbols
 
 
-def _parameter(root: Table, name: str) -> Parameter | None:
+def _parameter(root: Table, name: str, unit: str = "") -> Parameter | None:
+    """A parameter from its table, of a unit that is given in it or goes without saying."""
     checked = checked_name(root, name, name, "a parameter", check_symbol)
     table = root.table(name)
     table.only("unit", "nominal", "lower", "upper", "description", "known", "known_sd")
-    table.needs("unit")
+    table.needs(*([] if unit else ["unit"]))
     fields: dict[str, Any] = {"description": table.text("description")}
+    fields |= {"unit": unit} if unit else {}
     fields |= {"unit": table.values["unit"]} if "unit" in table.values else {}
     fields |= {
         key: table.number(key, finite=key not in ("lower", "upper"))
@@ -311,6 +314,11 @@ def _drive(root: Table, symbols: Symbols) -> Drive | None:
     table.needs("gain")
     fields = {key: value for key, value in table.values.items() if key in keys}
     fields |= {key: table.expression(key, symbols) for key in _DRIVEN_BY if key in table.values}
+    fields |= {
+        key: _parameter(table, key, unit="s")
+        for key in HIDDEN_FROM
+        if isinstance(table.values.get(key), Mapping)
+    }
     # Where the control was logged is told by lag and delay, so that it is not tried alone.
     alone = [key for key in keys if key != "logged"]
     return table.made(Drive, fields, {"gain": 1.0}, apart=alone)

@@ -8,7 +8,7 @@ from msgspec import UNSET, UnsetType
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.estimates import Estimate, Physical, Value
-from axisid.estimation.identification import Identification
+from axisid.estimation.identification import DriveTime, Identification
 from axisid.estimation.records import Record
 from axisid.estimation.regression import DrawSummary
 from axisid.estimation.signals import Prefilter, Sampling
@@ -19,6 +19,7 @@ from axisid.presentation.schema import (
     Matrix,
     WrittenDirectValue,
     WrittenDrawn,
+    WrittenDriveTime,
     WrittenEstimate,
     WrittenIdentification,
     WrittenKnown,
@@ -59,7 +60,7 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
         signature=result.axis.signature,
         left_out=left_out(result.axis),
         signals=tuple(map(_signal, result.axis.axis.signals)) or UNSET,
-        drive=_response(result.axis.axis.drive),
+        drive=_response(result.axis.axis.drive, result.drive_time),
         record=record_document(result.record),
         prefilter=prefilter_document(result.data.sampling),
         requested=None if result.requested is None else request_document(result.requested),
@@ -82,10 +83,26 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
     )
 
 
-def _response(drive: Drive) -> WrittenResponse | UnsetType:
-    if drive.is_immediate:
+def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
+    if drive.is_immediate and found is None:
         return UNSET
-    return WrittenResponse(lag=drive.lag, delay=drive.delay, logged=cast(Any, drive.logged))
+    return WrittenResponse(
+        lag=drive.lag,
+        delay=drive.delay,
+        logged=cast(Any, drive.logged),
+        estimated=UNSET if found is None else _drive_time(found),
+    )
+
+
+def _drive_time(found: DriveTime) -> WrittenDriveTime:
+    return WrittenDriveTime(
+        name=found.parameter.name,
+        of=cast(Any, found.name),
+        nominal=found.parameter.nominal,
+        value=found.value,
+        sd=found.deviation,
+        interval_95=found.interval,
+    )
 
 
 def _signal(signal: Signal) -> WrittenSignal:
