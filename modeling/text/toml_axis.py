@@ -352,7 +352,8 @@ def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experimen
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
-    table.only("moves", "back_and_forth", "truth", "position_noise", "seed", "signals")
+    noise = ("position_noise", "resolution", "seed")
+    table.only("moves", "back_and_forth", "truth", *noise, "signals")
     signals = table.table("signals")
     signals.only(*recorded)
     truth = table.table("truth")
@@ -361,6 +362,7 @@ def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experimen
         "moves": _moves(table),
         "truth": {name: truth.number(name) for name in truth.values if name in names},
         "position_noise": table.number("position_noise"),
+        "resolution": table.number("resolution"),
         "seed": table.whole("seed", 1),
         "signals": {
             name: signals.expression(name, {str(TIME): TIME})
@@ -369,7 +371,7 @@ def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experimen
         },
     }
     neutral = {"moves": (Move(1.0, 1.0, 1.0),)}
-    return table.made(Experiment, fields, neutral, apart=("position_noise", "seed"))
+    return table.made(Experiment, fields, neutral, apart=noise)
 
 
 def _moves(table: Table) -> tuple[Move, ...]:
