@@ -283,7 +283,8 @@ def _unjudged(shares: Mapping[str, object]) -> str:
 
 def _lines(name: str, logs: Mapping[str, Mapping[str, object]]) -> Iterator[str]:
     for log, shares in logs.items():
-        yield f"{name:<34}{log:<16}fails {100 * float(str(shares['failed'])):.0f} %{_unjudged(shares)}"
+        failed = 100 * float(str(shares["failed"]))
+        yield f"{name:<34}{log:<16}fails {failed:.0f} %{_unjudged(shares)}"
         noticed, named = shares["noticed"], shares["named"]
         assert isinstance(noticed, dict)
         assert isinstance(named, dict)
