@@ -190,7 +190,8 @@ def _started(
     late = np.vstack([np.repeat(late[:1], delay, axis=0), late[: len(late) - delay]])
     control, regressor = np.asarray(record.control)[rows.used], late[rows.used]
     if apart:
-        stretches = np.cumsum(np.diff(np.flatnonzero(rows.used), prepend=-1) > 1)
+        begins = np.diff(np.flatnonzero(rows.used), prepend=-1) > 1
+        stretches = np.cumsum(begins, dtype=np.intp)
         control, regressor = _about_means(control, stretches), _about_means(regressor, stretches)
     sizes = np.linalg.norm(regressor, axis=0)
     if not np.all(sizes > 0):
