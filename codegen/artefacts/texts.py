@@ -183,6 +183,9 @@ def _native(
             sizes["GAINS"] = len(law.gains)
         if model.axis.signals:
             sizes["SIGNALS"] = len(model.axis.signals)
+        if sizes["SIDES"]:
+            inputs = (port.name for port in by_name["switching"].inputs)
+            sizes |= {"MOVING": 1} if "held" in inputs else {}
         printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
     head = "".join(f"   {line}\n" for line in header.splitlines())
     body = "\n".join(printed)

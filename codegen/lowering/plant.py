@@ -7,10 +7,12 @@ side of each; see `switching`. Only then do programs take `sides`.
 from dataclasses import dataclass
 from functools import partial, reduce
 
+import sympy
+
 from axisid.modeling.algebra import slope
 from axisid.modeling.declaration import FORCE_TARGET, Response
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import DIRECTION, FORCE
+from axisid.modeling.quantities import DIRECTION, FORCE, Signal
 
 from .drive import drive_force
 from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED
@@ -26,6 +28,7 @@ HELD_TARGET = ("tau", FORCE_TARGET)
 RECORDED = "signals"
 #: What the vector of the law's gains is called, where they are arguments.
 GAINS = "law_gains"
+_Lines = tuple[tuple[int, int], ...]  # value and rate of each signal
 
 
 def plant_programs(
@@ -82,16 +85,42 @@ def _with_sides(arguments: Arguments, model: AxisModel, found: Switching) -> Arg
 
 
 def _switching(model: AxisModel, found: Switching) -> Program:
+    """With recorded signals among what decides they are taken `step` seconds later."""
     q = model.axis.coordinate
-    arguments = _with_sides(Arguments().scalars(q.symbol, q.velocity), model, found)
+    arguments = Arguments().scalars(q.symbol, q.velocity)
+    lines: _Lines = ()
+    if found.moved_by:
+        _, lines = _held(arguments, model)
+    _with_sides(arguments, model, found)
     slopes = {
         name: [[slope(value, by, "what decides a side") for value in found.functions]]
         for name, by in (("by_position", q.symbol), ("by_velocity", q.velocity))
     }
+    if found.moved_by:
+        _moved(arguments, lines, model)
+        slopes["by_time"] = [[_by_time(value, found.moved_by) for value in found.functions]]
     builder = arguments.lower(switches=[found.functions], **slopes)
     return builder.program(
         "switching", "What changes its sign where a side changes, and how it changes."
     )
+
+
+def _moved(arguments: Arguments, lines: _Lines, model: AxisModel) -> None:
+    """Take the signals where their lines are `step` seconds later, and their rates."""
+    builder = arguments.builder
+    step = builder.scalar("step")
+    for signal, (value, rate) in zip(model.axis.signals, lines, strict=True):
+        later = builder.apply("add", value, builder.apply("mul", rate, step))
+        arguments.values |= {signal.symbol: later, _rate_of(signal): rate}
+
+
+def _by_time(value: sympy.Expr, signals: tuple[Signal, ...]) -> sympy.Expr:
+    """How what decides a side changes with the recorded signals."""
+    return sum(slope(value, s.symbol, "what decides a side") * _rate_of(s) for s in signals)
+
+
+def _rate_of(signal: Signal) -> sympy.Symbol:
+    return sympy.Symbol(signal.rate_name, real=True)
 
 
 def _wave_number(model: AxisModel, found: Switching) -> Program:
@@ -126,7 +155,7 @@ class _Plant:
     arguments: Arguments
     motion: tuple[int, int]
     held: tuple[int, ...]
-    recorded: tuple[tuple[int, int], ...]  # value and rate of each signal
+    recorded: _Lines
     mode: tuple[tuple[int, ...], ...]  # the direction, and the sides if there are any
     parameters: tuple[int, ...]
 
@@ -179,15 +208,21 @@ def _recorded_names(model: AxisModel) -> tuple[str, ...]:
     return tuple(name for s in model.axis.signals for name in (s.name, s.rate_name))
 
 
+def _held(arguments: Arguments, model: AxisModel) -> tuple[tuple[int, ...], _Lines]:
+    """What is held, and value and rate of each recorded signal."""
+    names = _held_names(model)
+    vector = arguments.builder.vector("held", (*names, *_recorded_names(model)))
+    lines = vector[len(names) :]
+    return tuple(vector[: len(names)]), tuple(zip(lines[::2], lines[1::2], strict=True))
+
+
 def _plant(
     model: AxisModel, law: Program | None, acceleration: Program, found: Switching
 ) -> _Plant:
     q = model.axis.coordinate
     arguments = Arguments(reciprocals=True).scalars(q.symbol, q.velocity)
     names, signals = _held_names(model), model.axis.signal_symbols
-    vector = arguments.builder.vector("held", (*names, *_recorded_names(model)))
-    held, lines = vector[: len(names)], vector[len(names) :]
-    recorded = tuple(zip(lines[::2], lines[1::2], strict=True))
+    held, recorded = _held(arguments, model)
     arguments.values.update((s, value) for s, (value, _) in zip(signals, recorded, strict=True))
     values = _with_sides(arguments.scalars(DIRECTION), model, found).values
     sides = tuple(values[side] for side in found.sides)

@@ -204,17 +204,17 @@ def _lanes(functions: Mapping[str, Any], substeps: int) -> _Lanes:
     parameters = rng.uniform(
         0.5, 1.5, (lanes, functions["closed_loop_step"].size1_in("parameters"))
     )
+    injected = 0.1 * sizes * rng.normal(size=reference.shape)
+    recorded = _recorded(recorded_values(functions), sizes, rng)
     if "switching" in functions:
         own = functions["switching"].size1_in("parameters")
-        start = _near_sides(functions["switching"], parameters[:, :own], start)
+        start = _near_sides(functions["switching"], parameters[:, :own], start, recorded)
     allowed = np.full(lanes, np.inf)
     allowed[_BOUNDED] = np.max(np.abs(reference[:, _BOUNDED] - start[_BOUNDED])) * 0.9
     continuous = is_continuous(functions)
     settings = LoopSettings(
         period=_STEP, resolution=0.0 if continuous else 1e-6, allowed=allowed, substeps=substeps
     )
-    injected = 0.1 * sizes * rng.normal(size=reference.shape)
-    recorded = _recorded(recorded_values(functions), sizes, rng)
     begins = LoopStart(
         position=start,
         velocity=_moving(rng, sizes),
@@ -326,14 +326,20 @@ def _moves(expected: _Result, shaken: _Result) -> Iterator[tuple[str, float, flo
         yield name, size, np.max(np.abs(wanted - other), initial=0.0, where=finite)
 
 
-def _near_sides(switching: Any, parameters: Array, start: Array) -> Array:
+def _near_sides(switching: Any, parameters: Array, start: Array, recorded: Array | None) -> Array:
     """Starts moved to where a side changes, and some into the place: a few samples then pass it."""
     near = start.copy()
+    moving = "held" in switching.name_in()
     for lane in range(len(start)):
         index, q = lane % switching.size1_in("sides"), start[lane]
         for _ in range(_NEWTON):
             sides = np.ones(switching.size1_in("sides"))
-            values, slopes, _ = switching(q, 0.0, sides, parameters[lane])
+            arguments = [q, 0.0, sides, parameters[lane]]
+            if moving and recorded is not None:
+                held = np.zeros(switching.size1_in("held"))
+                held[-recorded.shape[1] :] = recorded[0, :, lane]
+                arguments = [q, 0.0, held, sides, parameters[lane], 0.0]
+            values, slopes = switching(*arguments)[:2]
             q -= float(values[index]) / (float(slopes[index]) or np.inf)
         beside = start[lane] if lane % 2 else 0.0
         near[lane] = q + beside if np.isfinite(q) else start[lane]

@@ -116,7 +116,8 @@ def print_c_loop(
     ----------
     sizes : mapping of str to int
         ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any, and
-        ``GAINS`` where those of the law are arguments: the last of the parameters.
+        ``GAINS`` where those of the law are arguments, the last of the parameters; ``MOVING`` where
+        signals move places in which sides change.
     continuous : bool
         Whether the law is.
     response : mapping of str to float
@@ -134,7 +135,13 @@ def print_c_loop(
     parts = {name: bool(response.get(name)) for name in ("LAGGED", "SPLIT")}
     parts |= {"RESPONSE": bool(response), "GAINS": "GAINS" in sizes}
     parts |= {} if "SIGNALS" in sizes else {"SIGNALS": False}
-    return "\n".join([lines, _decided(text, parts)])
+    parts["MOVING"] = bool(sizes.get("MOVING"))
+    return "\n".join([lines, _decided(_with_arguments(text, moving=parts["MOVING"]), parts)])
+
+
+def _with_arguments(text: str, *, moving: bool) -> str:
+    """The time loop with what stands in comments ``/*MOVING ...*/``, or without it."""
+    return re.sub(r"/\*MOVING (.*?)\*/", r"\1" if moving else "", text, flags=re.DOTALL)
 
 
 def _start_of(signals: int, *, by_gains: bool) -> str:

@@ -84,7 +84,10 @@ class VirtualLoop:
         injected = np.zeros(samples) if injected is None else injected
         recorded = np.zeros((samples, 0)) if recorded is None else recorded
         q, dq, end = float(start.position), float(start.velocity), 0.0
-        mode = self._plant.beyond(q, dq, Mode(0.0, (0.0,) * self._plant.sides), 0)
+        mode = Mode(0.0, (0.0,) * self._plant.sides)
+        if self._plant.moving:
+            mode = self._plant.shifted(q, dq, mode, recorded[0])
+        mode = self._plant.beyond(q, dq, mode, 0)
         state = start.memory
         if state is None:
             measured = q + self._encoder(q, noise[0])
@@ -95,6 +98,8 @@ class VirtualLoop:
             if not abs(q - reference[k]) <= settings.allowed:
                 return (_OUT_OF_RANGE if np.isfinite(q) else _NOT_FINITE), k, signals
             signals["position"][k], signals["velocity"][k], signals["before"][k] = q, dq, end
+            if self._plant.moving and k:
+                mode = self._plant.shifted(q, dq, mode, recorded[k])
             rate = 0.0
             if self._plant.continuous and k + 1 < samples:
                 rate = (reference[k + 1] - reference[k]) / settings.period
@@ -206,9 +211,12 @@ class VirtualLoop:
         while event < self._most_events:
             if mode.sticks:
                 span = self._breakaway(q, mode, left)
+                met, span, _ = self._passing(q, 0.0, mode, span, StepResult(q, 0.0, 0.0, 0.0))
                 plant.pass_time(span)
                 left -= span
-                if left <= 0:
+                if met is not None:
+                    mode = plant.beyond(q, 0.0, mode.beside(met, -mode.sides[met]), met + 1)
+                elif left <= 0:
                     return q, dq, plant.at_rest(q, mode) if plant.drifts else mode
                 mode = plant.chosen_at_rest(q, mode)
                 event += 1
@@ -305,7 +313,7 @@ class VirtualLoop:
     ) -> tuple[int | None, float, StepResult]:
         """The first side that changes in a step, which then ends there."""
         plant, passed = self._plant, None
-        start, at_end = plant.switches(q, dq, mode), plant.switches(end.q, end.dq, mode)
+        start, at_end = plant.switches(q, dq, mode), plant.switches(end.q, end.dq, mode, span)
         for i, side in enumerate(mode.sides):
             high = span
             if at_end.values[i] * side >= 0:  # it may have been beyond in between
@@ -315,11 +323,11 @@ class VirtualLoop:
                     continue
                 high = span * (first / (first - last))
                 lowest = plant.move(q, dq, mode, high)
-                if plant.switches(lowest.q, lowest.dq, mode).values[i] * side >= 0:
+                if plant.switches(lowest.q, lowest.dq, mode, high).values[i] * side >= 0:
                     continue
             passed, span = i, self._change(i, q, dq, mode, high)
             end = plant.move(q, dq, mode, span)
-            at_end = plant.switches(end.q, end.dq, mode)
+            at_end = plant.switches(end.q, end.dq, mode, span)
         return passed, span, end
 
     def _change(self, index: int, q: float, dq: float, mode: Mode, high: float) -> float:
@@ -327,7 +335,7 @@ class VirtualLoop:
         low, t = 0.0, 0.5 * high
         for _ in range(_MOST_REFINEMENTS):
             end = self._plant.move(q, dq, mode, t)
-            switches = self._plant.switches(end.q, end.dq, mode)
+            switches = self._plant.switches(end.q, end.dq, mode, t)
             value = switches.values[index]
             if value == 0:
                 break
@@ -355,6 +363,8 @@ class VirtualLoop:
         Its acceleration points to it on both sides, so that it would come back, and pass again,
         ever sooner. If friction would hold it on each side too, it comes to rest by itself.
         """
+        if self._plant.switches(q, dq, mode).moved(index):
+            return False  # nothing rests in a place that moves
         forward, backward = self._plant.leaving(q, mode.beside(index, 0.0))
         if not 2 * abs(dq) < _CAUGHT * whole * min(backward, -forward):
             return False

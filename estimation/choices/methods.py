@@ -55,6 +55,10 @@ LEAST_SQUARES_START, NOMINAL_START = "least-squares", "nominal"
 #: Where instruments may start, first the one by default.
 STARTS = (LEAST_SQUARES_START, NOMINAL_START)
 
+SQUARES_LOSS, HUBER_LOSS, BISQUARE_LOSS = "squares", "huber", "bisquare"
+#: How rows count, in the order of help, first the one by default.
+ROW_LOSSES = (SQUARES_LOSS, HUBER_LOSS, BISQUARE_LOSS)
+
 
 def method_names() -> tuple[str, ...]:
     """Return the names, in the order of help."""

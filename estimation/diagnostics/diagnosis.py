@@ -49,7 +49,6 @@ from axisid.estimation.regression import (
     InverseForm,
     ResidualTests,
     quiet_loops,
-    sensor_steps,
 )
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
@@ -243,16 +242,11 @@ class Case:
 
     @property
     def following_as_measured(self) -> float:
-        """How far such residuals follow the motion on loops as measured; 0 where nobody asks.
-
-        A regressor of a noisy motion hides it, unless that motion was measured in steps.
-        """
-        tests, estimate = self.residuals, self.preferred
-        steps = [sensor_steps(data.axis, data.record) for data in self.problem.data]
-        asked = estimate.by_output_error or any(step.velocity for step in steps)
-        if not asked or tests.cross_z <= tests.cross_limit:
+        """How far such residuals follow the motion on loops as measured; 0 where nobody asks."""
+        tests = self.residuals
+        if tests.cross_z <= tests.cross_limit:
             return 0.0
-        return following_as_measured(self.problem, estimate)
+        return following_as_measured(self.problem, self.preferred)
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:

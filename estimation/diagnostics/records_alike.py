@@ -113,6 +113,8 @@ def records_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
     """Hold each record against the others, by the method of an estimate of all."""
     if estimate.is_direct:
         return Missing("the rows of a direct model are accelerations")
+    if estimate.counts is not None:
+        return Missing("rows count by residuals, in a record alone by others than in all of them")
     try:
         rows = _Rows(problem, estimate)
     except EstimationError as error:
@@ -213,8 +215,7 @@ class _Rows:
         weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
         self._weights = weights
         self._X = estimate.X * weights[:, None]
-        Z = estimate.X if estimate.Z is None else estimate.Z
-        self._Z = Z * weights[:, None]
+        self._Z = estimate.score_columns * weights[:, None]
         self._residuals = estimate.net_residuals
         self._names = [q.label for q in estimate.form.quantities]
         self._parts = [part_of(estimate, problem, i) for i in range(len(problem.data))]
@@ -307,7 +308,7 @@ class _Rows:
         names = [q.label for q in part.quantities]
         span = part.net_residuals
         regressor = factor(part.X, names, neighbours=part.neighbours)
-        Z = regressor if part.Z is None else factor(part.Z, names)
+        Z = factor(part.score_columns, names)
         return instrumental_variables(span, regressor, Z)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.choices.methods import is_output_error
+from axisid.estimation.choices.methods import ROW_LOSSES, is_output_error
 from axisid.estimation.problems import NoiseFree
 from axisid.estimation.regression import (
     Bend,
@@ -15,6 +15,7 @@ from axisid.estimation.regression import (
     DrawSummary,
     Form,
     ResidualTests,
+    RowCounts,
     bend,
     correlation,
     delta_method,
@@ -23,6 +24,7 @@ from axisid.estimation.regression import (
     summarised,
 )
 from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.estimates import LIGHT_ROW
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.deferred import Deferred
@@ -100,6 +102,10 @@ class Estimate(Presentable, Exact):
         The same as what it assumes of residuals, with its lags if it has any.
     gain_relative_sd : float
         Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact.
+    loss : str
+        Of `ROW_LOSSES`, how the rows counted.
+    counts : RowCounts or None
+        What each row counted by it, 1 for a small residual; None where all count alike.
     weights : (n,) array or None
         Of the rows in the fit, where records differ in noise; rows and residuals are without them.
     deferred : Deferred of Inference
@@ -136,6 +142,8 @@ class Estimate(Presentable, Exact):
     chosen: str = "hac"
     gain_relative_sd: float = 0.0
     weights: Array | None = None
+    loss: str = ROW_LOSSES[0]
+    counts: RowCounts | None = None
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
@@ -213,6 +221,28 @@ class Estimate(Presentable, Exact):
     def loop_rows(self) -> Array | None:
         """The simulated loop's columns, (n, k): instruments, or the regressor itself, or none."""
         return self.X if self.by_output_error else self.Z
+
+    @property
+    def score_columns(self) -> Array:
+        """What the residuals are without in the solution, (n, k).
+
+        Instruments, or the regressor, each row as it counted.
+        """
+        columns = self.X if self.Z is None else self.Z
+        return columns if self.counts is None else self.counts.weights[:, None] * columns
+
+    @property
+    def slope_columns(self) -> Array:
+        """The same, each row as it would count more with its size: what `X` meets, (n, k)."""
+        columns = self.X if self.Z is None else self.Z
+        return columns if self.counts is None else self.counts.slopes[:, None] * columns
+
+    @property
+    def light_rows(self) -> Array:
+        """Which rows counted for less than half, (n,)."""
+        if self.counts is None:
+            return np.zeros(len(self.y), dtype=bool)
+        return np.asarray(self.counts.weights < LIGHT_ROW.value)
 
     @property
     def theta_ddm(self) -> Array:
@@ -355,7 +385,7 @@ class Estimate(Presentable, Exact):
     @property
     def residual_tests(self) -> ResidualTests:
         """Tests of the net residuals, against the instruments or the regressor of least squares."""
-        residuals, columns = self.net_residuals, self.X if self.Z is None else self.Z
+        residuals, columns = self.net_residuals, self.score_columns
         if self.weights is not None:
             residuals, columns = self.weights * residuals, self.weights[:, None] * columns
         return residual_tests(residuals, columns, neighbours=self.neighbours)

@@ -14,6 +14,7 @@ from axisid.estimation.joint import Told
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.thresholds.estimates import HUBER_TUNING
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
@@ -25,7 +26,7 @@ from axisid.support.user_values import is_among, quoted
 from .assembly import Ended, assembled
 from .law_moves import first_failing
 from .losses import LOSSES as LOSS_FUNCTIONS
-from .losses import TUNING, deviation_by_median
+from .losses import deviation_by_median
 from .result import OutputFit
 from .search import Found, Search, Weighing, best_of, cost_of
 from .starting import FitStart, StartLike, searched, starts_from, with_free
@@ -239,7 +240,7 @@ class _Run:
             if self.loss != SQUARES:
                 noise = deviation_by_median(own) or noise
             weights[rows] /= noise or 1.0
-        tuning = 1.0 if self.loss == SQUARES else TUNING
+        tuning = 1.0 if self.loss == SQUARES else HUBER_TUNING.value
         self.weighing = Weighing(weights=weights, loss=LOSS_FUNCTIONS[self.loss], tuning=tuning)
 
     def _by_record(self) -> Iterator[slice]:

@@ -6,15 +6,12 @@ from types import MappingProxyType
 import numpy as np
 
 from axisid.estimation.choices.outputs import HUBER, SOFT_L1, SQUARES
+from axisid.estimation.thresholds.estimates import MEDIAN_OF_NORMAL
 from axisid.support.arrays import Array
 
 #: Takes squares of errors over the loss's scale, (n,), and gives the loss with its first two
 #: derivatives, (3, n).
 Loss = Callable[[Array], Array]
-
-#: Of normal errors, 95 % as precise as least squares [Huber1981]_.
-TUNING = 1.345
-_MAD_OF_NORMAL = 0.6744897501960817
 
 
 def _squares(z: Array) -> Array:
@@ -43,4 +40,4 @@ LOSSES: Mapping[str, Loss] = MappingProxyType({SQUARES: _squares, SOFT_L1: _soft
 
 def deviation_by_median(errors: Array) -> float:
     """Standard deviation of normal errors, from the median of their distances from the median."""
-    return float(np.median(np.abs(errors - np.median(errors)))) / _MAD_OF_NORMAL
+    return float(np.median(np.abs(errors - np.median(errors)))) / MEDIAN_OF_NORMAL.value

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import STARTS, default_methods
+from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, default_methods
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS, estimate_by
@@ -20,9 +20,10 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 from .bound import weighted
+from .bounded import bounded_result
 from .drive_time import identified_with_time
 from .result import Identification
-from .shared import Shared, shared_records
+from .shared import shared_records
 
 
 def identify(
@@ -38,6 +39,8 @@ def identify(
     gain: str = "identified",
     skip_bad: bool = False,
     start: str = STARTS[0],
+    loss: str = ROW_LOSSES[0],
+    bounded: bool = False,
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
 
@@ -79,6 +82,13 @@ def identify(
         Where instruments start to iterate, which end at the same estimate: at least squares where
         its simulated loop follows the records, or at the nominal values, as published; see
         `Estimate.started`. A model that is not linear starts at least squares.
+    loss : {"squares", "huber", "bisquare"}
+        How rows count: by squares, or for less the larger their residual is, so that shocks and
+        rounded reversals lead less.
+    bounded : bool
+        Hold a declared parameter that the judged method would have beyond its bound, less the
+        filter's own bias, at that bound, and identify the others; see `Identification.held`. Else,
+        and of sums of parameters and each record's own, it is reported, not clipped.
 
     Raises
     ------
@@ -90,38 +100,30 @@ def identify(
     _check_covariance(covariance)
     requested = _requested(methods)
     _check_start(start)
+    _check_loss(loss)
     as_given = _at_rate(prefilter, records[0].period)
 
     def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
-        shared = shared_records(tried, records, as_given, local, known, gain, skip_bad=skip_bad)
-        return _identified(tried, shared, as_given, chosen, lags, covariance, start)
+        def free(axis: GeneratedAxis) -> Identification:
+            shared = shared_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
+            layout = shared.layout(axis)
+            data = shared.bound(axis, layout, as_given)
+            return identify_problem(
+                weighted(Problem(axis=axis, data=data, layout=layout), loss),
+                as_given,
+                chosen,
+                lags=lags,
+                covariance=covariance,
+                set_aside=shared.set_aside,
+                start=start,
+                loss=loss,
+            )
+
+        return bounded_result(tried, free) if bounded else free(tried)
 
     if generated.declared.drive.estimated is not None:
         return identified_with_time(generated, records, run, requested)
     return run(generated, requested)
-
-
-def _identified(
-    generated: GeneratedAxis,
-    shared: Shared,
-    as_given: Prefilter,
-    requested: Sequence[str] | None,
-    lags: int | None,
-    covariance: str,
-    start: str,
-) -> Identification:
-    layout = shared.layout(generated)
-    data = shared.bound(generated, layout, as_given)
-    problem = weighted(Problem(axis=generated, data=data, layout=layout))
-    return identify_problem(
-        problem,
-        as_given,
-        requested,
-        lags=lags,
-        covariance=covariance,
-        set_aside=shared.set_aside,
-        start=start,
-    )
 
 
 def records_of(record: object) -> list[Record]:
@@ -172,13 +174,14 @@ def identify_problem(
     covariance: str = "hac",
     set_aside: Mapping[str, Note] | None = None,
     start: str = STARTS[0],
+    loss: str = ROW_LOSSES[0],
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
     for method in default_methods() if requested is None else dict.fromkeys(requested):
-        started = replace(METHODS[method], start=start)
+        started = replace(METHODS[method], start=start, loss=loss)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
@@ -224,6 +227,14 @@ def _check_start(start: object) -> None:
         raise UsageError(
             f"there is no start {quoted(start)}; choose from {', '.join(STARTS)}.",
             code="unknown-start",
+        )
+
+
+def _check_loss(loss: object) -> None:
+    if not is_among(loss, ROW_LOSSES):
+        raise UsageError(
+            f"there is no loss {quoted(loss)}; choose from {', '.join(ROW_LOSSES)}.",
+            code="unknown-row-loss",
         )
 
 

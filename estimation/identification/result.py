@@ -10,7 +10,7 @@ from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.diagnostics import Diagnosis, diagnose, preferred_method
 from axisid.estimation.estimates import Estimate, Physical, Value, part_of, physical_parameters
-from axisid.estimation.problems import Problem
+from axisid.estimation.problems import Held, Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.quantities import Parameter
@@ -111,6 +111,11 @@ class Identification(Presentable, Exact):
     def record_names(self) -> tuple[str, ...]:
         """How each record is named."""
         return record_labels(self.records)
+
+    @property
+    def held(self) -> tuple[Held, ...]:
+        """Declared parameters that were held at a bound, as `identify` was asked to."""
+        return self.problem.held
 
     def with_set_aside(self, unread: Mapping[str, Note]) -> "Identification":
         """The same with records that could not even be read."""

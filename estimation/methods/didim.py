@@ -12,13 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.choices.methods import SQUARES_LOSS
 from axisid.estimation.problems import ByOutputError, Problem, Solver
 from axisid.estimation.regression import (
     Equations,
     Form,
     QrFactors,
     Solution,
-    least_squares,
     search_bounds,
 )
 from axisid.estimation.simulation import Simulation
@@ -32,6 +32,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
 from .instrumental import Instruments, Iteration, IterationState, Step
+from .robust import robust_least_squares, row_counts, scale_of, size_by_loss
 from .starting import Start
 
 
@@ -42,7 +43,7 @@ class Didim(Instruments):
 
     def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
         """See `Instruments.iteration`."""
-        return _ByOutputError(self.name, form, start, problem)
+        return _ByOutputError(self.name, form, start, problem, self.loss)
 
 
 _HALVINGS = 6
@@ -58,7 +59,7 @@ class _ByOutputError(Iteration):
     _ahead: tuple[Array, _Rows] | None = None
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
-        solution = least_squares(at.measured.left - at.intercept, simulated)
+        solution = robust_least_squares(at.measured.left - at.intercept, simulated, self._loss)
         return replace(solution, neighbours=self._on.neighbours)
 
     def _simulated(self, physical: Array) -> _Rows:
@@ -71,7 +72,7 @@ class _ByOutputError(Iteration):
         if step.size <= CONVERGED.value:
             return self._within(step.goal)
         error = self._iterates[-1].simulation_error_percent
-        goal = step.goal
+        scale, goal = scale_of(step.solution.residuals), step.goal
         if error >= MAX_SIMULATION_ERROR.value:
             goal = self._near(physical, goal)
         for _ in range(_HALVINGS):
@@ -80,11 +81,21 @@ class _ByOutputError(Iteration):
                 loops, intercept, Z = self._simulated(wanted)
                 left = self._on.rows(self._form.at(wanted)).left
                 made = Z @ self._form.regressed(wanted) + intercept
-                if relative_error_percent(left - made, left) < error * (1 + MAX_ERROR_GROWTH.value):
+                if self._falls(left, made, step, error, scale):
                     self._ahead = wanted, (loops, intercept, Z)
                     return wanted
             share /= 2
         return wanted
+
+    def _falls(self, left: Array, made: Array, step: Step, error: float, scale: float) -> bool:
+        """Whether what the loop leaves, (n,), is less than before, or hardly more."""
+        most = 1 + MAX_ERROR_GROWTH.value
+        if self._loss == SQUARES_LOSS:
+            return relative_error_percent(left - made, left) < error * most
+        was = step.simulated.columns @ self._form.regressed(step.start) + step.intercept
+        sizes = (size_by_loss(left - each, scale, self._loss) for each in (made, was))
+        now, before = sizes
+        return now < before * most
 
     def _near(self, physical: Array, goal: Array) -> Array:
         """Less of a step, from where the simulated loop does not follow the records.
@@ -108,7 +119,8 @@ class _ByOutputError(Iteration):
         return np.clip(physical, *search_bounds(self._form.axis))
 
     def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
-        left, solver = reached.measured.left, ByOutputError(step.intercept, step.simulated)
+        left, counts = reached.measured.left, row_counts(step.solution)
+        solver = ByOutputError(step.intercept, step.simulated, counts)
         if self._form.is_linear:
             intercept, regressor = step.intercept, step.simulated.columns
         else:

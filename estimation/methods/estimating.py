@@ -28,6 +28,7 @@ from axisid.support.remedy import Note
 from .fitted_point import FittedPoint, gain_relative_sd, own
 from .known_spread import known_spread
 from .method import Fit, Method
+from .robust import loss_remarks, row_counts
 
 
 def estimate_by(
@@ -70,7 +71,12 @@ def estimate_by(
         model=models[covariance],
         chosen=covariance,
     )
-    remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(form, physical))
+    remarks = (
+        *_remarks(problem, fit),
+        *loss_remarks(method.loss, solution),
+        *fit.remarks,
+        *_outside_bounds(form, physical),
+    )
     simulated = fit.simulated
     if not isinstance(simulated, NotSimulated):
         simulated = own(simulated, weights)
@@ -107,6 +113,8 @@ def estimate_by(
         gain_relative_sd=gain_relative_sd(problem),
         deferred=Deferred(point.inference),
         weights=weights,
+        loss=method.loss,
+        counts=row_counts(solution),
     )
 
 

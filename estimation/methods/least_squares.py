@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from axisid.estimation.estimates import NotSimulated
-from axisid.estimation.problems import Problem
+from axisid.estimation.problems import ByLeastSquares, Problem
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -17,6 +17,7 @@ from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
 from .method import Fit, Method, at_point
+from .robust import check_loss, robust_least_squares, row_counts
 
 
 class LeastSquares(Method):
@@ -26,7 +27,8 @@ class LeastSquares(Method):
         """See `Method.fit`."""
         form = least_squares_point(problem.form(self.form), problem.rows)
         measured = problem.rows(form)
-        solution = _solved(problem, form, measured)
+        solution = self._solved(problem, form, measured)
+        solver = ByLeastSquares(row_counts(solution))
         try:
             loops, intercept, right = problem.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
@@ -34,6 +36,7 @@ class LeastSquares(Method):
                 form=form,
                 measured=measured,
                 solution=solution,
+                solver=solver,
                 simulated=NotSimulated(
                     error.problem, error.remedy, by_estimate=isinstance(error, EstimationError)
                 ),
@@ -41,8 +44,22 @@ class LeastSquares(Method):
             )
         simulated: Array = right @ solution.theta + intercept
         return Fit(
-            form=form, measured=measured, solution=solution, loops=loops, simulated=simulated
+            form=form,
+            measured=measured,
+            solution=solution,
+            solver=solver,
+            loops=loops,
+            simulated=simulated,
         )
+
+    def _solved(self, problem: Problem, form: Form, measured: Equations) -> Solution:
+        check_loss(self.loss, form)
+        regressor = problem.factored(form, measured)
+        left = measured.left - measured.intercept
+        if form.is_linear:
+            return robust_least_squares(left, regressor, self.loss)
+        # The search ends within the bounds, where a step of the linearised model might not.
+        return at_point(least_squares(left, regressor), measured, form.start)
 
 
 def least_squares_point(form: Form, rows: Callable[[Form], Equations]) -> Form:
@@ -50,12 +67,3 @@ def least_squares_point(form: Form, rows: Callable[[Form], Equations]) -> Form:
     if form.is_linear or not isinstance(form, InverseForm):
         return form
     return form.at(variable_projection(form, rows))
-
-
-def _solved(problem: Problem, form: Form, measured: Equations) -> Solution:
-    regressor = problem.factored(form, measured)
-    solution = least_squares(measured.left - measured.intercept, regressor)
-    if form.is_linear:
-        return solution
-    # The search ends within the bounds, where a step of the linearised model might not.
-    return at_point(solution, measured, form.start)

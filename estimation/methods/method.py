@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 
-from axisid.estimation.choices.methods import STARTS
+from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
 from axisid.estimation.estimates import Iterate, NotSimulated
 from axisid.estimation.problems import ByInstruments, Problem, Solver, by_least_squares
 from axisid.estimation.regression import Equations, Form, QrFactors, Solution
@@ -75,11 +75,14 @@ class Method(ABC):
     start : str
         Of `STARTS`, where an iteration starts; least squares only where its loop follows the
         records.
+    loss : str
+        Of `ROW_LOSSES`, how rows count.
     """
 
     name: str
     form: type[Form]
     start: str = STARTS[0]
+    loss: str = ROW_LOSSES[0]
 
     @abstractmethod
     def fit(self, problem: Problem) -> Fit:

@@ -222,8 +222,8 @@ def _phases(repeats: Repeats, rows: Index, step: int) -> _Phases:
 
 def _hac_excess(estimate: Estimate, rows: Index, left: Array, noise: Array) -> dict[str, float]:
     """HAC deviations by residuals as they are, in those by the noise alone, by parameter."""
-    Z = estimate.X if estimate.Z is None else estimate.Z
-    weights = np.linalg.solve(Z.T @ estimate.X, Z[rows].T).T @ estimate.jacobian.T
+    Z = estimate.slope_columns.T @ estimate.X
+    weights = np.linalg.solve(Z, estimate.score_columns[rows].T).T @ estimate.jacobian.T
     beside = estimate.neighbours[rows]
     of_both = (_long_run(weights * each[:, None], beside).covariance for each in (left, noise))
     whole, alone = (np.sqrt(np.maximum(np.diag(of_one), 0.0)) for of_one in of_both)

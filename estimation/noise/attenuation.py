@@ -17,6 +17,7 @@ from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 _SAME = 1e-9  # of a column
+_OTHER_LOSS = Missing("the two forms weigh rows by residuals of their own, by their loss")
 NO_ATTENUATION = Missing("idm-ls and ddm-ls are not there both, of a linear model")
 _OTHER_COLUMNS = Missing(
     "force and acceleration are no columns of the two forms, beside others that are the same"
@@ -74,6 +75,8 @@ def attenuation(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Atte
     inverse, direct = estimates.get("idm-ls"), estimates.get("ddm-ls")
     if inverse is None or direct is None or not data.axis.is_linear:
         return NO_ATTENUATION
+    if inverse.counts is not None or direct.counts is not None:
+        return _OTHER_LOSS
     acceleration = np.ravel(data.reduce(data.signals.acceleration))
     force = inverse.residuals + inverse.X @ inverse.theta  # without what no parameter scales
     own, other = _alone(inverse.X, acceleration), _alone(direct.X, force)

@@ -15,14 +15,13 @@ from scipy.special import stdtr
 
 from axisid.estimation.choices.methods import instruments_of
 from axisid.estimation.estimates import Estimate, alike_corrected
+from axisid.estimation.problems import ByInstruments, ByLeastSquares
 from axisid.estimation.regression import (
     Hac,
     Solution,
     checked_columns,
     factor,
-    instrumental_variables,
     joint_p,
-    least_squares,
 )
 from axisid.estimation.thresholds.diagnostics import CONTRADICTION_LEVEL, MAX_UNSEEN_BIAS
 from axisid.support.arrays import Array
@@ -120,18 +119,18 @@ def _difference(ls: Estimate, iv: Estimate) -> Solution | None:
     weights = np.ones(len(iv.y)) if iv.weights is None else iv.weights
     try:
         X, Z = weights[:, None] * iv.X, weights[:, None] * iv.Z
-        by_ls = least_squares(
-            weights * ls.y, factor(weights[:, None] * ls.X, names, neighbours=ls.neighbours)
-        )
+        own = factor(weights[:, None] * ls.X, names, neighbours=ls.neighbours)
+        by_ls = ByLeastSquares(ls.counts).solved(weights * ls.y, own)
         columns = checked_columns(X, names, neighbours=iv.neighbours)
-        by_iv = instrumental_variables(weights * iv.y, columns, factor(Z, names))
+        by_iv = ByInstruments(factor(Z, names), iv.counts).solved(weights * iv.y, columns)
     except EstimationError:
         return None
     if (ls.filter_bias is None) != (iv.filter_bias is None):
         return None  # one of the two would have the filter's bias in it, and the other not
     one, other = alike_corrected(ls, iv)
     apart = one - other
-    influence = weights[:, None] * ((by_ls.influence - by_iv.influence) @ iv.jacobian.T)
+    scored = by_ls.influence_as_counted - by_iv.influence_as_counted
+    influence = weights[:, None] * (scored @ iv.jacobian.T)
     return Solution(
         theta=apart,
         residuals=iv.net_residuals,

@@ -278,7 +278,7 @@ def slopes_by_gain(
     if isinstance(form, InverseForm):  # the force is on the left alone
         rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
         rows = rows if problem.row_weights is None else problem.row_weights * rows
-        slope = solution.influence.T @ rows
+        slope = solution.response.T @ rows
         return slope, slope
     ahead, behind = (
         solver(form, problem.reduced(form, signals)).theta

@@ -71,6 +71,34 @@ def noise_free_following(
     return replace(quiet, bias=np.mean(biases, axis=0), has_noise=True)
 
 
+def followed_as_measured(data: FilteredRecord, physical: Array) -> Iterator[FilteredRecord]:
+    """The loops that follow a record, as it would be with its noise, or its steps, once more.
+
+    Raises
+    ------
+    ModelError, DataError, EstimationError
+        The loops are not known, or cannot be simulated.
+    """
+    following = FollowingLoops.of(data)
+    quiet = following.simulated(physical)
+    for noise in _noises(data, quiet, np.random.default_rng(0)):
+        yield _measured_again(following, noise, physical)
+
+
+def _measured_again(
+    following: FollowingLoops, noise: Mapping[str, Array], physical: Array
+) -> FilteredRecord:
+    """A record as its loops have it with noise of what is measured, by role."""
+    loops = following.simulated(physical, noise["position"])
+    noisy = loop_record(following.data, loops, measured=True)
+    beside: dict[str, Any] = {
+        role: getattr(noisy.record, role) + values
+        for role, values in noise.items()
+        if role != "position"
+    }
+    return replace(noisy, record=replace(noisy.record, **beside))
+
+
 def _noises(
     data: FilteredRecord, loops: tuple[Simulation, ...], rng: np.random.Generator
 ) -> Iterator[dict[str, Array]]:
@@ -127,14 +155,7 @@ def _bias_with_noise(
     """What least squares makes of the loops with noise of what was measured."""
     pieces = []
     for each, of_one in zip(following, noise, strict=True):
-        loops = each.simulated(physical, of_one["position"])
-        noisy = loop_record(each.data, loops, measured=True)
-        beside: dict[str, Any] = {
-            role: getattr(noisy.record, role) + values
-            for role, values in of_one.items()
-            if role != "position"
-        }
-        noisy = replace(noisy, record=replace(noisy.record, **beside))
+        noisy = _measured_again(each, of_one, physical)
         if noisy.prefilter.reversals == "leave-out":  # they are those of what is measured
             noisy = noisy.turning_as(noisy.record.position, noisy.record.velocity)
         pieces.append(form.equations(noisy.signals).reduced(noisy))

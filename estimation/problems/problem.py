@@ -28,6 +28,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.remedy import Remedy
 
+from .held import Held
 from .visibility import Reach, check_identifiable, check_time_known, check_visible
 
 
@@ -47,6 +48,8 @@ class Problem:
         Which parameters the records share, where they do not share all; None where they do.
     weights : tuple of float
         Of each record's rows, the inverse of its noise; empty where all are of one.
+    held : tuple of Held
+        Declared parameters that are no longer the axis's, since they are held at a bound.
 
     Raises
     ------
@@ -60,6 +63,7 @@ class Problem:
     data: tuple[FilteredRecord, ...]
     layout: Layout | None = None
     weights: tuple[float, ...] = ()
+    held: tuple[Held, ...] = ()
 
     def __post_init__(self) -> None:
         layout = self.layout

@@ -34,7 +34,7 @@ def autoregressive_covariance(solution: Solution) -> Array:
     less alike from row to row than independent errors would leave them but for chance: as noise of
     a position is differentiated, there is nothing slow that the fit could take.
     """
-    e = solution.residuals
+    e = solution.counted
     nothing = np.zeros((solution.influence.shape[1],) * 2)
     if not e @ e > 0:
         return nothing

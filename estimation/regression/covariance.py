@@ -90,7 +90,7 @@ class PublishedCovariance(Covariance):
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
-        e, factor = solution.residuals, solution.inverse_factor
+        e, factor = solution.counted, solution.inverse_factor
         return float(e @ e) / (len(e) - 1) * (factor @ factor.T)
 
     def describe(self, solution: Solution) -> str:
@@ -117,7 +117,7 @@ class Classical(Covariance):
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
-        e, A = solution.residuals, solution.influence
+        e, A = solution.counted, solution.influence
         n, k = A.shape
         variance = float(e @ e) / (n - k if self.unbiased else n)
         return np.asarray(variance * (A.T @ A), dtype=float)
@@ -380,7 +380,7 @@ def correlation(covariance: Array) -> Array:
 
 
 def _scores(solution: Solution) -> Array:
-    return solution.influence * solution.residuals[:, None]
+    return solution.influence * solution.counted[:, None]
 
 
 def _correction(solution: Solution, *, corrected: bool) -> float:

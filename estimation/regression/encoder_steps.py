@@ -66,14 +66,14 @@ def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
     fewest = int(MIN_STEP_DIFFERENCES.value)
     return SensorSteps(
         position=0.0 if record.integrated else quantum_of(record.position, fewest),
-        velocity=0.0 if record.velocity is None else _undithered_step(record.velocity, fewest),
+        velocity=0.0 if record.velocity is None else undithered_step(record.velocity, fewest),
     )
 
 
-def _undithered_step(velocity: Array, fewest: int) -> float:
-    """What a velocity is rounded to, unless its noise is of that size: then that averages out."""
-    step = quantum_of(velocity, fewest)
-    changing = np.abs(np.diff(velocity)) > step / 2
+def undithered_step(values: Array, fewest: int) -> float:
+    """What values are rounded to, unless their noise is of that size: then that averages out."""
+    step = quantum_of(values, fewest)
+    changing = np.abs(np.diff(values)) > step / 2
     return 0.0 if np.mean(changing) > MAX_DITHERED_SHARE.value else step
 
 

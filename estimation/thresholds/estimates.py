@@ -180,3 +180,27 @@ MAX_TIMING_STEP = Threshold(
     "step of an estimate of a drive's lag or delay over its deviation, below which it has settled",
     "chosen",
 )
+LIGHT_ROW = Threshold(
+    0.5,
+    "1",
+    "weight under a loss that is not of squares, below which a row is counted and marked",
+    "convention",
+)
+MEDIAN_OF_NORMAL = Threshold(
+    0.6744897501960817,
+    "deviations",
+    "median size of normal noise, by which a deviation is told from a median",
+    "derived: 0.75 quantile of the normal distribution",
+)
+HUBER_TUNING = Threshold(
+    1.345,
+    "deviations",
+    "size from which Huber's loss no longer counts a residual by its square",
+    "95 % as precise as least squares where noise is normal [Huber1981]",
+)
+BISQUARE_TUNING = Threshold(
+    4.685,
+    "deviations",
+    "size from which the bisquare does not count a residual at all",
+    "95 % as precise as least squares where noise is normal [HollandWelsch1977]",
+)

@@ -238,7 +238,11 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
 #endif
 #endif
 #if SIDES
-    choose_sides(q, dq, &mode, p, 0);
+#if MOVING
+    double first[HELD];
+    first_places(q, dq, &mode, p, recorded, first);
+#endif
+    choose_sides(q, dq, &mode, p, 0/*MOVING , first*/);
 #endif
     for (ptrdiff_t k = 0; k < samples; ++k) {
         double q1, dq1, ddq, last, tau, u, next[AT_LEAST_1_MEMORY];
@@ -254,6 +258,11 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         put(position, k, q);
         put(velocity, k, dq);
         put(before, k, end);
+#if MOVING
+        if (k)
+            choose_shifted(q, dq, &mode, p, recorded + 2 * SIGNALS * (k - 1),
+                           recorded + 2 * SIGNALS * k, period);
+#endif
         mode.direction = sign(dq);
 #if SIGNALS
         const double *const now = recorded + 2 * SIGNALS * k;

@@ -9,6 +9,8 @@ from .agreement import fixed_check as fixed_check
 from .agreement import forms_check as forms_check
 from .agreement import ls_against_iv as ls_against_iv
 from .agreement import self_test as self_test
+from .bounds import bounds_note as bounds_note
+from .bounds import within_bounds as within_bounds
 from .coarse_positions import coarse_positions as coarse_positions
 from .drive_gain import gain_check as gain_check
 from .excitation import Excitation as Excitation
@@ -24,8 +26,6 @@ from .instruments import biased_parameters as biased_parameters
 from .instruments import endogeneity_of as endogeneity_of
 from .instruments import instrument_tests as instrument_tests
 from .instruments import strength_check as strength_check
-from .motion import bounds_note as bounds_note
 from .motion import conditioning as conditioning
 from .motion import precision as precision
-from .motion import within_bounds as within_bounds
 from .second_opinion import second_opinion_check as second_opinion_check

@@ -1,11 +1,11 @@
 """Whether the motion told the parameters apart, as checks."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate, Value, physical_parameters
+from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.thresholds.diagnostics import (
     MAX_CONDITION_NUMBER,
     MAX_RELATIVE_DEVIATION,
@@ -14,10 +14,7 @@ from axisid.estimation.thresholds.diagnostics import (
     NEGLIGIBLE_SIZE,
 )
 from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
-from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
-from axisid.support.remedy import Note
 
 from .excitation import Excitation
 
@@ -65,40 +62,6 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
             else "every parameter stands well above its deviation"
         ),
     )
-
-
-def within_bounds(estimate: Estimate, cause: Note | None = None) -> Check | Missing:
-    """Every parameter against the bounds that it was declared with, physical ones too.
-
-    `cause` is what to blame before signs and units, if anything is.
-    """
-    axis, values = estimate.form.axis, dict(estimate.parameters)
-    physical = physical_parameters(estimate)
-    if physical is not None:
-        known = {p.name for p in axis.base.known}
-        values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
-    bounded = {p.name: p for p in (*axis.base.declared.parameters, *estimate.form.declared)}
-    declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
-    outside = [p for p in declared if not p.is_inside(values[p.name].value)]
-    if not declared:
-        return Missing("no parameter is declared with bounds")
-    within = Note("every parameter is within its declared bounds")
-    said = bounds_note({p: values[p.name].value for p in outside}, cause) if outside else within
-    return Check(
-        name="bounds",
-        status=passed(not outside),
-        figure=float(len(outside)),
-        threshold=0.0,
-        source="declared physical bounds; parameters outside or at them, none is clipped",
-        meaning=said.text,
-        remedy=said.remedy,
-    )
-
-
-def bounds_note(values: Mapping[Parameter, float], cause: Note | None = None) -> Note:
-    """What to say of values that are not inside the bounds of their parameters."""
-    said = "; ".join(p.out_of_bounds(value) for p, value in values.items())
-    return Note.of(f"{said}: ", cause or "check the signs and units of the record")
 
 
 def _relative_percent(excitation: Excitation, value: Value) -> float:

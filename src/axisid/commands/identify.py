@@ -28,7 +28,7 @@ from axisid.commands.options.several_options import (
 )
 from axisid.commands.options.start_option import start_option
 from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
-from axisid.estimation.choices.methods import is_iteration, method_names
+from axisid.estimation.choices.methods import ROW_LOSSES, is_iteration, method_names
 from axisid.presentation.console import ProgressLine
 
 from .identify_in_blocks import identify_streamed
@@ -165,6 +165,19 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     "values, as published."
 )
 @click.option(
+    "--loss",
+    type=click.Choice(ROW_LOSSES),
+    default=ROW_LOSSES[0],
+    show_default=True,
+    help="How rows count: by squares, or for less the larger their residual is.",
+)
+@click.option(
+    "--bounded",
+    is_flag=True,
+    help="Hold a parameter that the judged method would have beyond its declared bound at that "
+    "bound; else it is reported and fails a check.",
+)
+@click.option(
     "--draws",
     type=click.IntRange(2, 1_000_000),
     metavar="N",
@@ -214,6 +227,8 @@ def identify(
     covariance: str,
     lags: int | None,
     started_at: str,
+    loss: str,
+    bounded: bool,
     draws: int | None,
     full: bool,
     stream: bool,
@@ -281,6 +296,8 @@ def identify(
             covariance=covariance,
             skip_bad=skip_bad,
             start=started_at,
+            loss=loss,
+            bounded=bounded,
             **shared,
         ).with_set_aside(inputs.set_aside)
     from axisid.presentation.report import Outputs

@@ -7,10 +7,11 @@ import pytest
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices.outputs import HUBER, SOFT_L1, SQUARES
-from axisid.estimation.fitting.losses import LOSSES, TUNING, deviation_by_median
+from axisid.estimation.fitting.losses import LOSSES, deviation_by_median
 from axisid.estimation.fitting.search import Found, Search, Weighing
 from axisid.estimation.fitting.unknowns import Unknowns
 from axisid.estimation.predictions import Lanes
+from axisid.estimation.thresholds.estimates import HUBER_TUNING
 from axisid.support.arrays import Array
 from tests.refusals import refuses
 
@@ -56,7 +57,7 @@ def _found(
     weighing = Weighing(
         weights=np.full(len(TIME), 100.0),
         loss=LOSSES[loss],
-        tuning=1.0 if loss == SQUARES else TUNING,
+        tuning=1.0 if loss == SQUARES else HUBER_TUNING.value,
     )
     scale = np.ones(2)
     begun = unknowns.inside(np.array(start), scale)

@@ -9,6 +9,7 @@ from msgspec import UNSET, UnsetType
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.estimates import Estimate, Physical, Value
 from axisid.estimation.identification import DriveTime, Identification
+from axisid.estimation.problems import Held
 from axisid.estimation.records import Record
 from axisid.estimation.regression import DrawSummary
 from axisid.estimation.signals import Prefilter, Sampling
@@ -21,6 +22,7 @@ from axisid.presentation.schema import (
     WrittenDrawn,
     WrittenDriveTime,
     WrittenEstimate,
+    WrittenHeld,
     WrittenIdentification,
     WrittenKnown,
     WrittenPhysical,
@@ -59,6 +61,7 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
         axis=result.axis.axis.name,
         signature=result.axis.signature,
         left_out=left_out(result.axis),
+        held={each.name: _held(each) for each in result.held} or UNSET,
         signals=tuple(map(_signal, result.axis.axis.signals)) or UNSET,
         drive=_response(result.axis.axis.drive, result.drive_time),
         record=record_document(result.record),
@@ -80,6 +83,17 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
             [record_document(record) for record in result.records],
             [prefilter_document(data.sampling) for data in result.problem.data],
         ),
+    )
+
+
+def _held(held: Held) -> WrittenHeld:
+    low, high = sorted((held.bound, held.reach))
+    return WrittenHeld(
+        unit=held.unit,
+        bound=held.bound,
+        free=held.free,
+        deviation=held.deviation,
+        interval_95=(low, high),
     )
 
 
@@ -214,6 +228,8 @@ def estimate_document(
         else None,
         iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
         started=cast(Any, estimate.started or UNSET),
+        loss=UNSET if estimate.counts is None else cast(Any, estimate.loss),
+        light_rows=UNSET if estimate.counts is None else int(estimate.light_rows.sum()),
         curvatures={
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },

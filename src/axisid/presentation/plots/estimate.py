@@ -43,6 +43,17 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         lower.append(
             Series(label=f"error, {label}", x=time, y=other.residuals, tone="other", aside=True)
         )
+    light = estimate.light_rows
+    if light.any():
+        lower.append(
+            Series(
+                label="rows of little weight",
+                x=time[light],
+                y=estimate.residuals[light],
+                kind="points",
+                tone="warm",
+            )
+        )
     of_loop = estimate.by_output_error  # whose fit is the simulated loop
     of = "simulation" if of_loop else "equation"
     if not (of_loop or isinstance(estimate.simulated, Missing)):

@@ -63,6 +63,7 @@ from .result_comparison import WrittenDifference as WrittenDifference
 from .result_comparison import WrittenResultComparison as WrittenResultComparison
 from .values import WrittenDirectValue as WrittenDirectValue
 from .values import WrittenDrawn as WrittenDrawn
+from .values import WrittenHeld as WrittenHeld
 from .values import WrittenKnown as WrittenKnown
 from .values import WrittenPhysical as WrittenPhysical
 from .values import WrittenValue as WrittenValue

@@ -52,6 +52,13 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
         tuple[Mapping[str, float], ...] | None, about("The same of the direct model, SI.")
     ]
     iteration_simulation_errors_percent: tuple[float, ...]
+    loss: Annotated[
+        Literal["huber", "bisquare"] | UnsetType,
+        about("How rows counted; left out where all do alike."),
+    ] = UNSET
+    light_rows: Annotated[
+        int | UnsetType, about("Rows that counted for less than half, with such a loss.")
+    ] = UNSET
     started: Annotated[
         Literal["least-squares", "nominal"] | UnsetType,
         about("Where the iteration started; left out for least squares."),

@@ -27,7 +27,7 @@ from .record import (
     WrittenResponse,
     WrittenSignal,
 )
-from .values import WrittenKnown
+from .values import WrittenHeld, WrittenKnown
 
 
 class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
@@ -193,6 +193,10 @@ class WrittenIdentification(
     declared_gain: Annotated[
         float | UnsetType,
         about("Of the drive, where `drive_gain` is among the parameters."),
+    ] = UNSET
+    held: Annotated[
+        Mapping[str, WrittenHeld] | UnsetType,
+        about("With --bounded: parameters that are held at a declared bound, by name."),
     ] = UNSET
     set_aside: Annotated[
         Mapping[str, str] | UnsetType,

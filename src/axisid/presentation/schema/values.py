@@ -68,6 +68,16 @@ class WrittenKnown(JsonObject, frozen=True, kw_only=True):
     sd: Annotated[float, about("0 for an exact value.")]
 
 
+class WrittenHeld(JsonObject, frozen=True, kw_only=True):
+    """A parameter that is held at a declared bound."""
+
+    unit: str
+    bound: float
+    free: Annotated[float, about("Without the bound, less the filter's own bias if it is known.")]
+    deviation: Annotated[float, about("Of `free`, by the chosen covariance.")]
+    interval_95: Annotated[tuple[float, float], about("To one side of the bound.")]
+
+
 class WrittenPhysical(JsonObject, frozen=True, kw_only=True):
     """Declared parameters from the base parameters and from what is declared as known.
 
