@@ -48,6 +48,8 @@ from axisid.modeling import LIBRARY, back_and_forth
 from axisid.support.missing import Missing
 
 _AT_ONCE = 100  # runs that are simulated together
+#: What a drive is declared to do to commands, by the names of `Machine`.
+OF_DRIVE = ("lag", "delay", "rate_limit", "quantisation", "deadband")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +79,7 @@ class Case:
     logged_zero : float
         How far the logged position is from where the law reads it, m.
     is_late : bool
-        Whether the drive is declared to follow at once, whatever lag and delay the machine has.
+        Whether the drive is declared to act as it is told, whatever the machine's does.
     jitter : float
         Root mean square of what parts the stamps from even times, in periods.
     """
@@ -160,6 +162,10 @@ RIGHT: dict[str, Case] = {
     "drive with a lag": Case(machine=_with(lag=1e-3)),
     "drive with a lag and a delay": Case(
         machine=_with(lag=8e-4, delay=4e-4, position_noise=white(1e-6))
+    ),
+    "drive with a dead band": Case(machine=_with(deadband=0.1)),
+    "drive with a rate, steps and a dead band": Case(
+        machine=_with(rate_limit=300.0, quantisation=0.05, deadband=0.1, position_noise=white(1e-6))
     ),
 }
 
@@ -288,6 +294,11 @@ WRONG: dict[str, Case] = {
     "delay not declared": Case(
         machine=_with(delay=6e-4), is_late=True, named=r"delay or its lag, 0\.000[567]"
     ),
+    "dead band not declared": Case(
+        machine=_with(deadband=0.1),
+        is_late=True,
+        named=r"dead band, Drive\(deadband=0\.(1|099|098)\)",
+    ),
     "position noise, least squares": Case(
         machine=_with(position_noise=white(1e-6)), methods=("idm-ls",), named=r"\bM misses for it"
     ),
@@ -326,7 +337,7 @@ def reference_of(motion: str) -> Array:
 
 
 @cache
-def declared(*, has_offset: bool, lag: float = 0.0, delay: float = 0.0) -> GeneratedAxis:
+def declared(*, has_offset: bool, **drive: float) -> GeneratedAxis:
     """The axis as it is declared, whatever the machine has besides."""
     q = Coordinate("q", unit="m")
     mass = Parameter("M", "kg", nominal=100.0, lower=0.0)
@@ -340,7 +351,7 @@ def declared(*, has_offset: bool, lag: float = 0.0, delay: float = 0.0) -> Gener
             parameters=(mass, fv, fc, *((f0,) if has_offset else ())),
             inertia=mass,
             resistance=(viscous(fv, q), coulomb(fc, q), *((offset(f0),) if has_offset else ())),
-            drive=Drive(gain=plain.gain, unit="V", limit=plain.limit, lag=lag, delay=delay),
+            drive=Drive(gain=plain.gain, unit="V", limit=plain.limit, **drive),  # type: ignore[arg-type]
             control=law,
         )
     )
@@ -388,10 +399,9 @@ def _prefilter(record: Record, case: Case) -> Prefilter | None:
 def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures:
     """Identify the runs of a case, each from one record or from several together."""
     case = CASES[name]
-    machine, timing = case.machine, {}
-    if not case.is_late:
-        timing = {"lag": machine.lag, "delay": machine.delay}
-    axis = declared(has_offset=case.has_offset, **timing)
+    machine = case.machine
+    drive = {} if case.is_late else {name: getattr(machine, name) for name in OF_DRIVE}
+    axis = declared(has_offset=case.has_offset, **drive)
     truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb, "F0": machine.offset}
     figures = Figures()
     for begin in range(0, runs, _AT_ONCE):

@@ -55,6 +55,8 @@ def _equation(axis: Axis) -> str:
         f"`tau = {drive.gain:.6g} * control` in {axis.coordinate.force_unit}, the control in "
         f"{drive.unit}, at most {drive.limit:g}{listed}."
     )
+    acts = drive.timing_text
+    facts += f" {acts[0].upper()}{acts[1:]}." if acts else ""
     return f"{equation_latex(axis)}\n\n{facts}"
 
 

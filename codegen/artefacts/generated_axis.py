@@ -11,7 +11,7 @@ import sympy
 from numpy.typing import ArrayLike
 
 from axisid.codegen.accuracy import evaluate
-from axisid.codegen.lowering import drive_force_by_gain, over_time
+from axisid.codegen.lowering import drive_force_by_gain, drive_force_in_mode, over_time
 from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, ControlLaw, check_axis
@@ -237,6 +237,22 @@ class GeneratedAxis:
         (slopes,) = evaluate(drive_force_by_gain(self.axis), signals).values()
         return slopes[:, 0]
 
+    def force_in_mode(
+        self,
+        control: Array,
+        position: Array,
+        velocity: Array,
+        direction: Array,
+        recorded: Sequence[Array] = (),
+    ) -> Array:
+        """The drive's force in friction directions, (N,), which at rest no velocity tells."""
+        q = self.axis.coordinate
+        motion = {q.name: position, str(q.velocity): velocity, str(DIRECTION): direction}
+        signals = {str(CONTROL): control, **motion}
+        signals |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
+        (forces,) = evaluate(drive_force_in_mode(self.axis), signals).values()
+        return forces[:, 0]
+
     def experiment_signals(self, time: Array) -> dict[str, Array]:
         """What the axis's experiment says of recorded signals, at times, s, (N,) by name."""
         experiment = self.axis.experiment
@@ -305,7 +321,10 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         ddm_parameters=_ddm_parameters(model),
         uniform=_is_uniform(model),
-        has_direction=any(c.has(DIRECTION) for c in (*model.idm.columns, model.idm.intercept)),
+        has_direction=any(
+            c.has(DIRECTION)
+            for c in (*model.idm.columns, model.idm.intercept, model.axis.drive.force)
+        ),
         nonlinear=tuple(p.symbol in model.idm.nonlinear for p in axis.parameters),
         unidentifiable=tuple(map(describe_loss, model.unidentifiable)),
         functions=functions,
@@ -333,9 +352,11 @@ def _is_uniform(model: AxisModel) -> bool:
     expressions: list[tuple[sympy.Expr, tuple[sympy.Symbol, ...], sympy.Symbol]] = [
         (model.acceleration, (q.symbol, q.velocity), DIRECTION)
     ]
+    drive = model.axis.drive
+    if law is not None and (law.continuous or model.axis.drives_by_motion):
+        made = drive.force.xreplace(drive.along(q))
+        expressions.append((made, (CONTROL, q.symbol, q.velocity), DIRECTION))
     if law is not None and law.continuous:
-        of_drive = (CONTROL, q.symbol, q.velocity)
-        expressions.append((model.axis.drive.force, of_drive, DIRECTION))
         expressions.append((law.output, (MEASURED_POSITION, MEASURED_VELOCITY), DIRECTION))
     return all(
         not expression.diff(variable).free_symbols & {*variables, direction, *recorded}

@@ -124,6 +124,8 @@ def signature(model: AxisModel) -> str:
     }
     if axis.response is not None:
         content["response"] = [repr(float(time)) for time in (axis.drive.lag, axis.drive.delay)]
+    if not axis.drive.path.is_plain:
+        content["path"] = {name: repr(x) for name, x in axis.drive.path.declared.items()}
     if axis.signals:
         content["signals"] = [[s.name, s.unit, s.between] for s in axis.signals]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -196,11 +198,11 @@ def _native(
 
 
 def _response_of(model: AxisModel) -> Mapping[str, float]:
-    """Whether the force has a lag, and after what part of a sample a command begins to act."""
+    """Whether a force and more is held, and after what part of a sample a command begins to act."""
     response = model.axis.response
     if response is None or response.is_held:
         return {}
-    return {"LAGGED": int(response.lag > 0), "SPLIT": response.share}
+    return {"LAGGED": int(response.keeps_force), "SPLIT": response.share}
 
 
 def _equations(model: AxisModel, mark: str) -> str:
@@ -261,9 +263,10 @@ def _recorded(model: AxisModel) -> dict[str, object]:
 
 def _timing(model: AxisModel) -> dict[str, object]:
     drive = model.axis.drive
-    if model.axis.response is None:
+    if model.axis.response is None and drive.path.is_plain:
         return {}
-    return {"drive": {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}}
+    timing = {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}
+    return {"drive": {**timing, **drive.path.declared}}
 
 
 def _shape(port: Output) -> str:

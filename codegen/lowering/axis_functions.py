@@ -22,7 +22,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.missing import Missing
 
-from .drive import drive_control, drive_force
+from .drive import acting_control, drive_control, drive_force, within
 from .lower import Arguments, Lowering
 from .plant import GAINS, closed_loop_step, plant_programs
 from .program import Builder, Program
@@ -133,11 +133,13 @@ def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
     rest = {MEASURED_VELOCITY: builder.constant(0.0)}
     first = _output(model, law, builder, {**arguments.values, **values, **rest})
     state = [*memory, *[first] * law.delay]
-    if model.axis.response is not None:
+    if (response := model.axis.response) is not None:
         position, still = arguments.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
         signals = [(arguments.values[s],) for s in model.axis.signal_symbols]
-        made = builder.inline(drive_force(model), (first,), (position,), (still,), *signals)
-        state += made["tau"] * len(model.axis.response.remembered)
+        acting, last = acting_control(builder, model, first, first)
+        made = builder.inline(drive_force(model), (acting,), (position,), (still,), *signals)
+        commands = [acting] * (len(response.forces) - 1) if response.holds_control else []
+        state += [*last, *commands, *made["tau"] * (len(response.forces) - len(commands))]
     builder.output("state", [[index] for index in state])
     return builder.program("control_start", "What the drive remembers of an axis at rest.")
 
@@ -154,16 +156,6 @@ def _output(
     if injected is not None:
         control = builder.apply("add", control, injected)
     return within(model.axis.drive.limit, builder, control)
-
-
-def within(limit: float, builder: Builder, value: int) -> int:
-    """A value clipped at plus and minus a limit; infinite for none."""
-    if limit == float("inf"):
-        return value
-    # Selected, not min and max: those would turn a control that is not a number into the limit.
-    upper, lower = builder.constant(limit), builder.constant(-limit)
-    value = builder.apply("select", builder.apply("lt", upper, value), upper, value)
-    return builder.apply("select", builder.apply("lt", value, lower), lower, value)
 
 
 def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:

@@ -4,6 +4,7 @@ A mode is a friction direction and, where the acceleration has kinks or jumps ov
 side of each; see `switching`. Only then do programs take `sides`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial, reduce
 
@@ -14,16 +15,19 @@ from axisid.modeling.declaration import FORCE_TARGET, Response
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE, Signal
 
-from .drive import drive_force
+from .drive import acting_control
+from .drive_in_mode import DriveInMode
 from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED
 from .lower import Arguments
 from .program import Builder, Program
 from .response import drive_response, forces_in_step, later_force
 from .switching import Switching, switching
 
-# What is held between samples under a sampled law; with a drive that lags, what its force goes to.
+# What is held between samples under a sampled law; with a drive that lags, what its force goes to,
+# and the control where the motion makes another force of it all the time.
 HELD_FORCE = ("tau",)
 HELD_TARGET = ("tau", FORCE_TARGET)
+HELD_CONTROL = ("tau", "held_control")
 #: What the vector of the recorded signals is called: of each its value, and its rate of change.
 RECORDED = "signals"
 #: What the vector of the law's gains is called, where they are arguments.
@@ -143,7 +147,8 @@ def _largest(arguments: Arguments, found: Switching) -> int:
 class _Plant:
     """The plant under what is held between samples, as operations of one builder.
 
-    A sampled law holds its force; of a drive with a lag it goes to another, which is held too. A
+    A sampled law holds its force; of a drive with a lag it goes to another, which is held too, and
+    of one whose force depends on the motion the control is. A
     continuous law is evaluated inside the plant's derivative; held
     are the line that the reference follows, the error of the measurement and the test signal that
     is added to the control. Recorded signals follow a line each.
@@ -166,7 +171,8 @@ class _Plant:
     def force(self, q: int, dq: int, elapsed: int | None) -> int:
         """Force at a state, some time into the period."""
         if self.law is None:
-            return self.held[0]
+            of_control = self._holds_control
+            return self._made(self.held[1], q, dq, elapsed) if of_control else self.held[0]
         reference, rate, error, injected = self.held
         reference = self._later(reference, rate, elapsed)
         measured = self.builder.apply("add", q, error)
@@ -174,8 +180,17 @@ class _Plant:
         law = self.builder.inline(
             self.law, (reference,), (measured,), (dq,), *signals, (injected,), ()
         )
-        made = self.builder.inline(drive_force(self.model), law["control"], (q,), (dq,), *signals)
-        return made["tau"][0]
+        return self._made(law["control"][0], q, dq, elapsed)
+
+    @property
+    def _holds_control(self) -> bool:
+        response = self.model.axis.response
+        return response is not None and response.holds_control
+
+    def _made(self, control: int, q: int, dq: int, elapsed: int | None) -> int:
+        """Force that the drive makes of a control at a state."""
+        signals = self._signals(elapsed)
+        return DriveInMode(self.builder, self.model, self.mode[0], signals).force(control, q, dq)
 
     def accelerate(self, q: int, dq: int, elapsed: int | None, tau: int | None = None) -> int:
         """Acceleration at a state, some time into the period, under its force or another."""
@@ -201,7 +216,9 @@ def _held_names(model: AxisModel) -> tuple[str, ...]:
     law, response = model.axis.control, model.axis.response
     if law is not None and law.continuous:
         return HELD_REFERENCE
-    return HELD_TARGET if response is not None and response.lag else HELD_FORCE
+    if response is None or not response.keeps_force:
+        return HELD_FORCE
+    return HELD_TARGET if response.lag else HELD_CONTROL
 
 
 def _recorded_names(model: AxisModel) -> tuple[str, ...]:
@@ -359,15 +376,17 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     control = builder.inline(
         law, (reference,), (measured,), (values[dq],), *signals, (injected,), state, *gains
     )
-    moving = ((values[q],), (values[dq],), *signals)
-    made = builder.inline(drive_force(model), control["control"], *moving)
-    (tau,) = made["tau"]
-    following: tuple[int, ...] = ()
-    if response is not None:
-        held, following = _driven(builder, response, tau, remembered[count:])
-        tau = held[0]
-    elif _held_names(model) == HELD_FORCE:
-        held = (tau,)
+
+    def slope(tau: int) -> int:
+        under = builder.inline(plant, (values[q],), (values[dq],), (tau, tau, *lines), *others)
+        return under["first_slope"][0]
+
+    drive_here = DriveInMode(builder, model, others[0], signals)
+    motion = (values[q], values[dq])
+    tau, acting, following = _acting(
+        drive_here, control["control"][0], motion, remembered[count:], slope
+    )
+    held = held if _held_names(model) == HELD_REFERENCE else acting
     end = builder.inline(plant, (values[q],), (values[dq],), (*held, *lines), *others)
     builder.output(f"{q.name}_next", [end[f"{q.name}_next"]])
     builder.output(f"{dq.name}_next", [end[f"{dq.name}_next"]])
@@ -380,6 +399,33 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
         "closed_loop_step",
         "One sample: measure, control, move for `step` seconds in one friction mode.",
     )
+
+
+def _acting(
+    drive: DriveInMode,
+    command: int,
+    motion: tuple[int, int],
+    remembered: tuple[int, ...],
+    slope: Callable[[int], int],
+) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
+    """Force at a sample, what is held from it on, and what the drive remembers at the next.
+
+    `slope` is the acceleration under a force there.
+    """
+    builder, response = drive.builder, drive.model.axis.response
+    acting, last = acting_control(builder, drive.model, command, next(iter(remembered), None))
+    if response is None:
+        tau = drive.force(acting, *motion)
+        return tau, (tau,), ()
+    forces = remembered[len(remembered) - len(response.forces) :]
+    held: tuple[int, ...]
+    if response.holds_control:
+        held, following = drive.under_held_control(acting, motion, response, forces)
+    else:
+        if response.by_motion:
+            motion = drive.halfway(motion, slope(forces[-1]), response.period)
+        held, following = _driven(builder, response, drive.force(acting, *motion), forces)
+    return held[0], held, (*last, *following)
 
 
 def _driven(

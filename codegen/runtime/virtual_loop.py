@@ -149,6 +149,7 @@ class VirtualLoop:
         if not dq:
             mode = plant.chosen_at_rest(q, mode)
         ddq = 0.0 if mode.sticks else plant.accelerate(q, dq, mode)
+        force = plant.force(q, dq, mode) if plant.lagged else force
         row = (ddq, force, control, mode.direction)
         for i, step in enumerate(self._steps):
             if i == substeps:

@@ -157,6 +157,10 @@ class VirtualPlant:
         """Acceleration in a mode."""
         return float(self._call("held_acceleration", q, dq, mode)[0][0])
 
+    def force(self, q: float, dq: float, mode: Mode) -> float:
+        """Force in a mode."""
+        return float(self._call("held_acceleration", q, dq, mode)[1][0])
+
     def rate(self, q: float, dq: float, mode: Mode) -> float:
         """How fast the motion may change in a mode, 1/s."""
         return float(self._call("plant_rate", q, dq, mode)[0][0])

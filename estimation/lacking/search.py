@@ -76,10 +76,9 @@ def lacking(data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...] | Mis
 def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...]:
     """`lacking` of rows."""
     names = tuple(q.name for q in preferred.quantities)
-    turns = data.axis.axis.coordinate.unit == "rad"
     values = dict(zip(names, map(float, preferred.theta), strict=True))
-    looked_for = families(x, names, turns=turns)
-    again = WithNothingLacking(data, preferred, x, turns=turns)
+    looked_for = _looked_for(x, data, preferred)
+    again = WithNothingLacking(data, preferred, x)
     basis = _basis(np.column_stack([x.regressor, x.weights]))
     found: list[Lack] = []
     for _ in range(_MOST):
@@ -92,6 +91,14 @@ def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tupl
         looked_for = [f for f in looked_for if f.subject != family.subject]
         basis = _basis(np.column_stack([basis, family.columns(number)]))
     return tuple(found)
+
+
+def _looked_for(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> list[Family]:
+    """The families of rows of a record, or of loops that are measured as it is."""
+    axis, names = data.axis.axis, tuple(q.name for q in preferred.quantities)
+    drive, turns = axis.drive, axis.coordinate.unit == "rad"
+    commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
+    return families(x, names, turns=turns, commanded=commanded)
 
 
 def _strongest(
@@ -110,12 +117,17 @@ def _strongest(
     least = _discovered([lack.p_value for *_, lack in tested], len(looked_for))
     for family, number, lack in tested:
         large = lack.share >= MIN_MISSING_FORCE.value
-        if not (large and lack.p_value <= least and _is_confirmed(lack)):
+        if not (large and lack.p_value <= least and _is_confirmed(lack) and _is_possible(lack)):
             continue
         taken = lack.explained * float(residuals @ residuals)
         if taken > MIN_STEPS_EXCESS.value * again.taken_by(family):
             return family, number, lack
     return None
+
+
+def _is_possible(lack: Lack) -> bool:
+    """Whether it has the sign that it must have: a dead band takes from what a command makes."""
+    return lack.kind != "dead band" or lack.values[0] > 0
 
 
 def _is_confirmed(lack: Lack) -> bool:
@@ -181,10 +193,8 @@ class WithNothingLacking:
     simulated when something is about to be told, and no more of them where the first leaves little.
     """
 
-    def __init__(
-        self, data: FilteredRecord, preferred: Estimate, x: ExaminedRows, *, turns: bool
-    ) -> None:
-        self._data, self._preferred, self._x, self._turns = data, preferred, x, turns
+    def __init__(self, data: FilteredRecord, preferred: Estimate, x: ExaminedRows) -> None:
+        self._data, self._preferred, self._x = data, preferred, x
 
     def taken_by(self, family: Family) -> float:
         """The most that a family's best takes of what is left there, as a sum of squares."""
@@ -194,7 +204,6 @@ class WithNothingLacking:
     @cached_property
     def _gains(self) -> list[dict[tuple[Kind, str], float]]:
         """What the best of each family takes, loop by loop."""
-        names = tuple(q.name for q in self._preferred.quantities)
         least = MIN_EXPLAINED_SHARE.value * float(self._x.residuals @ self._x.residuals)
         found: list[dict[tuple[Kind, str], float]] = []
         for x in examined_again(self._data, self._preferred):
@@ -202,7 +211,7 @@ class WithNothingLacking:
             residuals = x.residuals - basis @ (basis.T @ x.residuals)
             if not float(residuals @ residuals) > least:
                 break
-            looked_for = families(x, names, turns=self._turns)
+            looked_for = _looked_for(x, self._data, self._preferred)
             gains = {(f.kind, f.parameter): f.best(basis, residuals)[0] for f in looked_for}
             found.append(gains)
         return found

@@ -303,7 +303,7 @@ def loop_record(
     A column that was recorded is made of the loops as its sensor would see them.
     """
     record = data.record
-    jumps = data.axis.axis.holds_force
+    jumps = data.axis.axis.jumps
     sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
     made: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.measured_position if measured else s.position,

@@ -16,6 +16,7 @@ from axisid.codegen.lowering import LoopStart
 from axisid.estimation.loops import (
     LawTicks,
     first_velocity,
+    hides_command,
     late_in_log,
     state_at_rest,
     terms_along,
@@ -182,6 +183,11 @@ def _control(data: FilteredRecord) -> Array:
     if drive.logged == "current":
         raise DataError(
             "the record tells no command, but what is left of it after the drive's lag."
+        )
+    if hides_command(data.axis):
+        raise DataError(
+            "the record tells no command, but what the drive passes on of it: its "
+            f"{' and '.join(drive.path.declared)}."
         )
     if record.control is not None:
         return record.control

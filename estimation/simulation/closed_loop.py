@@ -248,8 +248,8 @@ class _Loop:
             raise UsageError(
                 f"the period is {self.clocks.log_period:g} s, the control law of axis "
                 f"{self.axis.axis.name!r} is evaluated every {self.clocks.law_period:g} s, and its "
-                "drive has a lag or a delay: between the law's samples such a loop is not known. "
-                "Give the law's period.",
+                f"drive has a {' and '.join(self.axis.axis.of_law_samples)}: between the "
+                "law's samples such a loop is not known. Give the law's period.",
                 code="clocks-and-response",
             )
         away = abs(self.start.position - self.reference[0])

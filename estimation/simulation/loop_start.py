@@ -145,8 +145,12 @@ def balanced_memory(
     response = axis.axis.response
     count = len(state) - (0 if response is None else len(response.remembered))
     signals = (reference, measured, velocity, *recorded)
-    law = balance(axis, state[:count], signals, wanted)
-    return np.concatenate([law, np.full(len(state) - count, float(held))])
+    law = balance(axis, state[:count], signals, axis.axis.drive.path.command(wanted))
+    by_control = response is not None and response.holds_control
+    drive = np.full(len(state) - count, wanted if by_control else float(held))
+    if axis.axis.drive.path.is_limited:
+        drive[:1] = axis.axis.drive.path.command(wanted)
+    return np.concatenate([law, drive])
 
 
 def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float) -> Array:

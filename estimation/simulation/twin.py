@@ -241,11 +241,11 @@ def _sensed(
     """What sensors beside the loop have of velocity and acceleration, where there are any."""
     rng = np.random.default_rng([seed, 1])  # the position's noise stays what it is without them
     noise = rng.normal(size=(2, len(loop.velocity)))
-    acceleration = loop.acceleration
-    if loop.held is not None:
+    acceleration, axis = loop.acceleration, plan.axis.axis
+    if loop.held is not None or (axis.jumps and not axis.holds_force):
         before = signals_about(plan.axis, plan.truth, loop)[1].acceleration
         acceleration = (loop.acceleration + before) / 2
-    elif plan.axis.axis.holds_force:  # it jumps
+    elif axis.jumps:
         acceleration = about_samples(loop.acceleration, [0])
     return (
         None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],

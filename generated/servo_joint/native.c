@@ -1066,6 +1066,7 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
             q1 = lane.q;
             dq1 = lane.dq;
             ddq = lane.acceleration;
+            tau = lane.force;
             mode = lane.mode;
             end = mode.direction;
             mode.direction = lane.direction;
@@ -1194,6 +1195,7 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     b->direction[l] = lane.direction;
     b->end[l] = lane.mode.direction;
     b->ddq[l] = lane.acceleration;
+    b->tau[l] = lane.force;
     keep_sides(b, l, &lane.mode);
     return status;
 }

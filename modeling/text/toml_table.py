@@ -10,9 +10,9 @@ import sympy
 from axisid.modeling.quantities import check_name, expression, number
 from axisid.support.errors import ModelError
 
-from .dynamics import DYNAMICS
 from .element_calls import ElementCalls
 from .expression import read_expression
+from .grammar import DYNAMICS
 from .mistakes import TextError, nearest
 
 T = TypeVar("T")

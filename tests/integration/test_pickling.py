@@ -42,6 +42,7 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.lowering.feed_forward import feed_forward
+from axisid.elements import CONTROL, VELOCITY, formula_drive, voltage_drive
 from axisid.estimation import (
     Classical,
     Hac,
@@ -117,7 +118,11 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "parameter": declared.parameters[0],
         "constant": Constant(2.0, "kg", "plate"),
         "law": declared.control,
-        "drive": declared.drive,
+        "drive": (
+            declared.drive,
+            voltage_drive(kt=0.05, ke=0.05, resistance=1.2, efficiency=0.8),
+            formula_drive(2.0 * CONTROL - VELOCITY),
+        ),
         "experiment": declared.experiment,
         "record": record,
         "masked record": dataclasses.replace(record, masked=((5, 9),)),

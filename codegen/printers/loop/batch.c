@@ -186,6 +186,9 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     b->direction[l] = lane.direction;
     b->end[l] = lane.mode.direction;
     b->ddq[l] = lane.acceleration;
+#if LAGGED
+    b->tau[l] = lane.force;
+#endif
     keep_sides(b, l, &lane.mode);
     return status;
 }

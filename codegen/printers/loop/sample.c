@@ -319,6 +319,9 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
             q1 = lane.q;
             dq1 = lane.dq;
             ddq = lane.acceleration;
+#if LAGGED
+            tau = lane.force;
+#endif
             mode = lane.mode;
             end = mode.direction;
             mode.direction = lane.direction;

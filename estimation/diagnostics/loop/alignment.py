@@ -273,7 +273,7 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     reduced = equations.reduced(quiet)
     law = quiet.axis.axis.control
     sensed = quiet.prefilter.hold == "raw" and (
-        quiet.record.force is not None or not quiet.axis.axis.holds_force
+        quiet.record.force is not None or not quiet.axis.axis.jumps
     )
     # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
     still = law is None or law.continuous or sensed
@@ -342,7 +342,7 @@ def _of_drive(profile: Alignment, data: FilteredRecord, remedy: Remedy | None) -
     sampled = axis.control is None or not axis.control.continuous
     if record.force is not None or not sampled or apart <= 0 or profile.at_the_end:
         return remedy
-    more = "" if axis.drive.is_immediate else "more "
+    more = "more " if axis.drive.lag or axis.drive.delay else ""
     said = (
         f"Declare what lies between command and force, the drive's delay or its lag, "
         f"{apart * record.period:.3g} s {more}in all"

@@ -433,6 +433,7 @@ CALLS = {
     "periodic_coulomb(a, b, q, period=0.01)": {"a": "N", "b": "N"},
     "cogging(a, b, q, period=0.01, harmonic=2)": {"a": "N", "b": "N"},
     "2*cogging(0, b, q, period=0.01) + offset(a)": {"a": "N", "b": "N"},
+    "back_emf(a, q, kt=0.05, resistance=2, ratio=300)": {"a": "V/(rad/s)"},
     "gravity(a)": {"a": "kg"},
     "spring(a, q, 0.02)": {"a": "N/m"},
     "spring(a, q, rest=0.02)": {"a": "N/m"},

@@ -57,13 +57,16 @@ def identification_dict(result: Identification, draws: int = 0) -> dict[str, Any
 def identification_document(result: Identification, draws: int = 0) -> WrittenIdentification:
     """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
+    drive = result.axis.axis.drive
     return WrittenIdentification(
         axis=result.axis.axis.name,
         signature=result.axis.signature,
         left_out=left_out(result.axis),
         held={each.name: _held(each) for each in result.held} or UNSET,
         signals=tuple(map(_signal, result.axis.axis.signals)) or UNSET,
-        drive=_response(result.axis.axis.drive, result.drive_time),
+        drive=_response(drive, result.drive_time),
+        drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
+        drive_remark=drive.remark or UNSET,
         record=record_document(result.record),
         prefilter=prefilter_document(result.data.sampling),
         requested=None if result.requested is None else request_document(result.requested),
@@ -98,14 +101,14 @@ def _held(held: Held) -> WrittenHeld:
 
 
 def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
-    if drive.is_immediate and found is None:
+    if not drive.of_held_commands and found is None:
         return UNSET
-    return WrittenResponse(
-        lag=drive.lag,
-        delay=drive.delay,
-        logged=cast(Any, drive.logged),
-        estimated=UNSET if found is None else _drive_time(found),
-    )
+    path: dict[str, Any] = {**drive.path.declared}
+    if path:
+        path["unit"] = drive.unit
+    if found is not None:
+        path["estimated"] = _drive_time(found)
+    return WrittenResponse(lag=drive.lag, delay=drive.delay, logged=cast(Any, drive.logged), **path)
 
 
 def _drive_time(found: DriveTime) -> WrittenDriveTime:

@@ -115,6 +115,19 @@ class WrittenResponse(JsonObject, frozen=True, kw_only=True):
         Literal["command", "applied", "current"],
         about("What the recorded control is: what acts after the delay, what is left by the lag."),
     ]
+    unit: Annotated[
+        str | UnsetType, about("Of the control, where one of the following is declared.")
+    ] = UNSET
+    rate_limit: Annotated[
+        float | UnsetType, about("Most that the acting control changes in a second, unit/s.")
+    ] = UNSET
+    quantisation: Annotated[
+        float | UnsetType, about("Step to which a command is rounded, in its unit.")
+    ] = UNSET
+    deadband: Annotated[
+        float | UnsetType,
+        about("Half width of the commands that make no force, in their unit; taken off others."),
+    ] = UNSET
     estimated: WrittenDriveTime | UnsetType = UNSET
 
 
