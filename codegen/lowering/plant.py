@@ -30,6 +30,8 @@ HELD_TARGET = ("tau", FORCE_TARGET)
 HELD_CONTROL = ("tau", "held_control")
 #: What the vector of the recorded signals is called: of each its value, and its rate of change.
 RECORDED = "signals"
+#: What the vector of the law's gains is called, where they are arguments.
+GAINS = "law_gains"
 _Lines = tuple[tuple[int, int], ...]  # value and rate of each signal
 
 
@@ -343,7 +345,7 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     ----------
     model : AxisModel
     law : Program
-        To which a test signal may be added.
+        To which a test signal may be added. Gains that it takes come behind the parameters.
     plant : Program
         ``plant_step``.
     """
@@ -351,7 +353,8 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     q, dq, ddq = coordinate.symbol, coordinate.velocity, coordinate.acceleration
     arguments = Arguments(reciprocals=True).scalars(q, dq)
     builder, values = arguments.builder, arguments.values
-    state_port = next(port for port in law.inputs if port.name == "state")
+    ports = {port.name: port for port in law.inputs}
+    state_port = ports["state"]
     response = model.axis.response
     drive = () if response is None else response.remembered
     remembered = builder.vector("state", (*state_port.elements, *drive))
@@ -362,11 +365,16 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     names = _recorded_names(model)
     lines = builder.vector(RECORDED, names) if names else ()
     signals = [(value,) for value in lines[::2]]
-    # The direction, the sides if there are any, the parameters and the step.
-    others = [builder.vector(port.name, port.elements) for port in plant.inputs[3:]]
+    names = ports[GAINS].elements if GAINS in ports else ()
+    # The direction, the sides if there are any, the parameters with the gains, and the step.
+    *mode, own, step = plant.inputs[3:]
+    others = [builder.vector(port.name, port.elements) for port in mode]
+    theta = builder.vector(own.name, (*own.elements, *names))
+    others += [theta[: len(own.elements)], builder.vector(step.name, step.elements)]
+    gains = (theta[len(own.elements) :],) if names else ()
     measured = builder.apply("add", values[q], error)
     control = builder.inline(
-        law, (reference,), (measured,), (values[dq],), *signals, (injected,), state
+        law, (reference,), (measured,), (values[dq],), *signals, (injected,), state, *gains
     )
 
     def slope(tau: int) -> int:

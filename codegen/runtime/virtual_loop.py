@@ -39,6 +39,7 @@ class VirtualLoop:
     ----------
     functions : mapping of str to casadi.Function
     parameters : (p,) array
+        Behind them the gains of the law where its functions take them.
     settings : LoopSettings
     most_events : int, optional
         In a step; more is chatter. As many as the native loop follows by default, or at most.
@@ -53,7 +54,9 @@ class VirtualLoop:
     ) -> None:
         self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
         self._settings = settings
-        self._plant = VirtualPlant(functions, parameters)
+        own = functions["plant_step"].size1_in("parameters")
+        self._plant = VirtualPlant(functions, parameters[:own])
+        self._gains = () if own == len(parameters) else (parameters[own:],)
         limit = _MOST_EVENTS[self._plant.sides > 0]
         self._most_events = min(most_events or limit, limit)
         self._law_start = functions["control_start"]
@@ -88,7 +91,8 @@ class VirtualLoop:
         state = start.memory
         if state is None:
             measured = q + self._encoder(q, noise[0])
-            state = self._law_start(reference[0], measured, *recorded[0, ::2]).full().ravel()
+            read = (*recorded[0, ::2], *self._gains)
+            state = self._law_start(reference[0], measured, *read).full().ravel()
         self._loop_step.arguments["state"][:] = state
         for k in range(samples):
             if not abs(q - reference[k]) <= settings.allowed:

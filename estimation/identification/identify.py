@@ -21,6 +21,7 @@ from axisid.support.user_values import is_among, quoted
 
 from .bound import weighted
 from .bounded import bounded_result
+from .drive_time import identified_with_time
 from .result import Identification
 from .shared import shared_records
 
@@ -102,22 +103,27 @@ def identify(
     _check_loss(loss)
     as_given = _at_rate(prefilter, records[0].period)
 
-    def run(axis: GeneratedAxis) -> Identification:
-        shared = shared_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
-        layout = shared.layout(axis)
-        data = shared.bound(axis, layout, as_given)
-        return identify_problem(
-            weighted(Problem(axis=axis, data=data, layout=layout), loss),
-            as_given,
-            requested,
-            lags=lags,
-            covariance=covariance,
-            set_aside=shared.set_aside,
-            start=start,
-            loss=loss,
-        )
+    def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
+        def free(axis: GeneratedAxis) -> Identification:
+            shared = shared_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
+            layout = shared.layout(axis)
+            data = shared.bound(axis, layout, as_given)
+            return identify_problem(
+                weighted(Problem(axis=axis, data=data, layout=layout), loss),
+                as_given,
+                chosen,
+                lags=lags,
+                covariance=covariance,
+                set_aside=shared.set_aside,
+                start=start,
+                loss=loss,
+            )
 
-    return bounded_result(generated, run) if bounded else run(generated)
+        return bounded_result(tried, free) if bounded else free(tried)
+
+    if generated.declared.drive.estimated is not None:
+        return identified_with_time(generated, records, run, requested)
+    return run(generated, requested)
 
 
 def records_of(record: object) -> list[Record]:

@@ -179,6 +179,7 @@ def simulate_sampled(
     logged_noise: Array,
     injected: Array | None,
     signals: tuple[Array, ...],
+    resolution: float = 0.0,
 ) -> Simulation:
     """Simulate a loop that is given where its law is evaluated, and sample it as a log is.
 
@@ -193,6 +194,8 @@ def simulate_sampled(
         At the samples of the log: of the positions in it, and added to the control.
     signals : tuple of (N,) array
         Likewise, in the axis's order.
+    resolution : float
+        Of the encoder; 0 for none.
     """
     loop = _loop(
         axis,
@@ -201,7 +204,7 @@ def simulate_sampled(
         clocks.law_period,
         position_noise,
         None if injected is None else clocks.held(injected),
-        0.0,
+        resolution,
         at_law(axis, signals, clocks),
         start=float(reference[0]),
         start_velocity=0.0,

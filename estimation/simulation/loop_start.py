@@ -15,6 +15,8 @@ from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_real, real_array
 from axisid.support.user_values import quoted
 
+from .lane_arguments import axes_by_gains
+
 _STEPS = 20  # of Newton's method; a law that is linear in its memory takes one
 _CLOSE = 1e-14  # of the control
 
@@ -70,10 +72,11 @@ def lane_starts(
     velocity: ArrayLike | None,
     memory: ArrayLike | None,
     recorded: Array,
+    gains: Array | None = None,
 ) -> LoopStart:
     """The same for the lanes of a batch: parameters (B, p), all others (B,), memory (B, m).
 
-    Recorded signals are (s,) or (s, B).
+    Recorded signals are (s,) or (s, B), gains of the law (B, g) where each lane has its own.
     """
     lanes = len(parameters)
     first = np.broadcast_to(reference, lanes)
@@ -84,7 +87,9 @@ def lane_starts(
     if remembered is None and _law(axis).balanced:
         signals = [np.broadcast_to(values, lanes) for values in recorded]
         each = zip(parameters, position, moving, first, position + error, *signals, strict=True)
-        remembered = np.array([balanced_memory(axis, *lane) for lane in each])
+        owners = axes_by_gains(axis, gains, lanes)
+        pairs = zip(owners, each, strict=True)
+        remembered = np.array([balanced_memory(own, *lane) for own, lane in pairs])
     return LoopStart(position=position, velocity=moving, memory=remembered)
 
 

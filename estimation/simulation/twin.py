@@ -137,6 +137,7 @@ def twin_record(
         period=period,
         added={place: added} if added is not None and place else {},
         signals=recorded,
+        resolution=experiment.resolution,
     )
     noise = _noise(np.random.default_rng(chosen), deviation)
     loop = plan.simulated(noise) if clocks is None else plan.sampled(noise, clocks, experiment)
@@ -154,7 +155,7 @@ def twin_record(
         sample_period=period,
         provenance=Provenance(
             source=f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
-            f"{declared.coordinate.unit}",
+            f"{declared.coordinate.unit}{_counts(declared, experiment)}",
             truth={
                 **{p.name: _true(generated.declared, p) for p in generated.declared.parameters},
                 **dict(zip(generated.names, truth, strict=True)),
@@ -173,6 +174,7 @@ class _Plan:
     period: float
     added: Mapping[str, Array]
     signals: Mapping[str, ArrayLike]
+    resolution: float
 
     def simulated(self, noise: Callable[[int], Array]) -> Simulation:
         """The loop of a law that is evaluated at each sample."""
@@ -186,6 +188,7 @@ class _Plan:
             position_noise=noise(len(self.reference)),
             injected=self.added.get("control"),
             signals=self.signals,
+            resolution=self.resolution,
         )
 
     def sampled(
@@ -214,7 +217,14 @@ class _Plan:
             logged_noise=logged,
             injected=self.added.get("control"),
             signals=checked_signals(self.axis, self.signals, clocks.samples),
+            resolution=self.resolution,
         )
+
+
+def _counts(axis: Axis, experiment: Experiment) -> str:
+    """What is said of the twin's encoder, if it has one."""
+    counts = experiment.resolution
+    return f", counts of {counts:g} {axis.coordinate.unit}" if counts else ""
 
 
 def _noise(generator: np.random.Generator, deviation: float) -> Callable[[int], Array]:

@@ -17,7 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.problems import Reach, check_identifiable, check_visible
+from axisid.estimation.problems import (
+    Reach,
+    check_identifiable,
+    check_time_known,
+    check_visible,
+)
 from axisid.estimation.records import (
     Extent,
     LogBlocks,
@@ -166,6 +171,7 @@ def _solved(rows: "_LogRows", triangle: Array, size: int, left: float) -> Soluti
 
 
 def _check_axis(axis: GeneratedAxis) -> None:
+    check_time_known(axis)
     check_identifiable(axis)
     if not axis.is_linear:
         raise UsageError(

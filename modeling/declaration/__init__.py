@@ -17,6 +17,7 @@ from .control import Memory as Memory
 from .control import gain as gain
 from .drive import DRIVE_GAIN as DRIVE_GAIN
 from .drive import FORCE_TARGET as FORCE_TARGET
+from .drive import HIDDEN_FROM as HIDDEN_FROM
 from .drive import Drive as Drive
 from .drive import Response as Response
 from .elements import ELEMENTS as ELEMENTS

@@ -14,6 +14,7 @@ from axisid.modeling.quantities import (
     POSITION,
     VELOCITY,
     Coordinate,
+    Parameter,
     Signal,
     expression,
     number,
@@ -34,6 +35,8 @@ DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
 FORCE_TARGET = "force_target"
 #: Where a recorded control may have been taken, first what it is by default.
 LOGGED = ("command", "applied", "current")
+#: Times of a drive, and what of `LOGGED` is recorded behind each, where no motion shows it.
+HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
 #: What a drive of a limited rate remembers.
 LAST_CONTROL = "control_before"
 _WHOLE = 1e-6  # of a sample: what a delay may be off whole samples by its rounding
@@ -158,12 +161,13 @@ class Drive:
         What the gain is times, a number of recorded signals and constants: ``supply / 24`` of an
         amplifier without a supply of its own. A sampled law's force keeps that of its last sample.
 
-    lag : float
+    lag : float or Parameter
         Time constant of the first-order lag between the command and the force, s, as a current loop
-        has: ``lag * dtau/dt = force of the command - tau``. 0 for none.
-    delay : float
+        has: ``lag * dtau/dt = force of the command - tau``. 0 for none. A parameter, in s, is
+        estimated from the record; the drive has its nominal value until then.
+    delay : float or Parameter
         Time from the command to when it acts, before the lag, s: of a bus, of the drive's own
-        cycle. It need not be whole samples; 0 for none.
+        cycle. It need not be whole samples; 0 for none. Estimated as a lag is, but one of them.
     logged : str
         Where on this way the recorded control was taken: ``command``, what the law gives;
         ``applied``, what acts after the delay, or ``current``, what is there after the lag. The
@@ -177,6 +181,9 @@ class Drive:
     deadband : float
         Half width, in `unit`: a control that is no larger makes no force, and of a larger one the
         force is that of the control less the dead band, as of a valve with overlap. 0 for none.
+    estimated : (str, Parameter) or None
+        Which time is estimated, ``lag`` or ``delay``, and as what it was declared; follows from
+        what is given for them.
 
     Notes
     -----
@@ -196,14 +203,17 @@ class Drive:
     relative_sd: float = 0.0
     profile: sympy.Expr = sympy.S.One
     scaled_by: sympy.Expr = sympy.S.One
-    lag: float = 0.0
-    delay: float = 0.0
+    # Read they are numbers, whatever they were given as.
+    lag: float | Any = 0.0
+    delay: float | Any = 0.0
     logged: str = LOGGED[0]
     rate_limit: float = math.inf
     quantisation: float = 0.0
     deadband: float = 0.0
+    estimated: tuple[str, Parameter] | None = None
 
     def __post_init__(self) -> None:
+        _take_estimated(self)
         parse_unit(self.unit)
         object.__setattr__(self, "gain", number(self.gain, "the drive gain"))
         object.__setattr__(self, "limit", number(self.limit, "the drive limit", finite=False))
@@ -269,6 +279,21 @@ class Drive:
         """Whether a command acts at once, whatever came before it."""
         return not (self.lag or self.delay or self.path.is_limited)
 
+    def with_time(self, name: str, value: float) -> "Drive":
+        """The same with a number, s, for its lag or its delay, which is no longer estimated."""
+        changed: dict[str, Any] = {name: value, "estimated": None}
+        return replace(self, **changed)
+
+    def estimating(self, name: str) -> "Drive":
+        """The same with its lag or its delay to be estimated, from where it is declared."""
+        if self.estimated is not None and self.estimated[0] == name:
+            return self
+        nominal = float(getattr(self, name))
+        changed: dict[str, Any] = {name: Parameter(name, "s", nominal=nominal, lower=0.0)}
+        if self.estimated is not None:
+            changed[self.estimated[0]] = self.estimated[1]
+        return replace(self, **changed)
+
     @property
     def path(self) -> CommandPath:
         """From a command within the limit to the control that acts, sample by sample."""
@@ -279,7 +304,8 @@ class Drive:
     @property
     def of_held_commands(self) -> tuple[str, ...]:
         """What is declared of it that is that of commands held from sample to sample, by name."""
-        timing = (name for name in ("lag", "delay") if getattr(self, name))
+        estimated = "" if self.estimated is None else self.estimated[0]
+        timing = (n for n in ("lag", "delay") if getattr(self, n) or n == estimated)
         return (*timing, *self.path.declared)
 
     @property
@@ -351,6 +377,41 @@ class Drive:
         constants = "".join(f", {s} = {x:.{digits}g}" for s, x in self.constants.items())
         formula = written(rounded(self.force.xreplace(self.along(coordinate))), coordinate)
         return f"{formula} in {coordinate.force_unit}, the control in {self.unit}{constants}"
+
+
+def _take_estimated(drive: Drive) -> None:
+    """Put the nominal value of a time that is a parameter in its place, and remember which it is.
+
+    Raises
+    ------
+    ModelError
+        Both are parameters, or one is of another unit, may be negative, or cannot be seen in what
+        was recorded.
+    """
+    given: dict[str, object] = {name: getattr(drive, name) for name in HIDDEN_FROM}
+    found = {name: p for name, p in given.items() if isinstance(p, Parameter)}
+    if len(found) > 1:
+        raise ModelError(
+            "both lag and delay of the drive are to be estimated, and a record shows their sum "
+            "alone: at the frequencies of a motion they, and the half sample of the hold, move the "
+            "force alike; give one of them as a number.",
+            code="drive-times-both",
+        )
+    for name, p in found.items():
+        if p.unit != "s" or p.nominal < 0:
+            raise ModelError(
+                f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}; give "
+                "one in s, with a nominal value of 0 or more.",
+                code="drive-time-parameter",
+            )
+        if drive.logged in HIDDEN_FROM[name]:
+            raise ModelError(
+                f"the drive's {name} is to be estimated, and the control was recorded behind it "
+                f"(logged={drive.logged!r}), so that no motion shows it; give it as a number.",
+                code="drive-time-hidden",
+            )
+        object.__setattr__(drive, name, p.nominal)
+        object.__setattr__(drive, "estimated", (name, p))
 
 
 def _checked_time(value: float, what: str) -> float:

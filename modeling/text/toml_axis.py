@@ -42,6 +42,7 @@ from axisid.support.errors import DeclarationError, ModelError
 from .element_calls import ElementCalls
 from .toml_control import read_control
 from .toml_drive import read_drive
+from .toml_parameter import read_parameter
 from .toml_table import Symbols, Table, checked_name
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
@@ -200,27 +201,10 @@ def _stand_in(moving: Symbols) -> Coordinate:
 def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
     """The parameters in the order of the file, and the symbols even of wrong ones."""
     table = root.table("parameters")
-    made = [_parameter(table, name) for name in table.values]
+    made = [read_parameter(table, name) for name in table.values]
     symbols = {name: sympy.Symbol(name, real=True) for name in table.values}
     good = tuple(p for p in made if p is not None)
     return (good if len(good) == len(made) and table.fine else None), symbols
-
-
-def _parameter(root: Table, name: str) -> Parameter | None:
-    checked = checked_name(root, name, name, "a parameter", check_symbol)
-    table = root.table(name)
-    table.only("unit", "nominal", "lower", "upper", "description", "known", "known_sd")
-    table.needs("unit")
-    fields: dict[str, Any] = {"description": table.text("description")}
-    fields |= {"unit": table.values["unit"]} if "unit" in table.values else {}
-    fields |= {
-        key: table.number(key, finite=key not in ("lower", "upper"))
-        for key in ("nominal", "lower", "upper", "known", "known_sd")
-        if key in table.values
-    }
-    neutral = {"name": checked or "p", "unit": "1"}
-    parameter = table.made(Parameter, fields, neutral, apart=("unit",))
-    return parameter if checked else None
 
 
 def _signals(root: Table) -> tuple[tuple[Signal, ...] | None, Symbols]:
@@ -330,7 +314,8 @@ def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experimen
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
-    table.only("moves", "back_and_forth", "truth", "position_noise", "seed", "signals")
+    noise = ("position_noise", "resolution", "seed")
+    table.only("moves", "back_and_forth", "truth", *noise, "signals")
     signals = table.table("signals")
     signals.only(*recorded)
     truth = table.table("truth")
@@ -339,6 +324,7 @@ def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experimen
         "moves": _moves(table),
         "truth": {name: truth.number(name) for name in truth.values if name in names},
         "position_noise": table.number("position_noise"),
+        "resolution": table.number("resolution"),
         "seed": table.whole("seed", 1),
         "signals": {
             name: signals.expression(name, {str(TIME): TIME})
@@ -347,7 +333,7 @@ def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experimen
         },
     }
     neutral = {"moves": (Move(1.0, 1.0, 1.0),)}
-    return table.made(Experiment, fields, neutral, apart=("position_noise", "seed"))
+    return table.made(Experiment, fields, neutral, apart=noise)
 
 
 def _moves(table: Table) -> tuple[Move, ...]:

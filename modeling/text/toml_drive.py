@@ -1,13 +1,15 @@
 """The drive of a TOML declaration: a gain, a motor of its data sheet, or two formulas."""
 
 import inspect
+from collections.abc import Mapping
 from typing import Any
 
-from axisid.modeling.declaration import DRIVE_GAIN, Drive
+from axisid.modeling.declaration import DRIVE_GAIN, HIDDEN_FROM, Drive
 from axisid.modeling.drives import DRIVES, formula_drive
 from axisid.modeling.quantities import CONTROL, FORCE
 
 from .mistakes import nearest
+from .toml_parameter import read_parameter
 from .toml_table import Symbols, Table
 
 _GAIN = "gain"
@@ -38,6 +40,11 @@ def read_drive(root: Table, symbols: Symbols) -> Drive | None:
     table.only(*keys, *_DRIVEN_BY, "kind", *_FORMULAS)
     table.needs(_GAIN)
     fields = _plain(table, keys) | _expressions(table, _DRIVEN_BY, symbols)
+    fields |= {
+        key: read_parameter(table, key, unit="s")
+        for key in HIDDEN_FROM
+        if isinstance(table.values.get(key), Mapping)
+    }
     # Where the control was logged is told by lag and delay, so that it is not tried alone.
     alone = [key for key in keys if key != "logged"]
     return table.made(Drive, fields, {_GAIN: 1.0}, apart=alone)

@@ -55,6 +55,7 @@ from axisid.estimation import (
     simulate_batch,
 )
 from axisid.estimation.diagnostics.law.control_law import check_law
+from axisid.estimation.identification import DriveTime
 from axisid.estimation.identification.drive_timing import DriveTiming
 from axisid.estimation.law_search import find_law
 from axisid.estimation.streaming import identify_stream
@@ -148,6 +149,13 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "law check": check_law(axis, record),
         "law search": find_law(axis, record),
         "block": axisid.control.difference(axisid.control.REFERENCE, name="q1", start=0),
+        "drive time": DriveTime(
+            name="lag",
+            parameter=axisid.Parameter("Tc", "s"),
+            value=1e-3,
+            deviation=1e-5,
+            interval=(0.98e-3, 1.02e-3),
+        ),
         "drive timing": DriveTiming(
             name="lag",
             value=1e-3,

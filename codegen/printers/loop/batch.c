@@ -268,10 +268,19 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
 #endif
         first_memory(reference[from * reference_lane],
                      b.q[l] + encoder(b.q[l], noise ? noise[from * noise_lane] : 0.0, resolution),
+#if GAINS
+#if SIGNALS
+                     remembered ? remembered + from * MEMORY : NULL, now,
+#else
+                     remembered ? remembered + from * MEMORY : NULL,
+#endif
+                     parameters + from * PARAMETERS, memory);
+#else
 #if SIGNALS
                      remembered ? remembered + from * MEMORY : NULL, now, memory);
 #else
                      remembered ? remembered + from * MEMORY : NULL, memory);
+#endif
 #endif
         for (int j = 0; j < MEMORY; ++j)
             b.memory[j][l] = memory[j];

@@ -174,16 +174,27 @@ static inline void first_memory(double reference, double measured, const double 
 #if SIGNALS
                                 const double *recorded,
 #endif
+#if GAINS
+                                const double *p,
+#endif
                                 double *memory)
 {
     if (given)
         for (int i = 0; i < MEMORY; ++i)
             memory[i] = given[i];
     else
+#if GAINS
+#if SIGNALS
+        start_of(reference, measured, recorded, p + PARAMETERS - GAINS, memory);
+#else
+        control_start(reference, measured, p + PARAMETERS - GAINS, memory);
+#endif
+#else
 #if SIGNALS
         start_of(reference, measured, recorded, memory);
 #else
         control_start(reference, measured, memory);
+#endif
 #endif
 }
 
@@ -213,10 +224,18 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         p[j] = parameters[j];
     double q = start, dq = start_velocity, memory[AT_LEAST_1_MEMORY] = {0.0}, end = 0.0;
     first_memory(reference[0], start + encoder(start, noise ? noise[0] : 0.0, resolution),
+#if GAINS
+#if SIGNALS
+                 remembered, recorded, p, memory);
+#else
+                 remembered, p, memory);
+#endif
+#else
 #if SIGNALS
                  remembered, recorded, memory);
 #else
                  remembered, memory);
+#endif
 #endif
 #if SIDES
 #if MOVING

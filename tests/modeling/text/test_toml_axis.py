@@ -514,3 +514,11 @@ def test_elements_of_an_axis_whose_unit_is_wrong_are_read_all_the_same(tmp_path:
         _with_element(tmp_path, "viscous(a, q)", {"a": "N/(m/s)"}, unit="yd")
     assert "coordinate.unit" in str(told.value)
     assert "viscous" not in str(told.value)
+
+
+def test_a_lag_that_is_a_table_is_a_parameter(tmp_path: Path) -> None:
+    path = tmp_path / "lagging.toml"
+    path.write_text(EMPS2015.replace('unit = "V"', 'unit = "V"\nlag = { nominal = 5e-4 }'))
+    drive = load_axis(path).drive
+    assert drive.lag == 5e-4
+    assert drive.estimated == ("lag", Parameter("lag", "s", nominal=5e-4))

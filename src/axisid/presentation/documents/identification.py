@@ -8,7 +8,7 @@ from msgspec import UNSET, UnsetType
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.estimates import Estimate, Physical, Value
-from axisid.estimation.identification import Identification
+from axisid.estimation.identification import DriveTime, Identification
 from axisid.estimation.problems import Held
 from axisid.estimation.records import Record
 from axisid.estimation.regression import DrawSummary
@@ -20,6 +20,7 @@ from axisid.presentation.schema import (
     Matrix,
     WrittenDirectValue,
     WrittenDrawn,
+    WrittenDriveTime,
     WrittenEstimate,
     WrittenHeld,
     WrittenIdentification,
@@ -63,7 +64,7 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
         left_out=left_out(result.axis),
         held={each.name: _held(each) for each in result.held} or UNSET,
         signals=tuple(map(_signal, result.axis.axis.signals)) or UNSET,
-        drive=_response(drive),
+        drive=_response(drive, result.drive_time),
         drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
         drive_remark=drive.remark or UNSET,
         record=record_document(result.record),
@@ -99,13 +100,26 @@ def _held(held: Held) -> WrittenHeld:
     )
 
 
-def _response(drive: Drive) -> WrittenResponse | UnsetType:
-    if not drive.of_held_commands:
+def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
+    if not drive.of_held_commands and found is None:
         return UNSET
     path: dict[str, Any] = {**drive.path.declared}
     if path:
         path["unit"] = drive.unit
+    if found is not None:
+        path["estimated"] = _drive_time(found)
     return WrittenResponse(lag=drive.lag, delay=drive.delay, logged=cast(Any, drive.logged), **path)
+
+
+def _drive_time(found: DriveTime) -> WrittenDriveTime:
+    return WrittenDriveTime(
+        name=found.parameter.name,
+        of=cast(Any, found.name),
+        nominal=found.parameter.nominal,
+        value=found.value,
+        sd=found.deviation,
+        interval_95=found.interval,
+    )
 
 
 def _signal(signal: Signal) -> WrittenSignal:

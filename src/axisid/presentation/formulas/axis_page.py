@@ -142,6 +142,8 @@ def _experiment(axis: Axis, experiment: Experiment) -> Section:
     seconds = sum(move.duration for move in experiment.moves)
     truth = [f"{p.name} = {experiment.truth.get(p.name, p.nominal):g}" for p in axis.parameters]
     noise = f"{experiment.position_noise:g} {axis.coordinate.unit}"
+    if experiment.resolution:
+        noise += f", counts of {experiment.resolution:g} {axis.coordinate.unit}"
     signals = tuple(Formula(name=name, value=x) for name, x in experiment.signals.items())
     return Section(
         title="Experiment of the twin",
