@@ -42,8 +42,7 @@ from axisid.support.errors import DeclarationError, ModelError
 from .element_calls import ElementCalls
 from .toml_control import read_control
 from .toml_drive import read_drive
-from .toml_parameter import read_parameter
-from .toml_table import Symbols, Table, checked_name
+from .toml_table import Symbols, Table, checked_name, read_parameter
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
 _COLUMN = ("name", "unit", "scale", "offset", "gear", "resolution")

@@ -9,8 +9,7 @@ from axisid.modeling.drives import DRIVES, formula_drive
 from axisid.modeling.quantities import CONTROL, FORCE
 
 from .mistakes import nearest
-from .toml_parameter import read_parameter
-from .toml_table import Symbols, Table
+from .toml_table import Symbols, Table, read_parameter
 
 _GAIN = "gain"
 _OF_COMMANDS = ("rate_limit", "quantisation", "deadband")
