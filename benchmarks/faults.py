@@ -151,7 +151,8 @@ def identified(log: Log, truth: dict[str, float], seconds: float) -> tuple[str, 
     try:
         with in_time(seconds):
             axis = build(log.axis)
-            record = read_record(log.columns, axis)
+            # By role, whatever names of columns an axis of the library declares.
+            record = read_record(log.columns, axis, columns={role: role for role in log.columns})
             result = identify(axis, record, prefilter_of(log.axis.name))
             said = doubts(result)
     except AxisidError as error:

@@ -62,6 +62,8 @@ class Machine:
         Of the cascade ``kv (kp (r - q) - (q[k] - q[k-1]) / period)``.
     lag, delay : float
         Between a command and its force, s; the delay in steps of 0.2 ms.
+    rate_limit, quantisation, deadband : float
+        What a command goes through before it acts, in this order: V/s, V, V.
     has_tachometer : bool
         Whether the cascade takes the velocity itself in place of that difference.
     resolution : float
@@ -87,6 +89,9 @@ class Machine:
     period: float = 1e-3
     lag: float = 0.0
     delay: float = 0.0
+    rate_limit: float = math.inf
+    quantisation: float = 0.0
+    deadband: float = 0.0
     has_tachometer: bool = False
     resolution: float = 0.0
     position_noise: Noise | None = None
@@ -136,13 +141,25 @@ class _Drive:
         self._step = machine.period / _STEPS
         self._gain, self._lag = machine.gain, machine.lag
         self._pending = [np.zeros(runs)] * round(machine.delay / self._step)
-        self._now = np.zeros(runs)
+        self._now, self._slow = np.zeros(runs), np.zeros(runs)
+        self._most, self._quantum = machine.rate_limit * machine.period, machine.quantisation
+        self._band = machine.deadband
 
     def forces(self, control: Array, added: Array) -> list[Array]:
         """Mean forces of the steps of a sample, with what is added to each."""
-        steps = [*self._pending, *[self._gain * control] * _STEPS]
+        steps = [*self._pending, *[self._gain * self._acting(control)] * _STEPS]
         self._pending = steps[_STEPS:]
         return [self._followed(target) + added for target in steps[:_STEPS]]
+
+    def _acting(self, control: Array) -> Array:
+        """What comes through of a command."""
+        self._slow = np.maximum(
+            np.minimum(control, self._slow + self._most), self._slow - self._most
+        )
+        acting = self._slow
+        if self._quantum:
+            acting = np.round(acting / self._quantum) * self._quantum
+        return np.asarray(np.sign(acting) * np.maximum(np.abs(acting) - self._band, 0.0))
 
     def _followed(self, target: Array) -> Array:
         if not self._lag:

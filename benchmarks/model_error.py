@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 from figures import give, parser_of
-from judgement import declared, reference_of
+from judged_cases import declared, reference_of
 from machines import Array, Machine, records, white
 
 from axisid import Identification, identify, read_record

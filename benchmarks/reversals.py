@@ -20,7 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from judgement import RIGHT, Case, declared, reference_of
+from judged_cases import RIGHT, Case, declared, reference_of
 from machines import Array, records
 
 from axisid import Prefilter, Record, build, identify, read_record

@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 from figures import give, parser_of
-from judgement import RIGHT, declared, reference_of
+from judged_cases import RIGHT, declared, reference_of
 from machines import records
 
 from axisid import (

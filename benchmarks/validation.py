@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from judgement import RIGHT, declared, reference_of
+from judged_cases import RIGHT, declared, reference_of
 from library import prefilter_of
 from machines import Array, Machine, records
 

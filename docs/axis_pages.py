@@ -55,6 +55,8 @@ def _equation(axis: Axis) -> str:
         f"`tau = {drive.gain:.6g} * control` in {axis.coordinate.force_unit}, the control in "
         f"{drive.unit}, at most {drive.limit:g}{listed}."
     )
+    acts = drive.timing_text
+    facts += f" {acts[0].upper()}{acts[1:]}." if acts else ""
     return f"{equation_latex(axis)}\n\n{facts}"
 
 
@@ -86,10 +88,12 @@ def _twin(axis: Axis) -> str:
     settings, options = prefilter_of(axis.name), ""
     if settings is not None:
         options = f" --cutoff {settings.cutoff:g} --decimate {settings.decimate}"
-    law = axis.control
+    law, unit, counts = axis.control, axis.coordinate.unit, axis.experiment.resolution
+    timing = f" {axis.drive.timing_text.capitalize()}." if axis.drive.timing_text else ""
     return (
-        f"Control law: {law.name}, every {1e3 * law.period:g} ms. Encoder noise: "
-        f"{axis.experiment.position_noise:g} {axis.coordinate.unit}.\n\n"
+        f"Control law: {law.name}, every {1e3 * law.period:g} ms.{timing} Encoder noise: "
+        f"{axis.experiment.position_noise:g} {unit}"
+        f"{f', whole counts of {counts:g} {unit}' if counts else ''}.\n\n"
         f"```console\n$ axisid identify {axis.name}{options}\n```"
     )
 

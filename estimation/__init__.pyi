@@ -8,6 +8,7 @@ from .diagnostics.loop import profile_alignment as profile_alignment
 from .estimates import Iterate as Iterate
 from .estimates import Value as Value
 from .fitting import OutputFit as OutputFit
+from .identification import DriveTime as DriveTime
 from .identification import DriveTiming as DriveTiming
 from .identification import estimate_drive_timing as estimate_drive_timing
 from .law_search import ExplainedLaw as ExplainedLaw

@@ -15,7 +15,7 @@ FLOORS = (
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
-    ("modeling.laws",),
+    ("modeling.drives", "modeling.laws"),
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.text",),

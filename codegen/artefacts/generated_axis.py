@@ -1,8 +1,8 @@
 """The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
 
 import pickle
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -11,10 +11,10 @@ import sympy
 from numpy.typing import ArrayLike
 
 from axisid.codegen.accuracy import evaluate
-from axisid.codegen.lowering import drive_force_by_gain, over_time
+from axisid.codegen.lowering import drive_force_by_gain, drive_force_in_mode, over_time
 from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
-from axisid.modeling.declaration import Axis, check_axis
+from axisid.modeling.declaration import Axis, ControlLaw, check_axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
 from axisid.modeling.quantities import (
     CONTROL,
@@ -25,10 +25,12 @@ from axisid.modeling.quantities import (
 )
 from axisid.modeling.wording import describe_direction, describe_loss
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
+from axisid.support.errors import ModelError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.real_numbers import real_array
+from axisid.support.user_values import quoted
 
+from .loop_by_gains import LoopByGains
 from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature
 
 
@@ -76,6 +78,8 @@ class GeneratedAxis:
         See `axisid.codegen.lowering.axis_functions`.
     native : Native
         The same functions and the closed loop, compiled; empty-handed where there is no compiler.
+    loop : LoopByGains or None
+        The closed loop by the gains of its law, where these can change without being compiled anew.
     """
 
     axis: Axis
@@ -89,6 +93,7 @@ class GeneratedAxis:
     unidentifiable: tuple[str, ...]
     functions: Mapping[str, Any]
     native: Native
+    loop: LoopByGains | None = None
 
     def __repr__(self) -> str:
         return f"generated axis {self.axis.name}: {', '.join(self.names)} ({self.signature[:12]})"
@@ -131,6 +136,55 @@ class GeneratedAxis:
     def names(self) -> tuple[str, ...]:
         """Names of the physical parameters."""
         return tuple(p.name for p in self.parameters)
+
+    def with_gains(self, gains: Mapping[str, float]) -> "GeneratedAxis":
+        """The axis with other gains of its control law, for which nothing is compiled.
+
+        Parameters
+        ----------
+        gains : mapping of str to float
+            SI, by name; others stay as they are.
+
+        Raises
+        ------
+        ModelError
+            The axis has no sampled law with gains, or a gain is none of it or no finite number.
+        """
+        loop, law = self.loop_with(gains)
+        law, base = replace(law, gains={**law.gains, **gains}), self.base
+        loop = loop.with_law(law)
+        return replace(
+            self,
+            axis=loop.model.axis,
+            base=replace(base, declared=replace(base.declared, control=law)),
+            signature=signature(loop.model),
+            functions={**self.functions, **loop.functions_at(law.gains)},
+            native=loop.native_at(law.gains),
+            loop=loop,
+        )
+
+    def loop_with(self, gains: Iterable[str]) -> tuple[LoopByGains, ControlLaw]:
+        """The closed loop and its law, of which gains can change.
+
+        Raises
+        ------
+        ModelError
+            As `with_gains` does.
+        """
+        if self.loop is None:
+            raise ModelError(
+                f"axis {self.axis.name!r} {_lacking(self.axis.control)}, so there are no gains to "
+                "change in its loop; build an axis of another law.",
+                code="no-run-time-gains",
+            )
+        law = self.loop.law
+        if unknown := [name for name in gains if name not in law.gains]:
+            raise ModelError(
+                f"control law {law.name!r} has no gain {quoted(unknown[0])}; it has "
+                f"{', '.join(law.gains)}.",
+                code="no-such-gain",
+            )
+        return self.loop, law
 
     def describe(self, parameters: Array) -> str:
         """Physical parameters in words, as ``M = 95.1 kg, Fv = 203.5 N/(m/s)``."""
@@ -182,6 +236,22 @@ class GeneratedAxis:
         signals |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
         (slopes,) = evaluate(drive_force_by_gain(self.axis), signals).values()
         return slopes[:, 0]
+
+    def force_in_mode(
+        self,
+        control: Array,
+        position: Array,
+        velocity: Array,
+        direction: Array,
+        recorded: Sequence[Array] = (),
+    ) -> Array:
+        """The drive's force in friction directions, (N,), which at rest no velocity tells."""
+        q = self.axis.coordinate
+        motion = {q.name: position, str(q.velocity): velocity, str(DIRECTION): direction}
+        signals = {str(CONTROL): control, **motion}
+        signals |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
+        (forces,) = evaluate(drive_force_in_mode(self.axis), signals).values()
+        return forces[:, 0]
 
     def experiment_signals(self, time: Array) -> dict[str, Array]:
         """What the axis's experiment says of recorded signals, at times, s, (N,) by name."""
@@ -236,6 +306,11 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
     combined = {p.name: p.description for p, _ in model.base.combined}
     texts = axis_artefacts(model)
     functions = execute(texts[FUNCTIONS], axis.name)
+    loop, law = LoopByGains.of(model, enabled=native), axis.control
+    if not native or loop is None or law is None:
+        run = Native(texts[NATIVE], functions, enabled=native)
+    else:
+        run = loop.native_at(law.gains)
     return GeneratedAxis(
         axis=axis,
         base=model.base,
@@ -246,12 +321,23 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         ddm_parameters=_ddm_parameters(model),
         uniform=_is_uniform(model),
-        has_direction=any(c.has(DIRECTION) for c in (*model.idm.columns, model.idm.intercept)),
+        has_direction=any(
+            c.has(DIRECTION)
+            for c in (*model.idm.columns, model.idm.intercept, model.axis.drive.force)
+        ),
         nonlinear=tuple(p.symbol in model.idm.nonlinear for p in axis.parameters),
         unidentifiable=tuple(map(describe_loss, model.unidentifiable)),
         functions=functions,
-        native=Native(texts[NATIVE], functions, enabled=native),
+        native=run,
+        loop=loop,
     )
+
+
+def _lacking(law: ControlLaw | None) -> str:
+    """Why the loop of a law has no gains that could change."""
+    if law is None:
+        return "has no control law"
+    return "has a continuous law" if law.continuous else "has a control law without gains"
 
 
 @lru_cache(maxsize=32)
@@ -266,9 +352,11 @@ def _is_uniform(model: AxisModel) -> bool:
     expressions: list[tuple[sympy.Expr, tuple[sympy.Symbol, ...], sympy.Symbol]] = [
         (model.acceleration, (q.symbol, q.velocity), DIRECTION)
     ]
+    drive = model.axis.drive
+    if law is not None and (law.continuous or model.axis.drives_by_motion):
+        made = drive.force.xreplace(drive.along(q))
+        expressions.append((made, (CONTROL, q.symbol, q.velocity), DIRECTION))
     if law is not None and law.continuous:
-        of_drive = (CONTROL, q.symbol, q.velocity)
-        expressions.append((model.axis.drive.force, of_drive, DIRECTION))
         expressions.append((law.output, (MEASURED_POSITION, MEASURED_VELOCITY), DIRECTION))
     return all(
         not expression.diff(variable).free_symbols & {*variables, direction, *recorded}

@@ -7,6 +7,7 @@ machine: no time, no path, no version of a library.
 import hashlib
 import json
 from collections.abc import Mapping
+from functools import lru_cache
 
 import sympy
 
@@ -55,6 +56,8 @@ ROWS = (
     "control_law",
     "wave_number",
 )
+# What the time loop's C is printed for: how long which argument of a step is.
+_SIZES = {"HELD": "held", "MEMORY": "state", "PARAMETERS": "parameters", "SIDES": "sides"}
 
 
 def axis_artefacts(model: AxisModel) -> dict[str, str]:
@@ -69,13 +72,25 @@ def axis_artefacts(model: AxisModel) -> dict[str, str]:
     check_programs(model, programs)
     check_drive(model, programs)
     mark = signature(model)
+    header = _header(model.axis.name, mark)
     texts = {
-        FUNCTIONS: _functions(model.axis.name, mark, programs),
-        NATIVE: _native(model, mark, programs),
+        FUNCTIONS: _functions(model.axis.name, header, programs),
+        NATIVE: _native(model, header, programs),
         EQUATIONS: _equations(model, mark),
     }
     texts[MANIFEST] = json.dumps(_manifest(model, mark, programs, texts), indent=2) + "\n"
     return texts
+
+
+def by_gains_artefacts(model: AxisModel) -> tuple[str, str]:
+    """The functions and the native code of an axis, with the gains of its law as arguments.
+
+    They are the same whatever the gains are; no file has them.
+    """
+    programs = axis_programs(model, by_gains=True)
+    about = "The gains of its control law are arguments.\n"
+    functions = _functions(model.axis.name, about, programs)
+    return functions, _native(model, about, programs, by_gains=True)
 
 
 def signature(model: AxisModel) -> str:
@@ -86,14 +101,14 @@ def signature(model: AxisModel) -> str:
         "axis": [axis.name, axis.title],
         "coordinate": [axis.coordinate.name, axis.coordinate.unit],
         "parameters": [[p.name, p.unit] for p in axis.parameters],
-        "force": sympy.srepr(with_numbers(axis.force)),
+        "force": _with_numbers(axis.force),
         "drive": [
-            sympy.srepr(axis.drive.force),
-            sympy.srepr(axis.drive.inverse),
+            _as_text(axis.drive.force),
+            _as_text(axis.drive.inverse),
             {str(symbol): repr(float(v)) for symbol, v in axis.drive.constants.items()},
             axis.drive.unit,
             repr(float(axis.drive.limit)),
-            *([] if axis.drive.profile == 1 else [sympy.srepr(with_numbers(axis.drive.profile))]),
+            *([] if axis.drive.profile == 1 else [_with_numbers(axis.drive.profile)]),
         ],
         "control": law
         and {
@@ -109,6 +124,8 @@ def signature(model: AxisModel) -> str:
     }
     if axis.response is not None:
         content["response"] = [repr(float(time)) for time in (axis.drive.lag, axis.drive.delay)]
+    if not axis.drive.path.is_plain:
+        content["path"] = {name: repr(x) for name, x in axis.drive.path.declared.items()}
     if axis.signals:
         content["signals"] = [[s.name, s.unit, s.between] for s in axis.signals]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -116,7 +133,13 @@ def signature(model: AxisModel) -> str:
 
 def _with_numbers(value: sympy.Expr) -> str:
     """An expression as text, each constant's number in its place."""
-    return str(sympy.srepr(with_numbers(value)))
+    return _as_text(with_numbers(value))
+
+
+# An axis with other gains, of which there may be hundreds, has the same expressions.
+@lru_cache(maxsize=128)
+def _as_text(value: sympy.Expr) -> str:
+    return str(sympy.srepr(value))
 
 
 def _header(name: str, mark: str) -> str:
@@ -129,9 +152,9 @@ def _header(name: str, mark: str) -> str:
     )
 
 
-def _functions(name: str, mark: str, programs: tuple[Program, ...]) -> str:
+def _functions(name: str, header: str, programs: tuple[Program, ...]) -> str:
     operations = sum(program.operation_count for program in programs)
-    about = f"CasADi functions of the axis {name}.\n\n{_header(name, mark)}{operations} operations"
+    about = f"CasADi functions of the axis {name}.\n\n{header}{operations} operations"
     names = "".join(f'    "{program.name}": {program.name},\n' for program in programs)
     return (
         f'"""{about}\n"""\n\nimport casadi\n\n\n'
@@ -140,23 +163,33 @@ def _functions(name: str, mark: str, programs: tuple[Program, ...]) -> str:
     )
 
 
-def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
+def _native(
+    model: AxisModel,
+    header: str,
+    programs: tuple[Program, ...],
+    *,
+    by_gains: bool = False,
+) -> str:
     law = model.axis.control
     by_name = {program.name: program for program in programs}
     looped = [*LOOP] if law is not None else []
     printed = [print_c_function(by_name[name]) for name in (*ROWS, *looped) if name in by_name]
     printed += [print_c_rows(by_name[name]) for name in (*ROWS, *looped) if name in by_name]
     if law is not None:
-        ports = {port.name: port for port in by_name["closed_loop_step"].inputs}
-        ports |= {port.name: port for port in by_name["plant_step"].inputs}
-        names = {"HELD": "held", "MEMORY": "state", "PARAMETERS": "parameters", "SIDES": "sides"}
+        ports = {port.name: port for port in by_name["plant_step"].inputs}
+        ports |= {port.name: port for port in by_name["closed_loop_step"].inputs}
         sizes = {
-            size: len(ports[name].elements) if name in ports else 0 for size, name in names.items()
+            size: len(ports[name].elements) if name in ports else 0 for size, name in _SIZES.items()
         }
+        if by_gains:
+            sizes["GAINS"] = len(law.gains)
         if model.axis.signals:
             sizes["SIGNALS"] = len(model.axis.signals)
+        if sizes["SIDES"]:
+            inputs = (port.name for port in by_name["switching"].inputs)
+            sizes |= {"MOVING": 1} if "held" in inputs else {}
         printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
-    head = "".join(f"   {line}\n" for line in _header(model.axis.name, mark).splitlines())
+    head = "".join(f"   {line}\n" for line in header.splitlines())
     body = "\n".join(printed)
     return (
         f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n"
@@ -165,11 +198,11 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
 
 
 def _response_of(model: AxisModel) -> Mapping[str, float]:
-    """Whether the force has a lag, and after what part of a sample a command begins to act."""
+    """Whether a force and more is held, and after what part of a sample a command begins to act."""
     response = model.axis.response
     if response is None or response.is_held:
         return {}
-    return {"LAGGED": int(response.lag > 0), "SPLIT": response.share}
+    return {"LAGGED": int(response.keeps_force), "SPLIT": response.share}
 
 
 def _equations(model: AxisModel, mark: str) -> str:
@@ -230,9 +263,10 @@ def _recorded(model: AxisModel) -> dict[str, object]:
 
 def _timing(model: AxisModel) -> dict[str, object]:
     drive = model.axis.drive
-    if model.axis.response is None:
+    if model.axis.response is None and drive.path.is_plain:
         return {}
-    return {"drive": {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}}
+    timing = {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}
+    return {"drive": {**timing, **drive.path.declared}}
 
 
 def _shape(port: Output) -> str:

@@ -7,6 +7,7 @@ Knows nothing of languages and compilers.
 from .axis_functions import axis_programs as axis_programs
 from .drive import drive_force as drive_force
 from .drive import drive_force_by_gain as drive_force_by_gain
+from .drive import drive_force_in_mode as drive_force_in_mode
 from .feed_forward import FeedForward as FeedForward
 from .feed_forward import feed_forward as feed_forward
 from .law_by_gains import law_by_gains as law_by_gains
@@ -22,6 +23,7 @@ from .loop_settings import STUCK as STUCK
 from .loop_settings import LoopSettings as LoopSettings
 from .loop_settings import LoopStart as LoopStart
 from .over_time import over_time as over_time
+from .plant import GAINS as GAINS
 from .program import OPERATIONS as OPERATIONS
 from .program import Input as Input
 from .program import Operation as Operation

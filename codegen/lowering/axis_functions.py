@@ -22,30 +22,38 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.missing import Missing
 
-from .drive import drive_control, drive_force
+from .drive import acting_control, drive_control, drive_force, within
 from .lower import Arguments, Lowering
-from .plant import closed_loop_step, plant_programs
+from .plant import GAINS, closed_loop_step, plant_programs
 from .program import Builder, Program
 
 
-def axis_programs(model: AxisModel) -> tuple[Program, ...]:
+def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program, ...]:
     """Build every function the model allows.
 
     Without a direct regressor there are no ``ddm_regressor`` and no parameter map; without a
     control law there is no closed loop.
+
+    Parameters
+    ----------
+    model : AxisModel
+    by_gains : bool
+        Whether the gains of a sampled law are arguments and no numbers: of the loop's step behind
+        the parameters, of the law's other functions a vector of their own, the last.
     """
     acceleration = _direct_dynamics(model)
     programs = [inverse_dynamics(model), _idm_regressor(model), acceleration]
     programs += [*_direct_regressor(model), drive_force(model), drive_control(model)]
     law = model.axis.control
-    driven = None if law is None else _control_law(model, law, injected=True)
+    gains = tuple(map(gain, law.gains)) if law is not None and by_gains else ()
+    driven = None if law is None else _control_law(model, law, gains, injected=True)
     plant = plant_programs(model, driven, acceleration)
     programs += plant
     if law is not None and driven is not None:
         programs += [
-            _control_start(model, law),
-            _control_law(model, law),
-            _control_terms(model, law),
+            _control_start(model, law, gains),
+            _control_law(model, law, gains),
+            _control_terms(model, law, gains),
             closed_loop_step(model, driven, plant[1]),
         ]
     return tuple(programs)
@@ -114,8 +122,9 @@ def _state(law: ControlLaw) -> tuple[str, ...]:
     return (*(memory.name for memory in law.memory), *law.delay_line)
 
 
-def _control_start(model: AxisModel, law: ControlLaw) -> Program:
+def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
     arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols)
+    arguments = _with_gains(arguments, gains)
     builder = arguments.builder
     # What balances is found where the load is known.
     lowering = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
@@ -124,11 +133,13 @@ def _control_start(model: AxisModel, law: ControlLaw) -> Program:
     rest = {MEASURED_VELOCITY: builder.constant(0.0)}
     first = _output(model, law, builder, {**arguments.values, **values, **rest})
     state = [*memory, *[first] * law.delay]
-    if model.axis.response is not None:
+    if (response := model.axis.response) is not None:
         position, still = arguments.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
         signals = [(arguments.values[s],) for s in model.axis.signal_symbols]
-        made = builder.inline(drive_force(model), (first,), (position,), (still,), *signals)
-        state += made["tau"] * len(model.axis.response.remembered)
+        acting, last = acting_control(builder, model, first, first)
+        made = builder.inline(drive_force(model), (acting,), (position,), (still,), *signals)
+        commands = [acting] * (len(response.forces) - 1) if response.holds_control else []
+        state += [*last, *commands, *made["tau"] * (len(response.forces) - len(commands))]
     builder.output("state", [[index] for index in state])
     return builder.program("control_start", "What the drive remembers of an axis at rest.")
 
@@ -147,27 +158,31 @@ def _output(
     return within(model.axis.drive.limit, builder, control)
 
 
-def within(limit: float, builder: Builder, value: int) -> int:
-    """A value clipped at plus and minus a limit; infinite for none."""
-    if limit == float("inf"):
-        return value
-    # Selected, not min and max: those would turn a control that is not a number into the limit.
-    upper, lower = builder.constant(limit), builder.constant(-limit)
-    value = builder.apply("select", builder.apply("lt", upper, value), upper, value)
-    return builder.apply("select", builder.apply("lt", value, lower), lower, value)
-
-
 def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:
-    gains = {gain(name): builder.constant(value) for name, value in law.gains.items()}
+    """What lowers the law; gains that are no arguments are numbers."""
+    numbers = {gain(name): value for name, value in law.gains.items() if gain(name) not in values}
+    gains = {symbol: builder.constant(value) for symbol, value in numbers.items()}
     return Lowering(builder, {**values, **gains, PERIOD: builder.constant(law.period)})
 
 
-def _control_law(model: AxisModel, law: ControlLaw, *, injected: bool = False) -> Program:
+def _with_gains(arguments: Arguments, gains: tuple[sympy.Symbol, ...]) -> Arguments:
+    """Add the gains that are arguments, if there are any."""
+    return arguments.vector(GAINS, gains) if gains else arguments
+
+
+def _control_law(
+    model: AxisModel,
+    law: ControlLaw,
+    gains: tuple[sympy.Symbol, ...],
+    *,
+    injected: bool = False,
+) -> Program:
     """The law by itself, or as the loop has it: with a test signal that is added to its output."""
     arguments = _measured(model)
-    builder, values = arguments.builder, arguments.values
+    builder = arguments.builder
     added = builder.scalar("injected") if injected else None
     state = builder.vector("state", _state(law))
+    values = _with_gains(arguments, gains).values
     memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
     line = state[len(law.memory) :]
     control = _output(model, law, builder, {**values, **memory}, added)
@@ -191,10 +206,11 @@ def _measured(model: AxisModel) -> Arguments:
     return Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *recorded)
 
 
-def _control_terms(model: AxisModel, law: ControlLaw) -> Program:
+def _control_terms(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
     arguments = _measured(model)
-    builder, values = arguments.builder, arguments.values
+    builder = arguments.builder
     state = builder.vector("state", _state(law))
+    values = _with_gains(arguments, gains).values
     memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
     lower = _law_lowering(law, builder, {**values, **memory})
     builder.output("row", [[lower(with_numbers(factor * signal)) for factor, signal in law.terms]])

@@ -13,8 +13,8 @@ from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import FORCE, SignalSymbol, signals_in
 from axisid.support.errors import UsageError
 
-from .axis_functions import inverse_dynamics, within
-from .drive import drive_control
+from .axis_functions import inverse_dynamics
+from .drive import drive_control, within
 from .program import Builder, Program
 
 
@@ -101,6 +101,7 @@ def feed_forward(
     at_rest = f"up to a speed of {dead_zone!r} {q.unit}/s" if dead_zone else "at rest"
     limit = axis.drive.limit
     reach = "" if math.isinf(limit) else f", within {-limit:g} and {limit:g}"
+    reach += f", over the dead band of {axis.drive.deadband:g}" if axis.drive.deadband else ""
     reach += "" if axis.drive.is_immediate else ", once the drive has followed"
     return FeedForward(
         name=axis.name,
@@ -164,5 +165,10 @@ def _control(model: AxisModel) -> Program:
     signals = [(builder.scalar(s.name),) for s in (FORCE, q.symbol, q.velocity)]
     signals += [(index,) for index in _recorded(builder, model)]
     (control,) = builder.inline(drive_control(model), *signals)["control"]
+    if drive.deadband:
+        band = builder.apply(
+            "mul", builder.apply("sign", control), builder.constant(drive.deadband)
+        )
+        control = builder.apply("add", control, band)
     builder.output("control", [[within(drive.limit, builder, control)]])
     return builder.program("control", "Control for a force.")

@@ -4,26 +4,35 @@ A mode is a friction direction and, where the acceleration has kinks or jumps ov
 side of each; see `switching`. Only then do programs take `sides`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial, reduce
+
+import sympy
 
 from axisid.modeling.algebra import slope
 from axisid.modeling.declaration import FORCE_TARGET, Response
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import DIRECTION, FORCE
+from axisid.modeling.quantities import DIRECTION, FORCE, Signal
 
-from .drive import drive_force
+from .drive import acting_control
+from .drive_in_mode import DriveInMode
 from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED
 from .lower import Arguments
 from .program import Builder, Program
 from .response import drive_response, forces_in_step, later_force
 from .switching import Switching, switching
 
-# What is held between samples under a sampled law; with a drive that lags, what its force goes to.
+# What is held between samples under a sampled law; with a drive that lags, what its force goes to,
+# and the control where the motion makes another force of it all the time.
 HELD_FORCE = ("tau",)
 HELD_TARGET = ("tau", FORCE_TARGET)
+HELD_CONTROL = ("tau", "held_control")
 #: What the vector of the recorded signals is called: of each its value, and its rate of change.
 RECORDED = "signals"
+#: What the vector of the law's gains is called, where they are arguments.
+GAINS = "law_gains"
+_Lines = tuple[tuple[int, int], ...]  # value and rate of each signal
 
 
 def plant_programs(
@@ -80,16 +89,42 @@ def _with_sides(arguments: Arguments, model: AxisModel, found: Switching) -> Arg
 
 
 def _switching(model: AxisModel, found: Switching) -> Program:
+    """With recorded signals among what decides they are taken `step` seconds later."""
     q = model.axis.coordinate
-    arguments = _with_sides(Arguments().scalars(q.symbol, q.velocity), model, found)
+    arguments = Arguments().scalars(q.symbol, q.velocity)
+    lines: _Lines = ()
+    if found.moved_by:
+        _, lines = _held(arguments, model)
+    _with_sides(arguments, model, found)
     slopes = {
         name: [[slope(value, by, "what decides a side") for value in found.functions]]
         for name, by in (("by_position", q.symbol), ("by_velocity", q.velocity))
     }
+    if found.moved_by:
+        _moved(arguments, lines, model)
+        slopes["by_time"] = [[_by_time(value, found.moved_by) for value in found.functions]]
     builder = arguments.lower(switches=[found.functions], **slopes)
     return builder.program(
         "switching", "What changes its sign where a side changes, and how it changes."
     )
+
+
+def _moved(arguments: Arguments, lines: _Lines, model: AxisModel) -> None:
+    """Take the signals where their lines are `step` seconds later, and their rates."""
+    builder = arguments.builder
+    step = builder.scalar("step")
+    for signal, (value, rate) in zip(model.axis.signals, lines, strict=True):
+        later = builder.apply("add", value, builder.apply("mul", rate, step))
+        arguments.values |= {signal.symbol: later, _rate_of(signal): rate}
+
+
+def _by_time(value: sympy.Expr, signals: tuple[Signal, ...]) -> sympy.Expr:
+    """How what decides a side changes with the recorded signals."""
+    return sum(slope(value, s.symbol, "what decides a side") * _rate_of(s) for s in signals)
+
+
+def _rate_of(signal: Signal) -> sympy.Symbol:
+    return sympy.Symbol(signal.rate_name, real=True)
 
 
 def _wave_number(model: AxisModel, found: Switching) -> Program:
@@ -112,7 +147,8 @@ def _largest(arguments: Arguments, found: Switching) -> int:
 class _Plant:
     """The plant under what is held between samples, as operations of one builder.
 
-    A sampled law holds its force; of a drive with a lag it goes to another, which is held too. A
+    A sampled law holds its force; of a drive with a lag it goes to another, which is held too, and
+    of one whose force depends on the motion the control is. A
     continuous law is evaluated inside the plant's derivative; held
     are the line that the reference follows, the error of the measurement and the test signal that
     is added to the control. Recorded signals follow a line each.
@@ -124,7 +160,7 @@ class _Plant:
     arguments: Arguments
     motion: tuple[int, int]
     held: tuple[int, ...]
-    recorded: tuple[tuple[int, int], ...]  # value and rate of each signal
+    recorded: _Lines
     mode: tuple[tuple[int, ...], ...]  # the direction, and the sides if there are any
     parameters: tuple[int, ...]
 
@@ -135,7 +171,8 @@ class _Plant:
     def force(self, q: int, dq: int, elapsed: int | None) -> int:
         """Force at a state, some time into the period."""
         if self.law is None:
-            return self.held[0]
+            of_control = self._holds_control
+            return self._made(self.held[1], q, dq, elapsed) if of_control else self.held[0]
         reference, rate, error, injected = self.held
         reference = self._later(reference, rate, elapsed)
         measured = self.builder.apply("add", q, error)
@@ -143,8 +180,17 @@ class _Plant:
         law = self.builder.inline(
             self.law, (reference,), (measured,), (dq,), *signals, (injected,), ()
         )
-        made = self.builder.inline(drive_force(self.model), law["control"], (q,), (dq,), *signals)
-        return made["tau"][0]
+        return self._made(law["control"][0], q, dq, elapsed)
+
+    @property
+    def _holds_control(self) -> bool:
+        response = self.model.axis.response
+        return response is not None and response.holds_control
+
+    def _made(self, control: int, q: int, dq: int, elapsed: int | None) -> int:
+        """Force that the drive makes of a control at a state."""
+        signals = self._signals(elapsed)
+        return DriveInMode(self.builder, self.model, self.mode[0], signals).force(control, q, dq)
 
     def accelerate(self, q: int, dq: int, elapsed: int | None, tau: int | None = None) -> int:
         """Acceleration at a state, some time into the period, under its force or another."""
@@ -170,11 +216,21 @@ def _held_names(model: AxisModel) -> tuple[str, ...]:
     law, response = model.axis.control, model.axis.response
     if law is not None and law.continuous:
         return HELD_REFERENCE
-    return HELD_TARGET if response is not None and response.lag else HELD_FORCE
+    if response is None or not response.keeps_force:
+        return HELD_FORCE
+    return HELD_TARGET if response.lag else HELD_CONTROL
 
 
 def _recorded_names(model: AxisModel) -> tuple[str, ...]:
     return tuple(name for s in model.axis.signals for name in (s.name, s.rate_name))
+
+
+def _held(arguments: Arguments, model: AxisModel) -> tuple[tuple[int, ...], _Lines]:
+    """What is held, and value and rate of each recorded signal."""
+    names = _held_names(model)
+    vector = arguments.builder.vector("held", (*names, *_recorded_names(model)))
+    lines = vector[len(names) :]
+    return tuple(vector[: len(names)]), tuple(zip(lines[::2], lines[1::2], strict=True))
 
 
 def _plant(
@@ -183,9 +239,7 @@ def _plant(
     q = model.axis.coordinate
     arguments = Arguments(reciprocals=True).scalars(q.symbol, q.velocity)
     names, signals = _held_names(model), model.axis.signal_symbols
-    vector = arguments.builder.vector("held", (*names, *_recorded_names(model)))
-    held, lines = vector[: len(names)], vector[len(names) :]
-    recorded = tuple(zip(lines[::2], lines[1::2], strict=True))
+    held, recorded = _held(arguments, model)
     arguments.values.update((s, value) for s, (value, _) in zip(signals, recorded, strict=True))
     values = _with_sides(arguments.scalars(DIRECTION), model, found).values
     sides = tuple(values[side] for side in found.sides)
@@ -291,7 +345,7 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     ----------
     model : AxisModel
     law : Program
-        To which a test signal may be added.
+        To which a test signal may be added. Gains that it takes come behind the parameters.
     plant : Program
         ``plant_step``.
     """
@@ -299,7 +353,8 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     q, dq, ddq = coordinate.symbol, coordinate.velocity, coordinate.acceleration
     arguments = Arguments(reciprocals=True).scalars(q, dq)
     builder, values = arguments.builder, arguments.values
-    state_port = next(port for port in law.inputs if port.name == "state")
+    ports = {port.name: port for port in law.inputs}
+    state_port = ports["state"]
     response = model.axis.response
     drive = () if response is None else response.remembered
     remembered = builder.vector("state", (*state_port.elements, *drive))
@@ -310,21 +365,28 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     names = _recorded_names(model)
     lines = builder.vector(RECORDED, names) if names else ()
     signals = [(value,) for value in lines[::2]]
-    # The direction, the sides if there are any, the parameters and the step.
-    others = [builder.vector(port.name, port.elements) for port in plant.inputs[3:]]
+    names = ports[GAINS].elements if GAINS in ports else ()
+    # The direction, the sides if there are any, the parameters with the gains, and the step.
+    *mode, own, step = plant.inputs[3:]
+    others = [builder.vector(port.name, port.elements) for port in mode]
+    theta = builder.vector(own.name, (*own.elements, *names))
+    others += [theta[: len(own.elements)], builder.vector(step.name, step.elements)]
+    gains = (theta[len(own.elements) :],) if names else ()
     measured = builder.apply("add", values[q], error)
     control = builder.inline(
-        law, (reference,), (measured,), (values[dq],), *signals, (injected,), state
+        law, (reference,), (measured,), (values[dq],), *signals, (injected,), state, *gains
     )
-    moving = ((values[q],), (values[dq],), *signals)
-    made = builder.inline(drive_force(model), control["control"], *moving)
-    (tau,) = made["tau"]
-    following: tuple[int, ...] = ()
-    if response is not None:
-        held, following = _driven(builder, response, tau, remembered[count:])
-        tau = held[0]
-    elif _held_names(model) == HELD_FORCE:
-        held = (tau,)
+
+    def slope(tau: int) -> int:
+        under = builder.inline(plant, (values[q],), (values[dq],), (tau, tau, *lines), *others)
+        return under["first_slope"][0]
+
+    drive_here = DriveInMode(builder, model, others[0], signals)
+    motion = (values[q], values[dq])
+    tau, acting, following = _acting(
+        drive_here, control["control"][0], motion, remembered[count:], slope
+    )
+    held = held if _held_names(model) == HELD_REFERENCE else acting
     end = builder.inline(plant, (values[q],), (values[dq],), (*held, *lines), *others)
     builder.output(f"{q.name}_next", [end[f"{q.name}_next"]])
     builder.output(f"{dq.name}_next", [end[f"{dq.name}_next"]])
@@ -337,6 +399,33 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
         "closed_loop_step",
         "One sample: measure, control, move for `step` seconds in one friction mode.",
     )
+
+
+def _acting(
+    drive: DriveInMode,
+    command: int,
+    motion: tuple[int, int],
+    remembered: tuple[int, ...],
+    slope: Callable[[int], int],
+) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
+    """Force at a sample, what is held from it on, and what the drive remembers at the next.
+
+    `slope` is the acceleration under a force there.
+    """
+    builder, response = drive.builder, drive.model.axis.response
+    acting, last = acting_control(builder, drive.model, command, next(iter(remembered), None))
+    if response is None:
+        tau = drive.force(acting, *motion)
+        return tau, (tau,), ()
+    forces = remembered[len(remembered) - len(response.forces) :]
+    held: tuple[int, ...]
+    if response.holds_control:
+        held, following = drive.under_held_control(acting, motion, response, forces)
+    else:
+        if response.by_motion:
+            motion = drive.halfway(motion, slope(forces[-1]), response.period)
+        held, following = _driven(builder, response, drive.force(acting, *motion), forces)
+    return held[0], held, (*last, *following)
 
 
 def _driven(

@@ -33,6 +33,7 @@ OPERATIONS = {
     "tanh": 1,
     "abs": 1,
     "sign": 1,
+    "floor": 1,
     "min": 2,
     "max": 2,
     "lt": 2,

@@ -1,9 +1,11 @@
-"""Where the acceleration has a kink or jumps over the position, and how finely it varies.
+"""Where the acceleration has a kink or jumps between samples, and how finely it varies.
 
 Such a place is where a *switching function* of the motion is zero: the argument of an ``Abs``, the
 difference of what a ``Max`` compares. With the *side* (+1 or -1) in place of what decides there,
 the acceleration is smooth on each side and beyond it: one mode of the motion, as the friction
-direction makes one of the velocity's sign. The time loop locates where a side changes.
+direction makes one of the velocity's sign. The time loop locates where a side changes. A recorded
+signal that runs straight between samples moves such a place, or passes one by itself; a held one
+moves it at the samples.
 """
 
 from collections.abc import Iterable, Iterator
@@ -14,7 +16,7 @@ import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import signals_in, with_numbers
+from axisid.modeling.quantities import Signal, signals_in, with_numbers
 
 _RELATIONS = (
     sympy.StrictLessThan,
@@ -40,47 +42,57 @@ class Switching:
         Each has the sign of its side; one may depend on the sides of those before it.
     wave_numbers : tuple of sympy.Expr
         Over how short a way the acceleration may vary: its reciprocals.
+    moved_by : tuple of Signal
+        Recorded signals that stand in the switching functions.
     """
 
     acceleration: sympy.Expr
     sides: tuple[sympy.Symbol, ...]
     functions: tuple[sympy.Expr, ...]
     wave_numbers: tuple[sympy.Expr, ...]
+    moved_by: tuple[Signal, ...] = ()
 
 
 def switching(model: AxisModel) -> Switching:
     """Find the kinks and jumps of an axis's acceleration."""
     q, acceleration = model.axis.coordinate, with_numbers(model.acceleration)
     sides: dict[sympy.Expr, sympy.Symbol] = {}
-    if _has_kink(acceleration, q.symbol):
-        acceleration = _Sides(q.symbol, q.velocity, sides)(acceleration)
+    running = {signal.symbol for signal in model.axis.signals if not signal.is_held}
+    if _has_kink(acceleration, {q.symbol} | running, q.velocity):
+        acceleration = _Sides({q.symbol} | running, q.velocity, sides)(acceleration)
+    moving = signals_in(*sides)
     return Switching(
         acceleration=acceleration,
         sides=tuple(sides.values()),
         functions=tuple(sides),
         wave_numbers=_wave_numbers((acceleration, *sides), q.symbol),
+        moved_by=tuple(signal for signal in model.axis.signals if signal.symbol in moving),
     )
 
 
-def _has_kink(acceleration: sympy.Expr, position: sympy.Symbol) -> bool:
-    """Whether anything decides by the position."""
+def _has_kink(acceleration: sympy.Expr, running: set[sympy.Symbol], velocity: sympy.Symbol) -> bool:
+    """Whether anything decides by what runs between samples, or by velocity and signal."""
     deciding = (sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, *_RELATIONS)
-    return any(position in node.free_symbols for node in acceleration.atoms(*deciding))
+    return any(
+        running & node.free_symbols or (velocity in node.free_symbols and signals_in(node))
+        for node in acceleration.atoms(*deciding)
+    )
 
 
 class _Sides:
     """Rewrites what decides by the motion in terms of sides, which it collects.
 
-    What decides by the sign of the velocity alone is left: there the friction direction changes.
+    `running` is what changes between samples beside the velocity. What decides by the sign of the
+    velocity alone is left: there the friction direction changes.
     """
 
     def __init__(
         self,
-        position: sympy.Symbol,
+        running: set[sympy.Symbol],
         velocity: sympy.Symbol,
         sides: dict[sympy.Expr, sympy.Symbol],
     ) -> None:
-        self._motion, self._velocity, self._sides = {position, velocity}, velocity, sides
+        self._motion, self._velocity, self._sides = {*running, velocity}, velocity, sides
         self._memo: dict[sympy.Basic, sympy.Basic] = {}
 
     def __call__(self, node: sympy.Basic) -> sympy.Basic:
@@ -121,11 +133,8 @@ class _Sides:
         return kind(a, b) if side is None else sympy.Piecewise((a, side > 0), (b, True))
 
     def _side(self, value: sympy.Expr) -> sympy.Expr | None:
-        """The side of a value, if it is decided by more than the velocity's sign.
-
-        A place that moves with a recorded signal has none: it is passed as it comes.
-        """
-        if not value.free_symbols & self._motion or signals_in(value):
+        """The side of a value, if it is decided by more than the velocity's sign."""
+        if not value.free_symbols & self._motion:
             return None
         slope = value.diff(self._velocity)
         rest = sympy.expand(value - slope * self._velocity)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
+from axisid.codegen.lowering import BLOCK, GAINS, SIGNALS, LoopSettings, LoopStart
 from axisid.codegen.runtime import FunctionShape, checked_arguments
 from axisid.support.arrays import Array
 
@@ -55,14 +55,22 @@ class NativeLibrary:
         The same functions in the virtual machine; their shapes are the library's.
     path : Path, optional
         Where it lies.
+    gains : (g,) array, optional
+        Of the law, for functions that take them; the time loop does behind the parameters.
     """
 
     def __init__(
-        self, call: Caller, functions: Mapping[str, Any], path: Path | None = None
+        self,
+        call: Caller,
+        functions: Mapping[str, Any],
+        path: Path | None = None,
+        gains: Array | None = None,
     ) -> None:
         self.path = path
+        self._gains = gains
         self._call = call
         self._shapes = {name: FunctionShape.of(each) for name, each in functions.items()}
+        self._by_gains = {n for n, each in functions.items() if GAINS in each.name_in()}
         self._runs = StoppableRuns()
 
     def evaluate(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
@@ -71,6 +79,8 @@ class NativeLibrary:
         Vectors are the same for every sample, (p,), or of each its own, (N, p).
         """
         shape = self._shapes[function]
+        if self._gains is not None and function in self._by_gains:
+            arguments = (*arguments, self._gains)
         checked, samples = checked_arguments(shape, arguments)
         outputs = tuple(np.empty((samples, elements)) for elements in shape.results)
         call = partial(self._call, f"{function}_rows")
@@ -109,6 +119,7 @@ class NativeLibrary:
         """
         signals = np.empty((len(SIGNALS), len(reference)))
         stopped = np.zeros(1, dtype=np.int64)
+        parameters = self._with_gains(parameters)
 
         def run(stop: NDArray[np.int32]) -> int:
             return self._call(
@@ -170,6 +181,7 @@ class NativeLibrary:
         signals : dict of str to (N, B) array
         """
         samples, lanes = len(reference), len(parameters)
+        parameters = self._with_gains(parameters)
         signals = {name: np.empty((samples, lanes)) for name in SIGNALS if name in wanted}
         status = np.zeros(lanes, dtype=np.int32)
         stopped = np.zeros(lanes, dtype=np.int64)
@@ -203,6 +215,16 @@ class NativeLibrary:
         runs = [partial(run, *edge) for edge in pairwise(edges) if edge[0] < edge[1]]
         self._runs.run(runs, samples * lanes * settings.substeps)
         return status, stopped, signals
+
+    def _with_gains(self, parameters: Array) -> Array:
+        """Parameters (p,) or (B, p), behind them the gains that were given."""
+        return parameters if self._gains is None else beside(parameters, self._gains)
+
+
+def beside(parameters: Array, gains: Array) -> Array:
+    """Parameters (p,) or (B, p), each with gains (g,) or (B, g) behind them, contiguous."""
+    shape = (*parameters.shape[:-1], gains.shape[-1])
+    return np.concatenate([parameters, np.broadcast_to(gains, shape)], axis=-1)
 
 
 def _as_c(argument: int | float | NDArray[Any] | None) -> Any:

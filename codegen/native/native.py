@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from axisid.support.arrays import Array
+
 from .compiler import find_compiler
 from .errors import NativeUnavailableError
 from .library import LoadedLibrary, NativeLibrary
@@ -29,11 +31,22 @@ class Native:
     functions : mapping of str to casadi.Function
     enabled : bool
         False keeps to the virtual machine.
+    gains : (g,) array, optional
+        Of the law, for functions that take them; the time loop does behind the parameters.
     """
 
-    def __init__(self, text: str, functions: Mapping[str, Any], *, enabled: bool = True) -> None:
+    def __init__(
+        self,
+        text: str,
+        functions: Mapping[str, Any],
+        *,
+        enabled: bool = True,
+        gains: Array | None = None,
+    ) -> None:
         self.enabled = enabled
-        self._text = text
+        self._gains = gains
+        #: The C source.
+        self.text = text
         self._functions = functions
         self._library: NativeLibrary | None = None
         #: Why there is no library, once that is known.
@@ -51,15 +64,15 @@ class Native:
         return self._library
 
     def _loaded(self) -> NativeLibrary:
-        path = compiled_library(self._text, self._check)
+        path = compiled_library(self.text, self._check)
         try:
             return self._load(path)
         except OSError:  # whole, but not for this machine: build it again
             path.unlink(missing_ok=True)
-            return self._load(compiled_library(self._text, self._check))
+            return self._load(compiled_library(self.text, self._check))
 
     def _load(self, path: Path) -> NativeLibrary:
-        return NativeLibrary(LoadedLibrary(path), self._functions, path)
+        return NativeLibrary(LoadedLibrary(path), self._functions, path, self._gains)
 
     def compile_afresh(self) -> None:
         """Compile and test the library in a folder of its own, cached or not.
@@ -70,7 +83,7 @@ class Native:
             There is no compiler, or it fails.
         """
         with tempfile.TemporaryDirectory(prefix="axisid-") as folder:
-            build_library(self._text, find_compiler(), Path(folder), self._check)
+            build_library(self.text, find_compiler(), Path(folder), self._check)
 
     def warn_once(self) -> None:
         """Say that the virtual machine runs in place of native code, and why."""
@@ -86,12 +99,12 @@ class Native:
         """Return the library if it is loaded or cached and has the function; never compile."""
         if self._library is None and not self.refusal and not self._looked:
             self._looked = True
-            path = cached_library(self._text)
+            path = cached_library(self.text)
             with contextlib.suppress(OSError):
                 self._library = None if path is None else self._load(path)
-        return self._library if f"void {function}_rows(" in self._text else None
+        return self._library if f"void {function}_rows(" in self.text else None
 
     def _check(self, workshop: Workshop) -> None:
         """Compare a fresh library with the virtual machine, in the process that tries it."""
         library = NativeLibrary(workshop.call, self._functions)
-        check_library(library, self._functions, self._text)
+        check_library(library, self._functions, self.text)

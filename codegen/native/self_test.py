@@ -204,20 +204,21 @@ def _lanes(functions: Mapping[str, Any], substeps: int) -> _Lanes:
     parameters = rng.uniform(
         0.5, 1.5, (lanes, functions["closed_loop_step"].size1_in("parameters"))
     )
+    injected = 0.1 * sizes * rng.normal(size=reference.shape)
+    recorded = _recorded(recorded_values(functions), sizes, rng)
     if "switching" in functions:
-        start = _near_sides(functions["switching"], parameters, start)
+        own = functions["switching"].size1_in("parameters")
+        start = _near_sides(functions["switching"], parameters[:, :own], start, recorded)
     allowed = np.full(lanes, np.inf)
     allowed[_BOUNDED] = np.max(np.abs(reference[:, _BOUNDED] - start[_BOUNDED])) * 0.9
     continuous = is_continuous(functions)
     settings = LoopSettings(
         period=_STEP, resolution=0.0 if continuous else 1e-6, allowed=allowed, substeps=substeps
     )
-    injected = 0.1 * sizes * rng.normal(size=reference.shape)
-    recorded = _recorded(recorded_values(functions), sizes, rng)
     begins = LoopStart(
         position=start,
         velocity=_moving(rng, sizes),
-        memory=_remembered(functions, rng, reference[0], start, recorded),
+        memory=_remembered(functions, rng, reference[0], start, recorded, parameters),
     )
     return _Lanes(reference, noise, injected, begins, parameters, settings, recorded)
 
@@ -244,11 +245,15 @@ def _remembered(
     reference: Array,
     start: Array,
     recorded: Array | None,
+    parameters: Array,
 ) -> Array:
     """What the drive remembers of an axis at rest, in every other lane a tenth off."""
     begin = functions["control_start"]
     signals = () if recorded is None else recorded[0, ::2]
-    at_rest = [begin(*each).full().ravel() for each in zip(reference, start, *signals, strict=True)]
+    own = functions["plant_step"].size1_in("parameters")
+    gains = (parameters[:, own:],) if own < parameters.shape[1] else ()
+    each = zip(reference, start, *signals, *gains, strict=True)
+    at_rest = [begin(*lane).full().ravel() for lane in each]
     some = np.where(np.arange(len(start)) % 2, 0.1, 0.0)[:, None]
     memory = np.array(at_rest).reshape(len(start), -1)
     return np.asarray(memory * (1 + some * rng.choice([-1, 1], memory.shape)))
@@ -295,7 +300,8 @@ def _is_slow(rates: Any, lanes: _Lanes, lane: int, result: _Result) -> bool:
     law = np.vstack([q, 0 * q, lanes.noise[:until, lane], 0 * q]) if continuous else force
     law = law if continuous else np.tile(law, (beside, 1))
     held = np.vstack([law, lines])
-    arguments = [q, dq, held, direction, lanes.parameters[lane][:, None]]
+    own = lanes.parameters[lane, : rates.size1_in("parameters")]
+    arguments = [q, dq, held, direction, own[:, None]]
     stiffness, damping = (np.abs(change.full()) for change in rates.call(arguments))
     step = lanes.settings.period / lanes.settings.substeps
     return not np.any(step * np.maximum(damping, np.sqrt(stiffness)) > MAX_TESTED_RATE.value)
@@ -320,14 +326,20 @@ def _moves(expected: _Result, shaken: _Result) -> Iterator[tuple[str, float, flo
         yield name, size, np.max(np.abs(wanted - other), initial=0.0, where=finite)
 
 
-def _near_sides(switching: Any, parameters: Array, start: Array) -> Array:
+def _near_sides(switching: Any, parameters: Array, start: Array, recorded: Array | None) -> Array:
     """Starts moved to where a side changes, and some into the place: a few samples then pass it."""
     near = start.copy()
+    moving = "held" in switching.name_in()
     for lane in range(len(start)):
         index, q = lane % switching.size1_in("sides"), start[lane]
         for _ in range(_NEWTON):
             sides = np.ones(switching.size1_in("sides"))
-            values, slopes, _ = switching(q, 0.0, sides, parameters[lane])
+            arguments = [q, 0.0, sides, parameters[lane]]
+            if moving and recorded is not None:
+                held = np.zeros(switching.size1_in("held"))
+                held[-recorded.shape[1] :] = recorded[0, :, lane]
+                arguments = [q, 0.0, held, sides, parameters[lane], 0.0]
+            values, slopes = switching(*arguments)[:2]
             q -= float(values[index]) / (float(slopes[index]) or np.inf)
         beside = start[lane] if lane % 2 else 0.0
         near[lane] = q + beside if np.isfinite(q) else start[lane]

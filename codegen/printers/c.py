@@ -115,7 +115,9 @@ def print_c_loop(
     Parameters
     ----------
     sizes : mapping of str to int
-        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any.
+        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any, and
+        ``GAINS`` where those of the law are arguments, the last of the parameters; ``MOVING`` where
+        signals move places in which sides change.
     continuous : bool
         Whether the law is.
     response : mapping of str to float
@@ -126,20 +128,30 @@ def print_c_loop(
     if sizes["SIDES"]:
         values["RESOLVED"] = RESOLVED
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
-    lines += _start_of(sizes["SIGNALS"]) if "SIGNALS" in sizes else ""
+    if "SIGNALS" in sizes:
+        lines += _start_of(sizes["SIGNALS"], by_gains="GAINS" in sizes)
     folder = resources.files(__package__) / "loop"
     text = "".join((folder / part).read_text() for part in _LOOP)
     parts = {name: bool(response.get(name)) for name in ("LAGGED", "SPLIT")}
-    parts |= {"RESPONSE": bool(response)} | ({} if "SIGNALS" in sizes else {"SIGNALS": False})
-    return "\n".join([lines, _decided(text, parts)])
+    parts |= {"RESPONSE": bool(response), "GAINS": "GAINS" in sizes}
+    parts |= {} if "SIGNALS" in sizes else {"SIGNALS": False}
+    parts["MOVING"] = bool(sizes.get("MOVING"))
+    return "\n".join([lines, _decided(_with_arguments(text, moving=parts["MOVING"]), parts)])
 
 
-def _start_of(signals: int) -> str:
+def _with_arguments(text: str, *, moving: bool) -> str:
+    """The time loop with what stands in comments ``/*MOVING ...*/``, or without it."""
+    return re.sub(r"/\*MOVING (.*?)\*/", r"\1" if moving else "", text, flags=re.DOTALL)
+
+
+def _start_of(signals: int, *, by_gains: bool) -> str:
     """What the drive remembers, from the values among values and rates of recorded signals."""
     values = ", ".join(f"recorded[{2 * i}]" for i in range(signals))
+    taken, given = ("const double *gains, ", "gains, ") if by_gains else ("", "")
     return (
         "static inline void start_of(double reference, double measured, const double *recorded, "
-        f"double *memory)\n{{\n    control_start(reference, measured, {values}, memory);\n}}\n"
+        f"{taken}double *memory)\n"
+        f"{{\n    control_start(reference, measured, {values}, {given}memory);\n}}\n"
     )
 
 

@@ -13,7 +13,9 @@ from axisid.support.errors import UsageError
 from axisid.support.real_numbers import real_array
 
 #: Arguments that are vectors; every other one is a scalar.
-VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held", "sides", "signals"})
+VECTORS = frozenset(
+    {"parameters", "ddm_parameters", "law_gains", "state", "held", "sides", "signals"}
+)
 
 
 def recorded_values(functions: Mapping[str, Any]) -> int:

@@ -39,6 +39,7 @@ class VirtualLoop:
     ----------
     functions : mapping of str to casadi.Function
     parameters : (p,) array
+        Behind them the gains of the law where its functions take them.
     settings : LoopSettings
     most_events : int, optional
         In a step; more is chatter. As many as the native loop follows by default, or at most.
@@ -53,7 +54,9 @@ class VirtualLoop:
     ) -> None:
         self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
         self._settings = settings
-        self._plant = VirtualPlant(functions, parameters)
+        own = functions["plant_step"].size1_in("parameters")
+        self._plant = VirtualPlant(functions, parameters[:own])
+        self._gains = () if own == len(parameters) else (parameters[own:],)
         limit = _MOST_EVENTS[self._plant.sides > 0]
         self._most_events = min(most_events or limit, limit)
         self._law_start = functions["control_start"]
@@ -81,16 +84,22 @@ class VirtualLoop:
         injected = np.zeros(samples) if injected is None else injected
         recorded = np.zeros((samples, 0)) if recorded is None else recorded
         q, dq, end = float(start.position), float(start.velocity), 0.0
-        mode = self._plant.beyond(q, dq, Mode(0.0, (0.0,) * self._plant.sides), 0)
+        mode = Mode(0.0, (0.0,) * self._plant.sides)
+        if self._plant.moving:
+            mode = self._plant.shifted(q, dq, mode, recorded[0])
+        mode = self._plant.beyond(q, dq, mode, 0)
         state = start.memory
         if state is None:
             measured = q + self._encoder(q, noise[0])
-            state = self._law_start(reference[0], measured, *recorded[0, ::2]).full().ravel()
+            read = (*recorded[0, ::2], *self._gains)
+            state = self._law_start(reference[0], measured, *read).full().ravel()
         self._loop_step.arguments["state"][:] = state
         for k in range(samples):
             if not abs(q - reference[k]) <= settings.allowed:
                 return (_OUT_OF_RANGE if np.isfinite(q) else _NOT_FINITE), k, signals
             signals["position"][k], signals["velocity"][k], signals["before"][k] = q, dq, end
+            if self._plant.moving and k:
+                mode = self._plant.shifted(q, dq, mode, recorded[k])
             rate = 0.0
             if self._plant.continuous and k + 1 < samples:
                 rate = (reference[k + 1] - reference[k]) / settings.period
@@ -140,6 +149,7 @@ class VirtualLoop:
         if not dq:
             mode = plant.chosen_at_rest(q, mode)
         ddq = 0.0 if mode.sticks else plant.accelerate(q, dq, mode)
+        force = plant.force(q, dq, mode) if plant.lagged else force
         row = (ddq, force, control, mode.direction)
         for i, step in enumerate(self._steps):
             if i == substeps:
@@ -202,9 +212,12 @@ class VirtualLoop:
         while event < self._most_events:
             if mode.sticks:
                 span = self._breakaway(q, mode, left)
+                met, span, _ = self._passing(q, 0.0, mode, span, StepResult(q, 0.0, 0.0, 0.0))
                 plant.pass_time(span)
                 left -= span
-                if left <= 0:
+                if met is not None:
+                    mode = plant.beyond(q, 0.0, mode.beside(met, -mode.sides[met]), met + 1)
+                elif left <= 0:
                     return q, dq, plant.at_rest(q, mode) if plant.drifts else mode
                 mode = plant.chosen_at_rest(q, mode)
                 event += 1
@@ -301,7 +314,7 @@ class VirtualLoop:
     ) -> tuple[int | None, float, StepResult]:
         """The first side that changes in a step, which then ends there."""
         plant, passed = self._plant, None
-        start, at_end = plant.switches(q, dq, mode), plant.switches(end.q, end.dq, mode)
+        start, at_end = plant.switches(q, dq, mode), plant.switches(end.q, end.dq, mode, span)
         for i, side in enumerate(mode.sides):
             high = span
             if at_end.values[i] * side >= 0:  # it may have been beyond in between
@@ -311,11 +324,11 @@ class VirtualLoop:
                     continue
                 high = span * (first / (first - last))
                 lowest = plant.move(q, dq, mode, high)
-                if plant.switches(lowest.q, lowest.dq, mode).values[i] * side >= 0:
+                if plant.switches(lowest.q, lowest.dq, mode, high).values[i] * side >= 0:
                     continue
             passed, span = i, self._change(i, q, dq, mode, high)
             end = plant.move(q, dq, mode, span)
-            at_end = plant.switches(end.q, end.dq, mode)
+            at_end = plant.switches(end.q, end.dq, mode, span)
         return passed, span, end
 
     def _change(self, index: int, q: float, dq: float, mode: Mode, high: float) -> float:
@@ -323,7 +336,7 @@ class VirtualLoop:
         low, t = 0.0, 0.5 * high
         for _ in range(_MOST_REFINEMENTS):
             end = self._plant.move(q, dq, mode, t)
-            switches = self._plant.switches(end.q, end.dq, mode)
+            switches = self._plant.switches(end.q, end.dq, mode, t)
             value = switches.values[index]
             if value == 0:
                 break
@@ -351,6 +364,8 @@ class VirtualLoop:
         Its acceleration points to it on both sides, so that it would come back, and pass again,
         ever sooner. If friction would hold it on each side too, it comes to rest by itself.
         """
+        if self._plant.switches(q, dq, mode).moved(index):
+            return False  # nothing rests in a place that moves
         forward, backward = self._plant.leaving(q, mode.beside(index, 0.0))
         if not 2 * abs(dq) < _CAUGHT * whole * min(backward, -forward):
             return False

@@ -58,10 +58,16 @@ class Switches:
     values: tuple[float, ...]
     by_position: tuple[float, ...]
     by_velocity: tuple[float, ...]
+    by_time: tuple[float, ...] = ()  # where recorded signals move them
 
     def rate(self, index: int, dq: float, acceleration: float) -> float:
         """How one changes with time."""
-        return self.by_position[index] * dq + self.by_velocity[index] * acceleration
+        rate = self.by_position[index] * dq + self.by_velocity[index] * acceleration
+        return rate + self.moved(index)
+
+    def moved(self, index: int) -> float:
+        """How recorded signals change one with time."""
+        return self.by_time[index] if self.by_time else 0.0
 
 
 class BufferedFunction:
@@ -99,6 +105,8 @@ class VirtualPlant:
         Last of what is held: values and rates of recorded signals.
     sides : int
         How many there are.
+    moving : bool
+        Whether recorded signals move the places in which they change.
     lagged : bool
         Whether the force goes to another, which is held too.
     until : float
@@ -118,6 +126,7 @@ class VirtualPlant:
         self.recorded = recorded_values(functions)
         switching = functions.get("switching")
         self.sides = 0 if switching is None else switching.size1_in("sides")
+        self.moving = switching is not None and "held" in switching.name_in()
         self._response = functions.get("drive_response")
         self.lagged = held_values(functions) == len(("tau", "target"))
         self.until = 0.0 if self._response is None else float(self._response(0.0, 0.0, 1.0)[1])
@@ -139,6 +148,8 @@ class VirtualPlant:
 
     def move(self, q: float, dq: float, mode: Mode, span: float) -> StepResult:
         """Take one step in a mode."""
+        if self.moving and mode.sticks:
+            return StepResult(q, 0.0, 0.0, 0.0)
         end = self._call("plant_step", q, dq, mode, step=span)
         return StepResult(*(float(value[0]) for value in end))
 
@@ -146,15 +157,32 @@ class VirtualPlant:
         """Acceleration in a mode."""
         return float(self._call("held_acceleration", q, dq, mode)[0][0])
 
+    def force(self, q: float, dq: float, mode: Mode) -> float:
+        """Force in a mode."""
+        return float(self._call("held_acceleration", q, dq, mode)[1][0])
+
     def rate(self, q: float, dq: float, mode: Mode) -> float:
         """How fast the motion may change in a mode, 1/s."""
         return float(self._call("plant_rate", q, dq, mode)[0][0])
 
-    def switches(self, q: float, dq: float, mode: Mode) -> Switches:
-        """What decides the sides."""
+    def switches(self, q: float, dq: float, mode: Mode, after: float = 0.0) -> Switches:
+        """What decides the sides, with recorded signals as they are `after` seconds later."""
         if not self.sides:
             return Switches((), (), ())
-        return Switches(*(tuple(out.tolist()) for out in self._call("switching", q, dq, mode)))
+        later = {"step": after} if self.moving else {}
+        found = self._call("switching", q, dq, mode, **later)
+        return Switches(*(tuple(out.tolist()) for out in found))
+
+    def shifted(self, q: float, dq: float, mode: Mode, recorded: Array) -> Mode:
+        """The sides at a sample from which recorded signals go on otherwise than before it."""
+        before = self.switches(q, dq, mode)
+        self.held[-self.recorded :] = recorded
+        for i in range(self.sides):
+            now = self.switches(q, dq, mode)
+            value, moved = now.values[i], now.moved(i)
+            if value != before.values[i] or moved:
+                mode = mode.beside(i, float(np.sign(value)) or mode.sides[i] or np.sign(moved))
+        return mode
 
     def leaving(self, q: float, mode: Mode) -> tuple[float, float]:
         """Accelerations with which an axis at rest would leave, forward and backward."""

@@ -125,8 +125,8 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | simulation | the simulated loop leaves half of the force unexplained, or cannot be simulated with the estimate | law, signs, units; or the record is mostly noise |
 # | independent residuals | the residuals are autocorrelated, as those of filtered data are; a note with HAC deviations | believe the HAC deviations |
 # | runs of one sign | the residuals keep their sign for long; a note where they change it too often | something slow is missing, such as friction that depends on the position |
-# | residuals against the motion | something in the motion explains them | a missing term, a delay, or the filter at reversals; a note where another check names it |
-# | normal residuals | heavy tails; a note with 100 rows or more, unless a few rows decide, of the noise, of all that is left, and away from reversals | outliers |
+# | residuals against the motion | something in the motion explains them, more than the loop's own noise or steps do | a missing term, a delay, or the filter at reversals; a note where another check names it |
+# | normal residuals | heavy tails; a note with 100 rows or more, unless a few rows decide, of the noise, of all that is left, and away from reversals, more than in loops with the same noise or steps | outliers |
 # | filter bias | the prefilter alone moves a value by more than its deviation; a note below 1 % of the value, or where the loop that is simulated with the corrected values confirms the correction | leave out the reversals, or raise the cut-off; the values `without filter bias` are free of it |
 # | alignment | the force fits the motion best at another delay | `hold`, or the clock of the log |
 # | force against control | in what is slow against a current loop the force column is more than 20 % off the gain times the control, later than 5 ms, or off by a factor beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |

@@ -56,7 +56,7 @@ LEAST_SQUARES_START, NOMINAL_START = "least-squares", "nominal"
 STARTS = (LEAST_SQUARES_START, NOMINAL_START)
 
 SQUARES_LOSS, HUBER_LOSS, BISQUARE_LOSS = "squares", "huber", "bisquare"
-#: How the rows of least squares and of DIDIM count, in the order of help, first the one by default.
+#: How rows count, in the order of help, first the one by default.
 ROW_LOSSES = (SQUARES_LOSS, HUBER_LOSS, BISQUARE_LOSS)
 
 

@@ -181,7 +181,7 @@ def _residuals_against_motion(case: Case) -> Check:
 
 def _normality(case: Case) -> Check:
     away = np.concatenate([~data.rows_near_turns for data in case.problem.data])
-    by_loops = partial(tails_as_measured, case.problem, case.preferred)
+    by_loops = partial(tails_as_measured, case.problem, case.preferred, away)
     return normality(case.residuals, case.preferred, away, by_loops)
 
 

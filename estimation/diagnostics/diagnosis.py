@@ -49,7 +49,6 @@ from axisid.estimation.regression import (
     InverseForm,
     ResidualTests,
     quiet_loops,
-    sensor_steps,
 )
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
@@ -243,16 +242,11 @@ class Case:
 
     @property
     def following_as_measured(self) -> float:
-        """How far such residuals follow the motion on loops as measured; 0 where nobody asks.
-
-        A regressor of a noisy motion hides it, unless that motion was measured in steps.
-        """
-        tests, estimate = self.residuals, self.preferred
-        steps = [sensor_steps(data.axis, data.record) for data in self.problem.data]
-        asked = estimate.by_output_error or any(step.velocity for step in steps)
-        if not asked or tests.cross_z <= tests.cross_limit:
+        """How far such residuals follow the motion on loops as measured; 0 where nobody asks."""
+        tests = self.residuals
+        if tests.cross_z <= tests.cross_limit:
             return 0.0
-        return following_as_measured(self.problem, estimate)
+        return following_as_measured(self.problem, self.preferred)
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
@@ -287,8 +281,10 @@ class Case:
         Of the two motions of a record with a measured velocity that which tells it better: noise
         and ripple of a tachometer hide a delay, which is looked for in its own check.
         """
-        measured = self._aligned(self.data, self.quiet)
-        data, quiet = self.data.by_position, self.quiet
+        # Where noise decides how reversals fall, the quiet loop's own delay is not the record's.
+        error = self.preferred.noise_free
+        quiet = self.quiet if error is not None and error.is_in_record else None
+        measured, data = self._aligned(self.data, quiet), self.data.by_position
         if data is None or isinstance(measured, Missing):
             return measured
         derived = self._aligned(data, quiet and quiet.by_position)

@@ -113,6 +113,8 @@ def records_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
     """Hold each record against the others, by the method of an estimate of all."""
     if estimate.is_direct:
         return Missing("the rows of a direct model are accelerations")
+    if estimate.counts is not None:
+        return Missing("rows count by residuals, in a record alone by others than in all of them")
     try:
         rows = _Rows(problem, estimate)
     except EstimationError as error:
@@ -239,9 +241,11 @@ class _Rows:
         influence[span] += own.influence
         solution = replace(common, influence=influence, residuals=moved)
         difference = influence.T @ moved
-        covariance = Hac().matrix(solution)
-        statistic, k = _wald(difference, covariance, Hac().matrix(own))
-        freedom = float(np.min(Hac().freedom(solution)))
+        # What parts the records is a direction that the fit of all did not take: the kernel alone.
+        kernel = Hac(widened=False)
+        applied = kernel.applied(solution)
+        covariance, freedom = applied.matrix, float(np.min(applied.freedom))
+        statistic, k = _wald(difference, covariance, kernel.matrix(own))
         base = part.corrected + to_own @ (common.influence.T @ (self._weights * moved))
         force = part.X @ difference
         return Apart(
@@ -274,15 +278,16 @@ class _Rows:
         change = theirs.influence.T @ (self._weights * moved)
         left = moved - np.where(inside, self._estimate.X @ change, 0.0)
         rest = replace(theirs, influence=influence, residuals=left)
-        covariances = Hac().matrix(own), Hac().matrix(rest)
-        freedom = min(float(np.min(Hac().freedom(each))) for each in (own, rest))
+        # Either is an estimate of its own rows.
+        applied = Hac().applied(own), Hac().applied(rest)
+        freedom = min(float(np.min(each.freedom)) for each in applied)
         return Difference(
             names=tuple(q.name for q in part.quantities),
             units=tuple(q.unit for q in part.quantities),
             own=part.corrected + own.influence.T @ part.net_residuals,
             others=part.corrected + influence.T @ moved,
-            covariance=covariances[0],
-            others_covariance=covariances[1],
+            covariance=applied[0].matrix,
+            others_covariance=applied[1].matrix,
             freedom=freedom,
             regressor=part.X,
             force=part.y,

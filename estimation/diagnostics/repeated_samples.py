@@ -6,7 +6,8 @@ samples that follow one another is a word, and words that occur once in either r
 for in both; where many of them are equally far apart, the samples there are compared one by one. An
 axis at rest repeats its words, so that two records that both rest have nothing in common. Numbers
 are compared as 32-bit floats, since files may write them with other digits, or in other units. Of
-records that were resampled, whose samples lie elsewhere in time, nothing is told.
+records that were resampled the rows before are compared, where they are kept: those of columns of
+one clock.
 """
 
 from collections.abc import Sequence
@@ -94,20 +95,27 @@ def mean_times(records: Sequence[Record], found: Sequence[Overlap]) -> float:
 
 
 def _overlap(pair: tuple[int, int], one: Record, other: Record) -> Overlap | None:
-    columns = _measured(one, other)
+    records = one, other
+    written = one.sampled or one, other.sampled or other
+    columns = _measured(*written)
     if not columns:
         return None
     first, second = (_words([each[side] for each in columns]) for side in (0, 1))
-    chosen = np.zeros(len(one), dtype=bool), np.zeros(len(other), dtype=bool)
+    found = np.zeros(len(written[0]), dtype=bool), np.zeros(len(written[1]), dtype=bool)
     for places in _places(first, second):
         start, stop = _stretch(columns, places)
         if stop > start:
-            chosen[0][start:stop] = True
-            chosen[1][start + places.distance : stop + places.distance] = True
-    if not chosen[0].any():
+            found[0][start:stop] = True
+            found[1][start + places.distance : stop + places.distance] = True
+    first_chosen, second_chosen = (
+        each if rows is record else np.interp(record.time, rows.time, each) == 1
+        for record, rows, each in zip(records, written, found, strict=True)
+    )
+    if not (first_chosen.any() and second_chosen.any()):
         return None
+    chosen = first_chosen, second_chosen
     ends = [np.flatnonzero(each)[[0, -1]] for each in chosen]
-    (a, b), (c, d) = (r.time[end] for r, end in zip((one, other), ends, strict=True))
+    (a, b), (c, d) = (r.time[end] for r, end in zip(records, ends, strict=True))
     return Overlap(records=pair, samples=chosen, times=((float(a), float(b)), (float(c), float(d))))
 
 

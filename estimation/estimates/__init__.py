@@ -7,6 +7,7 @@ Knows nothing of methods, of verdicts and of how it is shown.
 from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
 from .estimate import alike_corrected as alike_corrected
+from .estimate import can_be_held_against as can_be_held_against
 from .inference import Inference as Inference
 from .iterate import Iterate as Iterate
 from .iterate import NotSimulated as NotSimulated

@@ -15,6 +15,7 @@ from axisid.estimation.regression import (
     DrawSummary,
     Form,
     ResidualTests,
+    RowCounts,
     bend,
     correlation,
     delta_method,
@@ -103,8 +104,8 @@ class Estimate(Presentable, Exact):
         Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact.
     loss : str
         Of `ROW_LOSSES`, how the rows counted.
-    loss_weights : (n,) array or None
-        What each row counted by, 1 for a small residual; None where all count alike.
+    counts : RowCounts or None
+        What each row counted by it, 1 for a small residual; None where all count alike.
     weights : (n,) array or None
         Of the rows in the fit, where records differ in noise; rows and residuals are without them.
     deferred : Deferred of Inference
@@ -142,7 +143,7 @@ class Estimate(Presentable, Exact):
     gain_relative_sd: float = 0.0
     weights: Array | None = None
     loss: str = ROW_LOSSES[0]
-    loss_weights: Array | None = None
+    counts: RowCounts | None = None
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
@@ -228,14 +229,20 @@ class Estimate(Presentable, Exact):
         Instruments, or the regressor, each row as it counted.
         """
         columns = self.X if self.Z is None else self.Z
-        return columns if self.loss_weights is None else self.loss_weights[:, None] * columns
+        return columns if self.counts is None else self.counts.weights[:, None] * columns
+
+    @property
+    def slope_columns(self) -> Array:
+        """The same, each row as it would count more with its size: what `X` meets, (n, k)."""
+        columns = self.X if self.Z is None else self.Z
+        return columns if self.counts is None else self.counts.slopes[:, None] * columns
 
     @property
     def light_rows(self) -> Array:
         """Which rows counted for less than half, (n,)."""
-        if self.loss_weights is None:
+        if self.counts is None:
             return np.zeros(len(self.y), dtype=bool)
-        return np.asarray(self.loss_weights < LIGHT_ROW.value)
+        return np.asarray(self.counts.weights < LIGHT_ROW.value)
 
     @property
     def theta_ddm(self) -> Array:
@@ -450,7 +457,19 @@ class Estimate(Presentable, Exact):
 
 
 def alike_corrected(one: Estimate, other: Estimate) -> tuple[Array, Array]:
-    """Parameters of two estimates, (p,) each, less the filter's bias where both know it."""
-    if one.filter_bias is None or other.filter_bias is None:
-        return one.physical, other.physical
-    return one.corrected, other.corrected
+    """Parameters of two estimates, (p,) each, less the filter's bias where both know it.
+
+    Instruments that know it by loops with noise tell all that moves the other too.
+    """
+    if can_be_held_against(one, other):
+        return one.corrected, other.corrected
+    return one.physical, other.physical
+
+
+def can_be_held_against(one: Estimate, other: Estimate) -> bool:
+    """Whether what parts the values of two estimates, less the filter's bias, is noise alone."""
+    known = [each for each in (one, other) if each.filter_bias is not None]
+    return len(known) == 2 or any(
+        each.Z is not None and each.noise_free is not None and each.noise_free.has_noise
+        for each in known
+    )

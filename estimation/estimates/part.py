@@ -7,6 +7,7 @@ import numpy as np
 from axisid.estimation.joint import JointForm
 from axisid.estimation.problems import NoiseFree, Problem
 from axisid.estimation.regression import (
+    RowCounts,
     condition_number,
     delta_method,
     simulated_loops,
@@ -44,7 +45,7 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         equation_error_percent=relative_error_percent(estimate.residuals[span], estimate.y[span]),
         simulation_error_percent=_simulation_error(estimate, span),
         weights=None,
-        loss_weights=None if estimate.loss_weights is None else estimate.loss_weights[span],
+        counts=None if estimate.counts is None else _counts(estimate.counts, span),
     ).with_inference(noise_free=_noise_free(estimate.noise_free, span))
     if not isinstance(estimate.form, JointForm):
         X, Z = estimate.X[span], estimate.Z
@@ -52,6 +53,10 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
             plain, X=X, Z=None if Z is None else Z[span], condition_number=condition_number(X)
         )
     return _in_own_parameters(plain, estimate.form, problem, record)
+
+
+def _counts(counts: RowCounts, span: slice) -> RowCounts:
+    return RowCounts(weights=counts.weights[span], slopes=counts.slopes[span])
 
 
 def _span(values: Array | NotSimulated, span: slice) -> Array | NotSimulated:

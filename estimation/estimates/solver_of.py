@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from axisid.estimation.problems import ByInstruments, ByOutputError, ByWeights, Solver
+from axisid.estimation.problems import ByInstruments, ByLeastSquares, ByOutputError, Solver
 from axisid.estimation.regression import factor
 
 from .estimate import Estimate
@@ -18,7 +18,7 @@ def solver_of(estimate: Estimate) -> Solver:
     """
     columns = estimate.loop_rows
     if columns is None:
-        return ByWeights(estimate.loss_weights)
+        return ByLeastSquares(estimate.counts)
     weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
     loop = factor(
         weights[:, None] * columns,
@@ -27,6 +27,6 @@ def solver_of(estimate: Estimate) -> Solver:
         estimate.neighbours,
     )
     if not estimate.by_output_error:
-        return ByInstruments(loop)
+        return ByInstruments(loop, estimate.counts)
     intercept = estimate.y - estimate.residuals - estimate.X @ estimate.theta
-    return ByOutputError(weights * intercept, loop, estimate.loss_weights)
+    return ByOutputError(weights * intercept, loop, estimate.counts)

@@ -1,5 +1,6 @@
 """From where a search ended to a result: deviations, intervals, what the law moves."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +12,7 @@ from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Value, student_interval
-from axisid.estimation.predictions import Predictions
+from axisid.estimation.predictions import Predictions, axis_at
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.support.arrays import Array
@@ -51,6 +52,12 @@ class Ended:
     bootstrap: int
     seed: int
     horizon: float | None
+
+    @property
+    def axes(self) -> tuple[GeneratedAxis, ...]:
+        """By record, under the law with the gains that were found."""
+        form, physical = self.whose.form, self.best.physical
+        return tuple(axis_at(axis, form, physical) for axis in self.whose.axes)
 
     @property
     def inner(self) -> NDArray[np.bool_]:
@@ -233,7 +240,7 @@ def assembled(ended: Ended) -> OutputFit:
         samples=ended.predictions.samples,
         horizon=ended.horizon,
         basis=FitBasis(
-            axes=ended.whose.axes,
+            axes=ended.axes,
             predictions=ended.predictions,
             best=ended.best,
             ends=ended.ends,
@@ -250,7 +257,9 @@ def _values(ended: Ended) -> dict[str, Value]:
         freedom = float(ended.bootstrap - 1)
     for j, q in enumerate(ended.unknowns.quantities):
         value = float(ended.best.physical[j])
-        deviations = {n: float(np.sqrt(c[j, j])) for n, c in ended.covariances.items()}
+        # What is hardly shown may have a variance that rounding made negative.
+        variances = {n: float(c[j, j]) for n, c in ended.covariances.items()}
+        deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
         if ended.best.at_bound[j]:
             interval = ended.one_sided(j)
         else:

@@ -29,7 +29,7 @@ from .losses import counting_for, deviation_by_median
 from .result import OutputFit
 from .search import Found, Search, Weighing, best_of, cost_of
 from .spread import scores_of
-from .starting import FitStart, StartLike, searched, starts_from
+from .starting import FitStart, StartLike, searched, starts_from, with_free
 from .unknowns import End, Unknowns, unknowns_of
 
 _MOST_STARTS = 1000
@@ -49,6 +49,7 @@ def fit(
     bounds: Mapping[str, tuple[End, End]] | None = None,
     prior: Mapping[str, tuple[float, float]] | None = None,
     fixed: Mapping[str, float] | None = None,
+    free: str | Sequence[str] = (),
     loss: str = SQUARES,
     starts: int = 1,
     bootstrap: int = 0,
@@ -85,6 +86,9 @@ def fit(
     fixed : mapping of str to float
         Parameters that are held. What the axis declares as known (`fix`) is held too, or weighed
         where it has a deviation.
+    free : str or sequence of str
+        Gains of the control law that are searched with the parameters, from the declared ones;
+        none changes its sign. Not of an open loop, which has no law.
     loss : {"squares", "soft-l1", "huber"}
         Robust ones let errors count for less that are large beside the median of all.
     starts : int
@@ -119,13 +123,14 @@ def fit(
     default = Prefilter().at_rate_of(given[0].period)
     shared = shared_records(generated, given, default, local, known, gain, skip_bad=False)
     whose, records = searched(shared), shared.records
+    model, whose = whose.form, with_free(whose, free, output)
     unknowns = unknowns_of(whose.form, whose.local, bounds or {}, prior or {}, fixed or {})
     predictions: Predictions
     if output == OPEN_LOOP:
         predictions = WindowPredictions(whose.form, whose.axes, records, float(horizon))
     else:
         predictions = LoopPredictions(whose.form, whose.axes, records, output)
-    begins, why = starts_from(start, shared, whose.form, gain)
+    begins, why = starts_from(start, shared, whose.form, model, gain)
     run = _Run(whose.axes, records, predictions, unknowns, loss, progress)
     first, begun, lost = run.first(begins)
     ends = run.searches(first, begun, starts, np.random.default_rng(seed))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
-from axisid.estimation.regression import StepsError
+from axisid.estimation.regression import StepsError, beyond_shown
 from axisid.estimation.thresholds.fitting import MIN_PAIRS
 from axisid.support.arrays import Array
 
@@ -269,5 +269,6 @@ def with_steps(covariance: Array, moved: Array) -> Array:
     moved : (k, B) array
         What steps that begin elsewhere move the parameters by.
     """
-    steps = StepsError.of(moved.T, np.zeros(len(moved)), covariance)
+    missing = beyond_shown(moved.T, covariance)
+    steps = StepsError(bias=moved.mean(axis=1), missing=missing, loops=moved.shape[1])
     return np.asarray(covariance + steps.covariance)

@@ -1,7 +1,7 @@
 """Where a fit starts, and whose parameters it searches."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,10 +11,12 @@ from axisid.estimation.choices.outputs import (
     INSTRUMENTS_START,
     LEAST_SQUARES_START,
     NOMINAL_START,
+    OPEN_LOOP,
 )
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Shared, identify
 from axisid.estimation.joint import JointForm
+from axisid.estimation.predictions import FormByGains
 from axisid.estimation.regression import Form, InverseForm
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, UsageError
@@ -75,8 +77,34 @@ def searched(shared: Shared) -> Searched:
     return Searched(form=JointForm(axis, layout=layout), axes=axes, local=layout.local)
 
 
+def with_free(whose: Searched, free: object, output: str) -> Searched:
+    """The same with gains of the law that are free.
+
+    Raises
+    ------
+    ModelError
+        The law has no such gain, or none that could change.
+    UsageError
+        They are no names, or the output is one without a law.
+    """
+    names = (free,) if isinstance(free, str) else free
+    if not isinstance(names, (tuple, list)) or not all(isinstance(name, str) for name in names):
+        raise UsageError(
+            f"the free gains are {quoted(free)}; give names of the law's gains.", code="free-type"
+        )
+    if not names:
+        return whose
+    if output == OPEN_LOOP:
+        raise UsageError(
+            f"{', '.join(names)} cannot be free in an open loop, which has no law; follow the "
+            "control or the position.",
+            code="free-open-loop",
+        )
+    return replace(whose, form=FormByGains.of(whose.form, whose.axes, names))
+
+
 def starts_from(
-    asked: StartLike, shared: Shared, form: Form, gain: str
+    asked: StartLike, shared: Shared, form: Form, model: Form, gain: str
 ) -> tuple[list[FitStart], list[Note]]:
     """Starts in the order in which they are tried, and why others came to nothing.
 
@@ -86,6 +114,9 @@ def starts_from(
         Of a name of `FIT_STARTS`: that, and those that follow it.
     shared : Shared
     form : Form
+        Of all that is searched.
+    model : Form
+        Of the parameters without gains of the law.
     gain : str
         As `identify` takes it.
 
@@ -94,13 +125,13 @@ def starts_from(
     UsageError
         What is asked for is none of them, or parameters are none of the fit's.
     """
-    names = [q.name for q in form.physical_quantities]
-    size = np.abs(form.start)
+    names = [q.name for q in model.physical_quantities]
+    gains, size = form.start[len(names) :], np.abs(form.start)
     nominal = FitStart(physical=form.start, size=size, named=NOMINAL_START)
     if isinstance(asked, Estimate):
-        return [_of_estimate(asked, names, "given")], []
+        return [_of_estimate(asked, names, "given", gains)], []
     if isinstance(asked, Mapping):
-        return [FitStart(physical=_given(asked, names, form), size=size, named="given")], []
+        return [FitStart(physical=_given(asked, form), size=size, named="given")], []
     if not is_among(asked, FIT_STARTS):
         raise UsageError(
             f"there is no start {quoted(asked)}; choose from {', '.join(FIT_STARTS)}, or give an "
@@ -112,7 +143,7 @@ def starts_from(
         try:
             with np.errstate(all="ignore"):
                 estimate = _estimate(_METHODS[name], shared, gain)
-            found.append(_of_estimate(estimate, names, name))
+            found.append(_of_estimate(estimate, names, name, gains))
             break
         except AxisidError as error:
             why.append(error.note)
@@ -131,7 +162,7 @@ def _estimate(method: str, shared: Shared, gain: str) -> Estimate:
     return result[method]
 
 
-def _of_estimate(estimate: Estimate, names: Sequence[str], named: str) -> FitStart:
+def _of_estimate(estimate: Estimate, names: Sequence[str], named: str, gains: Array) -> FitStart:
     if [q.name for q in estimate.quantities] != [*names]:
         raise UsageError(
             f"the estimate to start from has {', '.join(q.name for q in estimate.quantities)}, the "
@@ -143,11 +174,15 @@ def _of_estimate(estimate: Estimate, names: Sequence[str], named: str) -> FitSta
         columns = np.linalg.norm(estimate.X, axis=0)
         whole = np.full(len(names), np.linalg.norm(estimate.y))
         size = _PART_OF_FORCE * np.divide(whole, columns, out=size, where=columns > 0)
-    return FitStart(physical=estimate.physical, size=size, named=named)
+    return FitStart(
+        physical=np.append(estimate.physical, gains),
+        size=np.append(size, np.abs(gains)),
+        named=named,
+    )
 
 
-def _given(asked: Mapping[str, float], names: Sequence[str], form: Form) -> Array:
-    found = form.start.copy()
+def _given(asked: Mapping[str, float], form: Form) -> Array:
+    found, names = form.start.copy(), [q.name for q in form.physical_quantities]
     for name, value in asked.items():
         if name not in names or not (is_real(value) and np.isfinite(value)):
             raise UsageError(

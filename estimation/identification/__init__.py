@@ -14,6 +14,7 @@ from .identify import identify as identify
 from .identify import identify_filtered as identify_filtered
 from .identify import identify_problem as identify_problem
 from .identify import records_of as records_of
+from .result import DriveTime as DriveTime
 from .result import Identification as Identification
 from .set_aside import check_bad as check_bad
 from .set_aside import of_used as of_used

@@ -6,12 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.choices.methods import ROW_LOSSES
 from axisid.estimation.joint import Layout, Told, known_of, layout_of, prefilters_of
-from axisid.estimation.methods import METHODS, bound_record
+from axisid.estimation.methods import METHODS, bound_record, scale_of
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds.estimates import MIN_NOISE_RATIO
+from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 
@@ -59,12 +61,13 @@ def bound_records(
     return tuple(bound_record(a, r, f, fastest) for a, r, f in every)
 
 
-def weighted(problem: Problem) -> Problem:
+def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
     """A problem of several records with each weighted by its own noise, from a first pass.
 
     Feasible generalised least squares: the noise of a record is what least squares of all leaves of
-    its rows. Where that comes to nothing the records count alike, and whoever asks for an estimate
-    is told why there is none.
+    its rows, root mean square, or by the median under a loss that is not of squares. Where that
+    comes to nothing the records count alike, and whoever asks for an estimate is told why there is
+    none.
 
     References
     ----------
@@ -74,15 +77,20 @@ def weighted(problem: Problem) -> Problem:
         return problem
     try:
         with np.errstate(all="ignore"):
-            residuals = METHODS["idm-ls"].fit(problem).solution.residuals
+            residuals = replace(METHODS["idm-ls"], loss=loss).fit(problem).solution.residuals
     except AxisidError:
         return problem
     sizes = [len(residuals[span]) for span in problem.spans]
     if not min(sizes):
         return problem
-    noise = np.array([np.sqrt(np.mean(residuals[span] ** 2)) for span in problem.spans])
+    sized = scale_of if loss != ROW_LOSSES[0] else _rms
+    noise = np.array([sized(residuals[span]) for span in problem.spans])
     if not (np.all(np.isfinite(noise)) and noise.min() > MIN_NOISE_RATIO.value * noise.max()):
         return problem
     # In the unit of the rows: the residuals of all keep their mean square.
     unit = 1 / np.sqrt(np.average(noise**-2.0, weights=sizes))
     return replace(problem, weights=tuple(float(unit / each) for each in noise))
+
+
+def _rms(residuals: Array) -> float:
+    return float(np.sqrt(np.mean(residuals**2)))

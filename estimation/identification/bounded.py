@@ -1,13 +1,13 @@
 """Estimates within declared bounds: what would go beyond one is held there, the rest identified.
 
-A sum of squares is convex, so that its least value within bounds is that of the rows with the
-parameters at their bounds put in, once it is known which those are: of least squares the active set
-of the same rows, of instruments Z that of ``||P_Z (y - X theta)||``, whose free minimum is the
-instrumental-variable estimate [Wooldridge2010]_.
+The bounded estimate is the point within the bounds that is nearest to the free one, by the
+covariance of independent residuals; of least squares that is the bounded least squares of the same
+rows. What it has at a bound is held, the others are identified anew with it, until none goes beyond
+its bound, and none that is held would come back.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,16 +17,17 @@ from axisid.estimation.problems import Held
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.modeling.declaration import leave_out
 from axisid.modeling.quantities import Parameter
-from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, EstimationError
 
 from .result import Identification
 
 #: Identifies an axis, from records that it knows.
 Identify = Callable[[GeneratedAxis], Identification]
+_Bounds = Mapping[str, float]
+_ROUNDING = 1e-13  # of a correlation matrix
 
 
-def within_bounds(axis: GeneratedAxis, identify: Identify) -> Identification:
+def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
     """What is identified with every declared parameter within its bounds, by the judged method.
 
     Parameters
@@ -39,60 +40,77 @@ def within_bounds(axis: GeneratedAxis, identify: Identify) -> Identification:
     EstimationError
         Nothing is left to identify, or no inertia, with the parameters at their bounds.
     """
-    result, held = identify(axis), list[Held]()
-    while beyond := _at_bounds(axis, result.preferred):
-        held += [_held(result.preferred, p, bound) for p, bound in beyond]
-        values = {each.name: each.bound for each in held}
-        result = identify(_with_held(axis, values, held))
-    return replace(result, problem=replace(result.problem, held=tuple(held))) if held else result
+    search = _Search(axis, identify)
+    bounds: dict[str, float] = {}
+    for _ in range(2 * len(axis.declared.parameters)):
+        if beyond := _at_bounds(axis, search.result(bounds).preferred):
+            bounds |= beyond
+            continue
+        held = [search.held(name, bounds) for name in bounds]
+        back = [each.name for each in held if not each.distance and each.is_inside]
+        if not back:
+            result = search.result(bounds)
+            return replace(result, problem=replace(result.problem, held=tuple(held)))
+        bounds = {name: bound for name, bound in bounds.items() if name != back[0]}
+    raise EstimationError(
+        f"which of {', '.join(bounds)} are at their bounds does not settle; identify without "
+        "bounds, and leave out what the record does not show.",
+        code="bounds-unsettled",
+    )
 
 
-def _with_held(axis: GeneratedAxis, values: Mapping[str, float], held: list[Held]) -> GeneratedAxis:
-    try:
-        return build(leave_out(axis.declared, **values), native=axis.native.enabled)
-    except AxisidError as error:
-        said = "; ".join(each.text for each in held)
-        raise EstimationError(
-            f"{said}: so there is no axis left ({error.problem.rstrip('.')}). Check the signs and "
-            "units of the record.",
-            code="nothing-within-bounds",
-        ) from error
+@dataclass(frozen=True, slots=True)
+class _Search:
+    """Results with some parameters held, each made once."""
+
+    axis: GeneratedAxis
+    identify: Identify
+    _made: dict[frozenset[tuple[str, float]], Identification] = field(default_factory=dict)
+
+    def result(self, bounds: _Bounds) -> Identification:
+        key = frozenset(bounds.items())
+        if key not in self._made:
+            self._made[key] = self.identify(self._with(bounds))
+        return self._made[key]
+
+    def held(self, name: str, bounds: _Bounds) -> Held:
+        """A parameter at its bound, and what it is free, with the others at theirs."""
+        others = {other: bound for other, bound in bounds.items() if other != name}
+        (parameter,) = (p for p in self.axis.declared.parameters if p.name == name)
+        return _held(self.result(others).preferred, parameter, bounds[name])
+
+    def _with(self, bounds: _Bounds) -> GeneratedAxis:
+        if not bounds:
+            return self.axis
+        try:
+            return build(leave_out(self.axis.declared, **bounds), native=self.axis.native.enabled)
+        except AxisidError as error:
+            said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds.items())
+            raise EstimationError(
+                f"with {said} there is no axis left: {error.problem.rstrip('.')}. Check the signs "
+                "and units of the record.",
+                code="nothing-within-bounds",
+            ) from error
 
 
-def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> list[tuple[Parameter, float]]:
-    """Declared parameters that are not within their bounds, with the bound that each is held at."""
-    names = {p.name for p in axis.declared.parameters}
-    declared = [(i, p) for i, p in enumerate(estimate.form.declared) if p.name in names]
-    outside = [
-        (p, p.lower if estimate.physical[i] < p.lower else p.upper)
-        for i, p in declared
-        if not p.allows(estimate.physical[i])
-    ]
-    if not outside or not np.array_equal(estimate.jacobian, np.eye(len(estimate.theta))):
-        return outside  # quotients of what is regressed: one after the other
-    lower, upper = np.full((2, len(estimate.theta)), np.inf) * np.array([[-1.0], [1.0]])
-    for i, p in declared:
-        lower[i], upper[i] = p.lower, p.upper
-    active = _active_set(estimate, lower, upper)
-    return [(p, p.lower if active[i] < 0 else p.upper) for i, p in declared if active[i]]
-
-
-def _active_set(estimate: Estimate, lower: Array, upper: Array) -> Array:
-    """-1 and 1 for parameters, (p,), that the least sum of squares has at a bound, else 0."""
+def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
+    """Declared parameters that the bounded estimate has at a bound, with that bound."""
     from scipy.optimize import lsq_linear
 
-    weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
-    if estimate.loss_weights is not None:
-        weights = weights * np.sqrt(estimate.loss_weights)
-    X = weights[:, None] * estimate.X
-    y = weights * estimate.residuals + X @ estimate.theta
-    seen = X if estimate.Z is None else weights[:, None] * estimate.Z
-    basis = np.linalg.qr(seen / np.linalg.norm(seen, axis=0))[0].T
-    scale = np.linalg.norm(X, axis=0)
-    found = lsq_linear(
-        basis @ (X / scale), basis @ y, bounds=(lower * scale, upper * scale), method="bvls"
-    )
-    return np.asarray(found.active_mask)
+    names = {p.name for p in axis.declared.parameters}
+    declared = [p if p.name in names else None for p in estimate.form.declared]
+    free = estimate.corrected
+    if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
+        return {}
+    lower = np.array([-np.inf if p is None else p.lower for p in declared])
+    upper = np.array([np.inf if p is None else p.upper for p in declared])
+    covariance = estimate.covariances["iid"]
+    scale = np.sqrt(np.diag(covariance))
+    sizes, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
+    root = directions.T / np.sqrt(np.maximum(sizes, _ROUNDING))[:, None]
+    found = lsq_linear(root, root @ (free / scale), (lower / scale, upper / scale), "bvls")
+    active = zip(declared, found.active_mask, strict=True)
+    return {p.name: p.lower if side < 0 else p.upper for p, side in active if p and side}
 
 
 def _held(estimate: Estimate, parameter: Parameter, bound: float) -> Held:

@@ -20,7 +20,8 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 from .bound import weighted
-from .bounded import within_bounds
+from .bounded import bounded_result
+from .drive_time import identified_with_time
 from .result import Identification
 from .shared import shared_records
 
@@ -82,11 +83,12 @@ def identify(
         its simulated loop follows the records, or at the nominal values, as published; see
         `Estimate.started`. A model that is not linear starts at least squares.
     loss : {"squares", "huber", "bisquare"}
-        How rows count in least squares and DIDIM: by squares, or for less the larger their residual
-        is, so that shocks and rounded reversals lead less. Instruments weigh all rows alike.
+        How rows count: by squares, or for less the larger their residual is, so that shocks and
+        rounded reversals lead less.
     bounded : bool
-        Hold a parameter that the judged method would have beyond its declared bound at that bound,
-        and identify the others; see `Identification.held`. Else it is reported, not clipped.
+        Hold a declared parameter that the judged method would have beyond its bound, less the
+        filter's own bias, at that bound, and identify the others; see `Identification.held`. Else,
+        and of sums of parameters and each record's own, it is reported, not clipped.
 
     Raises
     ------
@@ -101,22 +103,27 @@ def identify(
     _check_loss(loss)
     as_given = _at_rate(prefilter, records[0].period)
 
-    def run(axis: GeneratedAxis) -> Identification:
-        shared = shared_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
-        layout = shared.layout(axis)
-        data = shared.bound(axis, layout, as_given)
-        return identify_problem(
-            weighted(Problem(axis=axis, data=data, layout=layout)),
-            as_given,
-            requested,
-            lags=lags,
-            covariance=covariance,
-            set_aside=shared.set_aside,
-            start=start,
-            loss=loss,
-        )
+    def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
+        def free(axis: GeneratedAxis) -> Identification:
+            shared = shared_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
+            layout = shared.layout(axis)
+            data = shared.bound(axis, layout, as_given)
+            return identify_problem(
+                weighted(Problem(axis=axis, data=data, layout=layout), loss),
+                as_given,
+                chosen,
+                lags=lags,
+                covariance=covariance,
+                set_aside=shared.set_aside,
+                start=start,
+                loss=loss,
+            )
 
-    return within_bounds(generated, run) if bounded else run(generated)
+        return bounded_result(tried, free) if bounded else free(tried)
+
+    if generated.declared.drive.estimated is not None:
+        return identified_with_time(generated, records, run, requested)
+    return run(generated, requested)
 
 
 def records_of(record: object) -> list[Record]:

@@ -13,6 +13,7 @@ from axisid.estimation.estimates import Estimate, Physical, Value, part_of, phys
 from axisid.estimation.problems import Held, Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
@@ -23,6 +24,35 @@ from .several import OfRecord, of_records, record_place
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriveTime:
+    """A drive's lag or delay as a record shows it.
+
+    Attributes
+    ----------
+    name : str
+        ``lag`` or ``delay``.
+    parameter : Parameter
+        As what it was declared.
+    value, deviation : float
+        s; the deviation is HAC, that of the delay between force and motion.
+    interval : (float, float)
+        95 %.
+    """
+
+    name: str
+    parameter: Parameter
+    value: float
+    deviation: float
+    interval: tuple[float, float]
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name} {self.parameter.name} = {1e3 * self.value:.4g} +- "
+            f"{1e3 * self.deviation:.2g} ms"
+        )
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -44,6 +74,9 @@ class Identification(Presentable, Exact):
         The prefilter before what it left open was chosen for the record.
     set_aside : mapping of str to Note
         Records that could not be used and were to be skipped, by name, with the reason.
+    drive_time : DriveTime or None
+        The drive's lag or delay where it was estimated; the deviations of all parameters have what
+        its own adds.
     """
 
     problem: Problem
@@ -52,6 +85,7 @@ class Identification(Presentable, Exact):
     failed: Mapping[str, Note]
     requested: Prefilter | None = None
     set_aside: Mapping[str, Note] = field(default_factory=dict)
+    drive_time: DriveTime | None = None
 
     @property
     def axis(self) -> GeneratedAxis:

@@ -61,7 +61,9 @@ def check_bad(bad: Mapping[str, Note], count: int, *, skip_bad: bool) -> None:
 
 def _unnamed(name: str, note: Note) -> Note:
     """A reason that does not begin with the record's name once more."""
-    text = note.text.removeprefix(f"{name}: ").removeprefix(f"{Path(name).name}: ")
+    text = note.text
+    for said in (name, Path(name).name):
+        text = text.removeprefix(f"{said}: ").removeprefix(f"{said}, ")
     return Note(text, note.remedy)
 
 

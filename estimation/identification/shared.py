@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.joint import Layout, Told
+from axisid.estimation.problems import check_time_known
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import UsageError
@@ -99,6 +100,11 @@ def shared_records(
     """
     own = _names("local", local)
     _check_gain(gain)
+    check_time_known(axis)
+    if not isinstance(skip_bad, bool):
+        raise UsageError(
+            f"skip_bad is {quoted(skip_bad)}; give True or False.", code="skip-bad-type"
+        )
     if own and len(records) == 1:
         raise UsageError(
             f"{', '.join(own)} {'is' if len(own) == 1 else 'are'} to be each record's own, and "

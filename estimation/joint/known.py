@@ -62,8 +62,15 @@ def known_of(told: Mapping[str, Sequence[Told]] | None, records: int) -> tuple[K
     Raises
     ------
     UsageError
-        There are not as many values as records, or one is no number or pair of numbers.
+        They are not given by name, are not as many as records, or one is no number or pair of
+        numbers.
     """
+    if not (told is None or isinstance(told, Mapping)):
+        raise UsageError(
+            f"known is {quoted(told)}; give values by name, one for each record in their order: "
+            "{'m_add': [0.0, (20.0, 0.01)]}.",
+            code="known-type",
+        )
     return tuple(_known(name, values, records) for name, values in (told or {}).items())
 
 

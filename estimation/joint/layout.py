@@ -251,13 +251,16 @@ def _axes(axis: GeneratedAxis, records: int, known: Sequence[Known]) -> list[Gen
 def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> GeneratedAxis:
     """The axis with values in place of what is known of a record."""
     declared = axis.declared
-    if declared.control is not None and (changed := {*own} & gains):
-        replaced = {**declared.control.gains, **{name: own[name] for name in changed}}
-        declared = replace(declared, control=replace(declared.control, gains=replaced))
     values = {name: value for name, value in own.items() if name not in gains}
     if values:
-        declared = leave_out(declared, **values)
-    return build(declared, native=axis.native.enabled)
+        axis = build(leave_out(declared, **values), native=axis.native.enabled)
+    changed = {name: own[name] for name in gains if name in own}
+    if changed and axis.loop is not None:
+        return axis.with_gains(changed)
+    if changed and declared.control is not None:  # a continuous law has them as numbers
+        law = replace(declared.control, gains={**declared.control.gains, **changed})
+        return build(replace(axis.declared, control=law), native=axis.native.enabled)
+    return axis
 
 
 def _terms(

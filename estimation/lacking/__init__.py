@@ -6,6 +6,7 @@ nothing of verdicts.
 
 from .examined_rows import ExaminedRows as ExaminedRows
 from .examined_rows import examined as examined
+from .examined_rows import examined_again as examined_again
 from .search import Lack as Lack
 from .search import found_on as found_on
 from .search import lacking as lacking

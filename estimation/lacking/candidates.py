@@ -35,6 +35,7 @@ Kind = Literal[
     "turn",
     "place",
     "friction place",
+    "dead band",
     "delay",
     "change",
     "drift",
@@ -247,7 +248,9 @@ def supremum_p(single: float, trimmed: float) -> float:
     return min(1.0, float(tail * ((1 - 1 / square) * times + 2 / square)))
 
 
-def families(x: ExaminedRows, names: tuple[str, ...], *, turns: bool) -> list[Family]:
+def families(
+    x: ExaminedRows, names: tuple[str, ...], *, turns: bool, commanded: bool
+) -> list[Family]:
     """Everything that is looked for.
 
     Parameters
@@ -257,11 +260,13 @@ def families(x: ExaminedRows, names: tuple[str, ...], *, turns: bool) -> list[Fa
         Of the regressor's columns.
     turns : bool
         Whether the position is an angle.
+    commanded : bool
+        Whether the force is taken as that of commands, of which a drive may make less.
     """
-    return [*_terms(x), *_of_places(x, turns=turns), *_of_time(x, names)]
+    return [*_terms(x, commanded=commanded), *_of_places(x, turns=turns), *_of_time(x, names)]
 
 
-def _terms(x: ExaminedRows) -> Iterator[Family]:
+def _terms(x: ExaminedRows, *, commanded: bool) -> Iterator[Family]:
     s, rows, ones = x.signals, x.samples, x.weights
     speed = np.abs(s.velocity)
     widths = _SPEEDS * float(speed.max())
@@ -277,6 +282,8 @@ def _terms(x: ExaminedRows) -> Iterator[Family]:
         ("friction bend", x.direction * q**2),
         ("delay", ones * change_by_stretch(s.force, x.sampling.spans)[rows]),
     )
+    if commanded:
+        singles += (("dead band", x.sampling.reduce(np.sign(s.force))),)
     for kind, column in singles:
         yield Grid(kind=kind, each=column[:, None, None], places=alone)
     reduced = x.sampling.reduce(peaks)

@@ -6,7 +6,8 @@ are those of its motion, so that no noise is in them. Elsewhere they are the row
 away from reversals, with the measured motion.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,22 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.problems import noise_free_record
-from axisid.estimation.regression import (
-    STEP_SHARES,
-    Equations,
-    SensorSteps,
-    quiet_loops,
-    sensor_steps,
-    stepped_loops,
-)
+from axisid.estimation.problems import noise_free_record, record_as_measured
+from axisid.estimation.regression import Equations, quiet_loops
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
 from axisid.estimation.thresholds.estimates import MAX_STARTING_SPEED
-from axisid.estimation.thresholds.lacking import (
-    MIN_EXPLAINED_SHARE,
-    MIN_REST_OF_LOOP,
-    MIN_ROWS_TO_LOOK,
-)
+from axisid.estimation.thresholds.lacking import MIN_REST_OF_LOOP, MIN_ROWS_TO_LOOK
 from axisid.support.arrays import Array, covered, runs
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
@@ -57,9 +47,6 @@ class ExaminedRows:
         Of the rows since the record's first sample, s.
     by_loop : bool
         Whether the motion is the noise-free loop's.
-    by_steps : (m, n) array
-        What the encoder's steps alone leave in loops that are simulated with them; none of an
-        encoder that is fine beside what is left.
     """
 
     residuals: Array
@@ -70,7 +57,6 @@ class ExaminedRows:
     sampling: Sampling
     times: Array
     by_loop: bool
-    by_steps: Array
 
     @property
     def neighbours(self) -> Neighbours:
@@ -113,7 +99,8 @@ def examined(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
 
 
 def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missing:
-    loops = quiet_loops(data, preferred.physical)
+    # What the filter moves the estimate by is no lack of the model.
+    loops = quiet_loops(data, preferred.corrected)
     quiet = noise_free_record(data, loops)
     form = preferred.form
     measured, clean = form.equations(data.signals), form.equations(quiet.signals)
@@ -132,32 +119,21 @@ def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
     )
     net = _left_by(measured, preferred) - _left_by(clean, preferred)
     every = replace(clean, left=measured.left)
-    found = _rows(every, net, moved, sampling, data.record.time, by_loop=True)
-    if isinstance(found, Missing):
-        return found
-    return replace(found, by_steps=_of_steps(found, data, preferred, _left_by(clean, preferred)))
+    return _rows(every, net, moved, sampling, data.record.time, by_loop=True)
 
 
-def _of_steps(x: ExaminedRows, data: FilteredRecord, preferred: Estimate, own: Array) -> Array:
-    """Residuals of loops with the encoder's steps, (m, n), less those (N,) without; or none.
+def examined_again(data: FilteredRecord, preferred: Estimate) -> Iterator[ExaminedRows]:
+    """The same rows of loops that lack nothing, measured with the record's noise, or its steps.
 
-    A loop that follows a record has no encoder of its own.
+    None where they cannot be simulated.
     """
-    axis, record = data.axis, data.record
-    steps = SensorSteps() if record.reference is None else sensor_steps(axis, record)
-    nothing = np.empty((0, len(x.residuals)))
-    if not steps:
-        return nothing
-    least = MIN_EXPLAINED_SHARE.value * float(x.residuals @ x.residuals)
-    found: list[Array] = []
-    for share in STEP_SHARES:
-        loops = stepped_loops(axis, record, preferred.physical, steps, share)
-        every = preferred.form.equations(noise_free_record(data, loops).signals)
-        left = x.sampling.reduce(_left_by(every, preferred) - own)
-        found.append(left)
-        if not float(found[0] @ found[0]) > least:
-            return nothing
-    return np.array(found)
+    if preferred.noise_free is None:
+        return
+    with suppress(AxisidError):
+        for record in record_as_measured(data, preferred.corrected):
+            found = _by_loop(record, preferred)
+            if not isinstance(found, Missing):
+                yield found
 
 
 def _rows(
@@ -182,7 +158,6 @@ def _rows(
         sampling=sampling,
         times=times[sampling.rows.astype(int)] - times[0],
         by_loop=by_loop,
-        by_steps=np.empty((0, n)),
     )
 
 

@@ -4,15 +4,21 @@ from collections.abc import Callable
 
 import numpy as np
 
+from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Coordinate
 
 from .candidates import Kind
 from .search import Lack
 
+_DEAD_BAND: Kind = "dead band"
 
-def term_sentence(lack: Lack, coordinate: Coordinate) -> str:
+
+def term_sentence(lack: Lack, coordinate: Coordinate, drive: Drive) -> str:
     """Which term is missing, how large it is, and the element that declares it."""
-    what = _SAID[lack.kind](lack, coordinate)
+    if lack.kind == _DEAD_BAND:
+        what = _dead_band(lack, coordinate, drive)
+    else:
+        what = _SAID[lack.kind](lack, coordinate)
     return f"{what} ({100 * lack.share:.2g} % of the force is this)"
 
 
@@ -33,7 +39,16 @@ def change_sentence(lack: Lack, unit: str) -> str:
 
 def is_named(lack: Lack) -> bool:
     """Whether it is a term with an element; a delay of the force has a check of its own."""
-    return lack.kind in _SAID
+    return lack.kind in _SAID or lack.kind == _DEAD_BAND
+
+
+def _dead_band(lack: Lack, q: Coordinate, drive: Drive) -> str:
+    band = drive.deadband + lack.values[0] / abs(drive.gain)
+    return (
+        f"the drive makes {lack.values[0]:.3g} +- {lack.deviations[0]:.1g} {q.force_unit} "
+        f"less force than its control says, whichever way it "
+        f"pushes: declare its dead band, Drive(deadband={band:.2g}) in {drive.unit}"
+    )
 
 
 def _direction(lack: Lack, q: Coordinate) -> str:

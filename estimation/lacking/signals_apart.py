@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.signals import FilteredRecord, about_samples, drive_force
+from axisid.estimation.signals import FilteredRecord, about_samples
 from axisid.estimation.thresholds.lacking import (
     FALSE_DISCOVERY_RATE,
     MAX_SCORE_CHANCE,
@@ -234,10 +234,10 @@ class _Rows:
     def _driven(self, recorded: tuple[Array, ...]) -> Array:
         """The force of the recorded control, (N,), where that is what was recorded."""
         data, s = self._data, self._x.signals
-        if data.record.force is not None or data.record.control is None:
+        if data.record.force is not None or data.acting_control is None:
             return np.zeros(len(s.position))
-        motion = s.position, s.velocity, recorded
-        force = data.acting(drive_force(data.axis, data.record.control, *motion))
+        motion = s.position, s.velocity, s.acceleration
+        force = data.drive.force(data.acting_control, motion, recorded)
         if data.prefilter.hold != "zoh":
             return force
         return about_samples(force, [first for first, _ in data.record.spans])

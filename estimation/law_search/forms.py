@@ -4,7 +4,7 @@ A form without an integral or a filter is linear in products of its gains; one w
 linear in more products than it has gains, which start the search all the same.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,6 +17,8 @@ from axisid.support.arrays import Array
 Coefficients = Mapping[str, float]
 #: Time constants and 1/bandwidths that begin the search for a filter, sampling periods.
 _FILTERS = (1.0, 4.0)
+#: Times that begin the search for that of back-calculation, of the integral's.
+_TRACKING = (0.3, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +65,14 @@ class LawForm:
     def wound(self, anti_windup: str) -> "LawForm":
         """The same with an anti-windup."""
         return replace(self, words={**self.words, "anti_windup": anti_windup})
+
+    def wound_gains(self, gains: Mapping[str, float]) -> Iterator[Mapping[str, float]]:
+        """Gains to begin with: back-calculation may have a time of its own, or the integral's."""
+        yield gains
+        if self.words.get("anti_windup") == "back_calculation":
+            own = gains["tn"] if "tn" in gains else abs(_over(gains["kp"], gains["ki"]))
+            for share in _TRACKING:
+                yield {**gains, "tracking_time": share * own}
 
     def begun(self, period: float) -> Sequence[float | None]:
         """Where the search for the extra gain begins; None without one."""

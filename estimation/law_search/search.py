@@ -1,6 +1,6 @@
 """The search: each form started by a regression, its gains found by runs, judged on other rows."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,7 +31,7 @@ from axisid.estimation.thresholds.law_search import (
 )
 from axisid.modeling.declaration import Axis, ControlLaw
 from axisid.modeling.laws import ANTI_WINDUP
-from axisid.support.arrays import relative_error_percent
+from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, ModelError
 
 from .forms import FORMS, LawForm, Signals
@@ -51,6 +51,7 @@ class _Rows:
     held_out: NDArray[np.bool_]
 
 
+@np.errstate(all="ignore")  # a law that runs away along the record is left out
 def find_law(
     axis: Axis | GeneratedAxis, record: Record, *, progress: Progress | None = None
 ) -> LawSearch:
@@ -77,6 +78,7 @@ def find_law(
     generated = as_generated(axis)
     piece = _fit_for_it(record)
     rows, signals, ticks = _rows(generated, piece), _signals(piece), _ticks(generated, piece)
+    begun = generated, piece, rows, signals, ticks
     found: list[ExplainedLaw] = []
     for done, form in enumerate(FORMS):
         if progress is not None:
@@ -84,7 +86,9 @@ def find_law(
         explained = _explained(form, generated, piece, rows, signals, ticks)
         if explained is not None:
             found.append(explained)
-            found += _wound(form, explained, generated, piece, rows, ticks)
+            apart = _limited(form, rows) and _begun(form, *begun, apart=True)
+            starts = [law for law in (explained.law, apart) if law]
+            found += _wound(form, starts, generated, piece, rows, ticks)
     if not found:
         raise DataError(
             "no ready law can be run along the record; check the units of its columns.",
@@ -151,16 +155,28 @@ def _explained(
     ticks: LawTicks,
 ) -> ExplainedLaw | None:
     """A form with its best gains; None where it does not explain the control at all."""
+    law = _begun(form, axis, record, rows, signals, ticks)
+    return None if law is None else _fitted(form, law, axis, record, rows, ticks)
+
+
+def _begun(
+    form: LawForm,
+    axis: GeneratedAxis,
+    record: Record,
+    rows: _Rows,
+    signals: Signals,
+    ticks: LawTicks,
+    *,
+    apart: bool = False,
+) -> ControlLaw | None:
+    """The law with the delay and the filter of whose regression least is left."""
     starts = [
-        _started(form, extra, delay, axis, record, rows, signals, ticks)
+        _started(form, extra, delay, axis, record, rows, signals, ticks, apart=apart)
         for extra in form.begun(record.period)
         for delay in range(_DELAYS + 1)
     ]
     possible = [start for start in starts if start is not None]
-    if not possible:
-        return None
-    _, law = min(possible, key=lambda start: start[0])
-    return _fitted(form, law, axis, record, rows, ticks)
+    return min(possible, key=lambda start: start[0])[1] if possible else None
 
 
 def _started(
@@ -172,13 +188,24 @@ def _started(
     rows: _Rows,
     signals: Signals,
     ticks: LawTicks,
+    *,
+    apart: bool,
 ) -> tuple[float, ControlLaw] | None:
-    """What a regression leaves, and the law that it starts with."""
+    """What a regression leaves, and the law that it starts with.
+
+    `apart` leaves open what an integral is after each time at the limit.
+    """
     columns = signals.columns(form, extra)
+    if apart:
+        columns.pop("constant")
     late = np.column_stack([*columns.values()])
     late = np.vstack([np.repeat(late[:1], delay, axis=0), late[: len(late) - delay]])
     own = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(delay))
     control, regressor = own[rows.used], as_logged(axis, late)[rows.used]
+    if apart:
+        begins = np.diff(np.flatnonzero(rows.used), prepend=-1) > 1
+        stretches = np.cumsum(begins, dtype=np.intp)
+        control, regressor = _about_means(control, stretches), _about_means(regressor, stretches)
     sizes = np.linalg.norm(regressor, axis=0)
     if not np.all(sizes > 0):
         return None
@@ -193,6 +220,14 @@ def _started(
     except ModelError:
         return None  # a negative time
     return float(np.linalg.norm(control - regressor @ (values / sizes))), law
+
+
+def _about_means(values: Array, stretches: NDArray[np.intp]) -> Array:
+    """Values (n,) or (n, k) less their mean over the stretch that each is in."""
+    firsts = np.flatnonzero(np.diff(stretches, prepend=-1))
+    lengths = np.diff([*firsts, len(stretches)])
+    means = (np.add.reduceat(values, firsts, axis=0).T / lengths).T
+    return np.asarray(values - np.repeat(means, lengths, axis=0))
 
 
 def _fitted(
@@ -239,24 +274,32 @@ def _deviations(
     return {name: float(abs(values[name]) * sd) for name, (_, sd) in steps.items()}
 
 
+def _limited(form: LawForm, rows: _Rows) -> bool:
+    """Whether an integral may have wound up, as the drive was at its limit."""
+    limited = 1 - float(np.mean(rows.used | rows.held_out))
+    return form.has_integral and limited >= MIN_LIMITED_SHARE.value
+
+
 def _wound(
     form: LawForm,
-    plain: ExplainedLaw,
+    starts: Sequence[ControlLaw],
     axis: GeneratedAxis,
     record: Record,
     rows: _Rows,
     ticks: LawTicks,
 ) -> list[ExplainedLaw]:
-    """The same with each anti-windup, where the drive was at its limit."""
-    limited = 1 - float(np.mean(rows.used | rows.held_out))
-    if not form.has_integral or limited < MIN_LIMITED_SHARE.value:
-        return []
+    """The same with each anti-windup, where the drive was at its limit; of each the best end."""
     found = []
-    for how in ANTI_WINDUP[1:]:
+    for how in ANTI_WINDUP[1:] if _limited(form, rows) else ():
         wound = form.wound(how)
-        law = wound.made(plain.law.gains, record.period, plain.law.delay)
-        explained = _fitted(wound, law, axis, record, rows, ticks)
-        found += [] if explained is None else [explained]
+        laws = (
+            wound.made(gains, record.period, law.delay)
+            for law in starts
+            for gains in wound.wound_gains(law.gains)
+        )
+        ends = (_fitted(wound, law, axis, record, rows, ticks) for law in laws)
+        explained = [end for end in ends if end is not None]
+        found += sorted(explained, key=lambda end: end.fitted_percent)[:1]
     return found
 
 

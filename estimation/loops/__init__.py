@@ -4,7 +4,9 @@ In: `Record`, axis. Out: `LawTicks`, `LoopStart`. Knows nothing of rows and para
 """
 
 from .as_logged import as_logged as as_logged
+from .as_logged import hides_command as hides_command
 from .as_logged import late_in_log as late_in_log
+from .as_logged import limit_in_log as limit_in_log
 from .as_logged import with_drive as with_drive
 from .clocks import two_clocks as two_clocks
 from .law_gains import Compared as Compared

@@ -7,8 +7,15 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record
-from axisid.estimation.signals import acting_along, drive_force, recorded_signals
+from axisid.estimation.signals import (
+    acting_along,
+    drive_force,
+    recorded_signals,
+    through_path,
+)
 from axisid.support.arrays import Array
+
+from .law_of import law_of
 
 
 def as_logged(axis: GeneratedAxis, values: Array) -> Array:
@@ -21,13 +28,36 @@ def as_logged(axis: GeneratedAxis, values: Array) -> Array:
         Sample by sample, of one stretch.
     """
     drive, response = axis.axis.drive, axis.axis.response
-    if response is None or drive.logged == "command":
+    if response is None or not drive.logs_what_acts:
         return values
     if drive.logged == "current":
         columns = values.reshape(len(values), -1).T
         seen = [acting_along(column, response).at_samples for column in columns]
         return np.stack(seen, axis=1).reshape(values.shape) if seen else values
     return values[np.maximum(np.arange(len(values)) - response.late, 0)]
+
+
+def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = True) -> Array:
+    """The same of commands, (N,), also behind the drive's limit and path where the log has that.
+
+    Without `steps` they are not rounded to those of the drive, which have no slope.
+    """
+    if hides_command(axis):
+        limit, path = axis.axis.drive.limit, axis.axis.drive.path
+        path = path if steps else replace(path, quantisation=0.0)
+        commands, _ = through_path(path, np.clip(commands, -limit, limit), law_of(axis).period)
+    return as_logged(axis, commands)
+
+
+def hides_command(axis: GeneratedAxis) -> bool:
+    """Whether different commands may be one in the log: it has what the drive makes of them."""
+    return axis.axis.drive.logs_what_acts and not axis.axis.drive.path.is_plain
+
+
+def limit_in_log(axis: GeneratedAxis) -> float:
+    """What the record has of a command at the drive's limit, but for what a rate leaves of it."""
+    drive = axis.axis.drive
+    return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
 
 
 def late_in_log(axis: GeneratedAxis) -> int:
@@ -67,22 +97,31 @@ def with_drive(
         if record.control is None:
             return replace(start, memory=memory)
         memory = memory[: -len(response.remembered)]
-    drive = _first_forces(axis, record, span, start)
+    drive = _first_remembered(axis, record, span, start)
     return replace(start, memory=np.concatenate([memory, drive]))
 
 
-def _first_forces(
+def _first_remembered(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
 ) -> Array:
-    """The forces that a drive remembers where a segment begins, in its order."""
+    """What a drive remembers where a segment begins, in its order."""
     response = axis.axis.response
     assert response is not None  # noqa: S101  # whoever asks has one
     late = response.late if axis.axis.drive.logged == "applied" else 0
-    pending = len(response.remembered) - bool(response.lag)
+    pending = len(response.forces) - response.keeps_force
     # The newest first; those that act before the record are taken for the first that does in it.
-    ahead = [max(late - 1 - i, 0) for i in range(pending)] + [0] * bool(response.lag)
+    ahead = [max(late - 1 - i, 0) for i in range(pending)] + [0] * response.keeps_force
     rows = np.minimum(span[0] + np.array(ahead, dtype=np.intp), span[1] - 1)
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     still = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
     recorded = tuple(values[rows] for values in signals)
-    return drive_force(axis, np.asarray(record.control)[rows], *still, recorded)
+    control, path = np.asarray(record.control), axis.axis.drive.path
+    controls, first = control[rows], float(control[span[0]])
+    if axis.axis.drive.logs_what_acts:
+        first = path.command(first)
+    else:
+        controls = np.array([path.end(float(each)) for each in controls])
+    last = [first] * path.is_limited
+    made = drive_force(axis, controls, *still, recorded)
+    kept = np.append(controls[:-1], made[-1]) if response.holds_control else made
+    return np.concatenate([last, kept])

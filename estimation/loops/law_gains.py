@@ -19,7 +19,7 @@ from axisid.estimation.thresholds.simulation import MIN_MEMORY_EFFECT
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-from .as_logged import as_logged, late_in_log
+from .as_logged import as_logged, commands_as_logged, late_in_log, limit_in_log
 from .law_ticks import LawTicks
 
 _STEP = 1e-5  # of a gain and of a memory's size, for slopes
@@ -60,7 +60,9 @@ class LawAlong:
     functions : mapping of str to casadi.Function
         The law's, see `law_functions`.
     logged : callable
-        What a record has of what the law gives, see `as_logged`.
+        What a record has of what the law gives, see `commands_as_logged`.
+    sloped : callable
+        The same for slopes: but for steps of the drive, which have none.
     late : int
         Samples after which it has it.
     """
@@ -71,6 +73,7 @@ class LawAlong:
     limit: Array
     functions: Mapping[str, Any]
     logged: Compared
+    sloped: Compared
     late: int
 
     @classmethod
@@ -78,18 +81,19 @@ class LawAlong:
         cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawTicks, record: Record
     ) -> "LawAlong":
         """A law, which need not be the axis's, along a record of one piece with a control."""
-        logged, own = partial(as_logged, axis), axis.axis.control
-        control = np.asarray(record.control) - logged(ticks.added_at_samples(law.delay))
+        own = axis.axis.control
+        control = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(law.delay))
         # Behind a lag nothing tells where the command was at its limit.
         hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
-        near = np.abs(control) >= (1 - NEAR_LIMIT.value) * axis.axis.drive.limit
+        near = np.abs(control) >= (1 - NEAR_LIMIT.value) * limit_in_log(axis)
         return cls(
             law=law,
             ticks=ticks,
             control=control,
             limit=np.where(near & (not hidden), axis.axis.drive.limit, np.inf),
             functions=law_functions(law, axis.axis.signal_symbols),
-            logged=logged,
+            logged=partial(commands_as_logged, axis),
+            sloped=partial(commands_as_logged, axis, steps=False),
             late=late_in_log(axis) + law.delay - (0 if own is None else own.delay),
         )
 
@@ -101,8 +105,7 @@ class LawAlong:
 
     def output(self, point: LawPoint) -> Array:
         """The law's output when it is applied, whatever the drive's limit, (N,)."""
-        output, _ = self._run(point)
-        return self.logged(output[np.maximum(self.ticks.held - self.law.delay, 0)])
+        return self.logged(self._applied(point))
 
     def slopes(self, point: LawPoint) -> tuple[Array, Array]:
         """How that changes with the logarithm of each gain, (N, g), and each memory, (N, m).
@@ -129,7 +132,13 @@ class LawAlong:
 
     def _change(self, ahead: LawPoint, behind: LawPoint) -> Array:
         """The slope of the output between two points, by steps of `_STEP`, (N,)."""
-        return (self.output(ahead) - self.output(behind)) / (2 * _STEP)
+        more, less = (self.sloped(self._applied(point)) for point in (ahead, behind))
+        return (more - less) / (2 * _STEP)
+
+    def _applied(self, point: LawPoint) -> Array:
+        """The output that is applied at each sample, before the drive, (N,)."""
+        output, _ = self._run(point)
+        return np.asarray(output[np.maximum(self.ticks.held - self.law.delay, 0)])
 
     def fitted(self, point: LawPoint, compared: Compared, free: Sequence[int]) -> LawPoint:
         """The gains that give a control best, some of them free, with the memory at the start.

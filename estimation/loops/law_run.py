@@ -9,7 +9,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.runtime import by_sample
 from axisid.support.arrays import Array
 
-from .as_logged import as_logged
+from .as_logged import as_logged, commands_as_logged, hides_command
 from .law_of import law_of
 from .law_ticks import LawTicks
 
@@ -29,6 +29,8 @@ def law_memory(axis: GeneratedAxis) -> int:
 def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The control law's terms along recorded signals, when they are applied, (N, terms).
 
+    Of a log that hides the commands only their sum is known there: the first column has it.
+
     Parameters
     ----------
     axis : GeneratedAxis
@@ -41,12 +43,17 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     arguments = (*ticks.signals, _states_along(axis, ticks, start))
     rows = by_sample(axis.functions["control_terms"].call(arguments)[0].full(), len(ticks))
     # What was computed before the first evaluation is taken for that of the first.
-    return as_logged(axis, np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)]))
+    terms = np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
+    if not hides_command(axis):
+        return as_logged(axis, terms)
+    made = np.zeros_like(terms)
+    made[:, 0] = commands_as_logged(axis, terms.sum(axis=1))
+    return made
 
 
 def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The control that the law gives within the drive's limit, (N,)."""
-    return as_logged(axis, np.asarray(control_at_ticks(axis, ticks, start)[ticks.held]))
+    return commands_as_logged(axis, np.asarray(control_at_ticks(axis, ticks, start)[ticks.held]))
 
 
 def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:

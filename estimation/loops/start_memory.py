@@ -22,7 +22,7 @@ from axisid.estimation.thresholds.simulation import (
 )
 from axisid.support.arrays import Array, covered
 
-from .as_logged import as_logged
+from .as_logged import as_logged, limit_in_log
 from .law_of import law_of
 from .law_run import control_along, law_memory, slopes_along, state_at_rest
 from .law_ticks import LawTicks, law_ticks
@@ -85,7 +85,7 @@ def first_memory(
 
 def unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDArray[np.bool_]:
     """Which samples of a segment are measured, and not at the drive's limit, (N,)."""
-    rows, limit = slice(*span), axis.axis.drive.limit * (1 - LIMIT_TOLERANCE.value)
+    rows, limit = slice(*span), limit_in_log(axis) * (1 - LIMIT_TOLERANCE.value)
     masked = covered(record.masked, len(record))[rows]
     return np.asarray(~masked & (np.abs(np.asarray(record.control)[rows]) < limit))
 

@@ -10,3 +10,4 @@ from .instrumental import Instruments as Instruments
 from .method import Fit as Fit
 from .method import Method as Method
 from .methods import METHODS as METHODS
+from .robust import scale_of as scale_of

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.choices.methods import SQUARES_LOSS
 from axisid.estimation.problems import ByOutputError, Problem, Solver
 from axisid.estimation.regression import (
     Equations,
@@ -31,7 +32,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
 from .instrumental import Instruments, Iteration, IterationState, Step
-from .robust import check_loss, robust_least_squares
+from .robust import robust_least_squares, row_counts, scale_of, size_by_loss
 from .starting import Start
 
 
@@ -42,7 +43,6 @@ class Didim(Instruments):
 
     def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
         """See `Instruments.iteration`."""
-        check_loss(self.loss, form)
         return _ByOutputError(self.name, form, start, problem, self.loss)
 
 
@@ -55,10 +55,6 @@ class _ByOutputError(Iteration):
 
     What it minimises is the loop's own error, so that a step that makes that larger goes too far.
     """
-
-    def __init__(self, method: str, form: Form, start: Start, problem: Problem, loss: str) -> None:
-        super().__init__(method, form, start, problem)
-        self._loss = loss
 
     _ahead: tuple[Array, _Rows] | None = None
 
@@ -76,7 +72,7 @@ class _ByOutputError(Iteration):
         if step.size <= CONVERGED.value:
             return self._within(step.goal)
         error = self._iterates[-1].simulation_error_percent
-        goal = step.goal
+        scale, goal = scale_of(step.solution.residuals), step.goal
         if error >= MAX_SIMULATION_ERROR.value:
             goal = self._near(physical, goal)
         for _ in range(_HALVINGS):
@@ -85,11 +81,21 @@ class _ByOutputError(Iteration):
                 loops, intercept, Z = self._simulated(wanted)
                 left = self._on.rows(self._form.at(wanted)).left
                 made = Z @ self._form.regressed(wanted) + intercept
-                if relative_error_percent(left - made, left) < error * (1 + MAX_ERROR_GROWTH.value):
+                if self._falls(left, made, step, error, scale):
                     self._ahead = wanted, (loops, intercept, Z)
                     return wanted
             share /= 2
         return wanted
+
+    def _falls(self, left: Array, made: Array, step: Step, error: float, scale: float) -> bool:
+        """Whether what the loop leaves, (n,), is less than before, or hardly more."""
+        most = 1 + MAX_ERROR_GROWTH.value
+        if self._loss == SQUARES_LOSS:
+            return relative_error_percent(left - made, left) < error * most
+        was = step.simulated.columns @ self._form.regressed(step.start) + step.intercept
+        sizes = (size_by_loss(left - each, scale, self._loss) for each in (made, was))
+        now, before = sizes
+        return now < before * most
 
     def _near(self, physical: Array, goal: Array) -> Array:
         """Less of a step, from where the simulated loop does not follow the records.
@@ -113,8 +119,8 @@ class _ByOutputError(Iteration):
         return np.clip(physical, *search_bounds(self._form.axis))
 
     def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
-        left, weights = reached.measured.left, step.solution.loss_weights
-        solver = ByOutputError(step.intercept, step.simulated, weights)
+        left, counts = reached.measured.left, row_counts(step.solution)
+        solver = ByOutputError(step.intercept, step.simulated, counts)
         if self._form.is_linear:
             intercept, regressor = step.intercept, step.simulated.columns
         else:

@@ -1,6 +1,6 @@
 """From a fit to how far it may be from the truth: what further simulated loops tell of it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -9,12 +9,16 @@ import numpy as np
 
 from axisid.estimation.estimates import COVARIANCES, Inference
 from axisid.estimation.problems import (
+    ByInstruments,
     ByOutputError,
+    ControlSteps,
     NoiseFree,
     Problem,
     Solver,
     confirmed,
+    control_error,
     encoder_error,
+    is_not_in,
     noise_free,
     noise_free_at,
     noise_free_following,
@@ -72,18 +76,21 @@ class FittedPoint:
         # What is not finite is told by what is missing; NumPy's own warnings would only repeat it.
         with np.errstate(all="ignore"):
             first = self._noise_free()
-            stepped = self._encoder_error(first)
-            covariances = {name: self._with_steps(name, stepped) for name in self.applied}
+            stepped, rounded = self._encoder_error(first), self._control_error()
+            errors = [error.covariance for error in (stepped, rounded) if error is not None]
+            alone = delta_method(self._with(self.chosen, errors), self.jacobian)
+            quiet = self._settled(first, np.sqrt(np.maximum(np.diag(alone), 0.0)))
+            errors += [] if quiet is None or quiet.hidden is None else [quiet.hidden]
+            covariances = {name: self._with(name, errors) for name in self.applied}
             mapped = {n: delta_method(c, self.jacobian) for n, c in covariances.items()}
-            deviations = np.sqrt(np.maximum(np.diag(mapped[self.chosen]), 0.0))
             by_gain, theta_by_gain = self._slopes()
             return Inference(
                 covariances=mapped,
-                covariance_names={n: self._name(n, stepped) for n in self.applied},
+                covariance_names={n: self._name(n, stepped, rounded, quiet) for n in self.applied},
                 ddm_covariances=covariances if isinstance(self.form, DirectForm) else {},
                 gain_slopes=by_gain,
                 theta_gain_slopes=theta_by_gain,
-                noise_free=self._settled(first, deviations),
+                noise_free=quiet,
             )
 
     def _noise_free(self) -> NoiseFree | None:
@@ -109,11 +116,15 @@ class FittedPoint:
             if quiet is first:
                 return quiet
             plain = replace(solution, residuals=own(solution.residuals, self.problem.row_weights))
+            if isinstance(solver, ByInstruments) and is_not_in(quiet, plain, self.model):
+                noisy = confirmed(self._shaken(first, solver, deviations), plain, self.model)
+                if noisy.has_noise and not noisy.doubt:  # nor has the record the quiet loop's own
+                    return replace(noisy, residuals=np.zeros_like(noisy.residuals))
             return confirmed(quiet, plain, self.model)
         return None
 
     def _shaken(self, first: NoiseFree, solver: Solver, deviations: Array) -> NoiseFree:
-        """The same of an output error, with what noise in the loop does to it."""
+        """The same of loops with the records' noise, where that is a matter."""
         form, problem = self.form, self.problem
 
         def found_at(physical: Array) -> NoiseFree | None:
@@ -155,24 +166,48 @@ class FittedPoint:
             )
         return None
 
-    def _with_steps(self, name: str, stepped: StepsError | None) -> Array:
-        matrix = self.applied[name].matrix
-        if stepped is None or not COVARIANCES[name].allows_autocorrelation:
-            return matrix
-        return np.asarray(matrix + stepped.covariance, dtype=float)
+    def _control_error(self) -> StepsError | None:
+        """What the steps of a recorded control do, against the same."""
+        deviations = np.sqrt(np.diag(self.applied["hac"].matrix))
+        with suppress(ModelError, DataError, EstimationError):  # nor where there is no loop
+            return control_error(
+                self.form, self.problem, self.physical, self.fit.solver, deviations
+            )
+        return None
 
-    def _name(self, name: str, stepped: StepsError | None) -> str:
+    def _with(self, name: str, added: Sequence[Array]) -> Array:
+        """A covariance with what loops have, where it allows autocorrelation."""
+        matrix = self.applied[name].matrix
+        if not COVARIANCES[name].allows_autocorrelation:
+            return matrix
+        return np.asarray(sum(added, start=matrix), dtype=float)
+
+    def _name(
+        self,
+        name: str,
+        stepped: StepsError | None,
+        rounded: StepsError | None,
+        quiet: NoiseFree | None,
+    ) -> str:
         """A covariance with what it holds besides, for notes."""
         said = f"{self.applied[name].description}{self._widened(name)}"
-        if stepped is None or not COVARIANCES[name].allows_autocorrelation:
+        if not COVARIANCES[name].allows_autocorrelation:
             return said
-        every = [sensor_steps(self.problem.axis, data.record) for data in self.problem.data]
-        steps = SensorSteps(
-            position=max(each.position for each in every),
-            velocity=max(each.velocity for each in every),
-        )
-        unit = self.problem.axis.axis.coordinate.unit
-        return f"{said}, with what {stepped.loops} simulated loops have by {steps.told(unit)}"
+        if quiet is not None and quiet.hidden is not None:
+            said += ", with what simulated loops scatter by with the position's noise"
+        axis, records = self.problem.axis, [data.record for data in self.problem.data]
+        if stepped is not None:
+            every = [sensor_steps(axis, record) for record in records]
+            steps = SensorSteps(
+                position=max(each.position for each in every),
+                velocity=max(each.velocity for each in every),
+            )
+            unit = axis.axis.coordinate.unit
+            said += f", with what {stepped.loops} simulated loops have by {steps.told(unit)}"
+        if rounded is not None:
+            told = max((ControlSteps.of(record) for record in records), key=lambda s: s.size)
+            said += f", with what {told.told(axis.axis)} do, begun at {rounded.loops} places"
+        return said
 
     def _widened(self, name: str) -> str:
         """Whose deviations are those of autoregressive residuals, as scores are few; for notes."""

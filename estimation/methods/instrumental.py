@@ -35,6 +35,7 @@ from axisid.support.remedy import Note, Remedy, Setting
 
 from .method import Fit, Method, at_point
 from .pace import Pace
+from .robust import check_loss, robust_solution, row_counts
 from .starting import Start, nominal_start, start_of
 
 _MOST = 20
@@ -74,6 +75,7 @@ class Instruments(Method):
         form = problem.form(self.form)
         with adding(lambda: f"{self.needs}; idm-ls and ddm-ls do without."):
             problem.check_loop()
+        check_loss(self.loss, form)
         form, start = start_of(problem, form, self.start)
         if start.named == NOMINAL_START or not form.is_linear:
             return self.iteration(form, start, problem).fit()
@@ -81,7 +83,7 @@ class Instruments(Method):
 
     def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
         """The method's iteration from a start."""
-        return Iteration(self.name, form, start, problem)
+        return Iteration(self.name, form, start, problem, self.loss)
 
     def _from_least_squares(self, problem: Problem, form: Form, start: Start) -> Fit:
         """From least squares; from the nominal values where that comes to no end."""
@@ -113,10 +115,13 @@ class Iteration:
         Linearised where it starts, if it is not linear.
     start : Start
     problem : Problem
+    loss : str
+        Of `ROW_LOSSES`.
     """
 
-    def __init__(self, method: str, form: Form, start: Start, problem: Problem) -> None:
+    def __init__(self, method: str, form: Form, start: Start, problem: Problem, loss: str) -> None:
         self._method, self._form, self._start, self._on = method, form, start, problem
+        self._loss = loss
         self._iterates: list[Iterate] = []
         self._pace = Pace()
         self.jumps = False  # whether the fit is near an estimate, and none
@@ -201,7 +206,13 @@ class Iteration:
         """By the simulated loop as instruments."""
         regressor = self._on.factored(self._form, at.measured)
         left = at.measured.left - at.measured.intercept
-        return instrumental_variables(left, regressor, simulated)
+        return robust_solution(
+            left,
+            regressor,
+            simulated,
+            self._loss,
+            lambda: instrumental_variables(left, regressor, simulated),
+        )
 
     def _next(self, step: Step, physical: Array, share: float) -> Array:
         """Where the iteration goes from parameters (p,), to a solution of the linearised model."""
@@ -233,7 +244,7 @@ class Iteration:
 
     def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
         """The rows that were solved, and by what."""
-        return reached.measured, ByInstruments(step.simulated)
+        return reached.measured, ByInstruments(step.simulated, row_counts(step.solution))
 
     def _why_not(self) -> tuple[Note, ...]:
         """Why it did not start from least squares, if it was to."""

@@ -25,7 +25,7 @@ def known_spread(problem: Problem, fit: Fit) -> Array | None:
     total: Array | None = None
     for known in layout.known:
         for told in known.doubtful:
-            moved = told[1] * fit.solution.influence.T @ _changed(problem, layout, fit, known, told)
+            moved = told[1] * fit.solution.response.T @ _changed(problem, layout, fit, known, told)
             spread = np.outer(moved, moved)
             total = spread if total is None else total + spread
     return total

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from axisid.estimation.estimates import NotSimulated
-from axisid.estimation.problems import ByWeights, Problem
+from axisid.estimation.problems import ByLeastSquares, Problem
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -17,7 +17,7 @@ from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
 from .method import Fit, Method, at_point
-from .robust import check_loss, robust_least_squares
+from .robust import check_loss, robust_least_squares, row_counts
 
 
 class LeastSquares(Method):
@@ -28,7 +28,7 @@ class LeastSquares(Method):
         form = least_squares_point(problem.form(self.form), problem.rows)
         measured = problem.rows(form)
         solution = self._solved(problem, form, measured)
-        solver = ByWeights(solution.loss_weights)
+        solver = ByLeastSquares(row_counts(solution))
         try:
             loops, intercept, right = problem.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:

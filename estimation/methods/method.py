@@ -76,7 +76,7 @@ class Method(ABC):
         Of `STARTS`, where an iteration starts; least squares only where its loop follows the
         records.
     loss : str
-        Of `ROW_LOSSES`, how the rows of least squares count; instruments know squares alone.
+        Of `ROW_LOSSES`, how rows count.
     """
 
     name: str

@@ -10,14 +10,23 @@ References
 [Huber1981]_; [BeatonTukey1974]_ for the bisquare; [HollandWelsch1977]_ for the iteration.
 """
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
 from axisid.estimation.choices.methods import BISQUARE_LOSS, HUBER_LOSS, SQUARES_LOSS
-from axisid.estimation.regression import Form, QrFactors, Solution, least_squares
+from axisid.estimation.regression import (
+    Columns,
+    Form,
+    QrFactors,
+    RowCounts,
+    Solution,
+    as_counted,
+    least_squares,
+)
 from axisid.estimation.thresholds.estimates import (
     BISQUARE_TUNING,
     HUBER_TUNING,
@@ -43,6 +52,8 @@ class RowLoss:
         ``psi(u) / u``, 1 for a small residual.
     slope : callable
         ``psi'(u)``.
+    size : callable
+        ``rho(u)``, ``u^2/2`` for a small residual.
     start : str
         The loss whose estimate it is iterated from, empty for least squares; one that forgets large
         residuals has several valleys.
@@ -50,6 +61,7 @@ class RowLoss:
 
     weight: Callable[[Array], Array]
     slope: Callable[[Array], Array]
+    size: Callable[[Array], Array]
     start: str = ""
 
 
@@ -64,6 +76,11 @@ def _huber_slope(u: Array) -> Array:
     return (np.abs(u) <= _HUBER).astype(float)
 
 
+def _huber_size(u: Array) -> Array:
+    far = np.maximum(np.abs(u) - _HUBER, 0.0)
+    return np.asarray(np.minimum(np.abs(u), _HUBER) ** 2 / 2 + _HUBER * far)
+
+
 def _bisquare_weight(u: Array) -> Array:
     return np.maximum(1 - (u / _BISQUARE) ** 2, 0.0) ** 2
 
@@ -73,36 +90,58 @@ def _bisquare_slope(u: Array) -> Array:
     return inside * (inside - 4 * (u / _BISQUARE) ** 2)
 
 
+def _bisquare_size(u: Array) -> Array:
+    inside = np.maximum(1 - (u / _BISQUARE) ** 2, 0.0)
+    return np.asarray(_BISQUARE**2 / 6 * (1 - inside**3))
+
+
 ROW_LOSSES: Mapping[str, RowLoss] = MappingProxyType(
     {
-        HUBER_LOSS: RowLoss(_huber_weight, _huber_slope),
-        BISQUARE_LOSS: RowLoss(_bisquare_weight, _bisquare_slope, start=HUBER_LOSS),
+        HUBER_LOSS: RowLoss(_huber_weight, _huber_slope, _huber_size),
+        BISQUARE_LOSS: RowLoss(_bisquare_weight, _bisquare_slope, _bisquare_size, start=HUBER_LOSS),
     }
 )
 
 
-def robust_least_squares(y: Array, X: QrFactors, loss: str) -> Solution:
-    """``argmin sum rho((y - X theta)/s)`` with s from the median of the residuals' sizes.
+def robust_solution(
+    y: Array, X: Columns, Z: QrFactors, loss: str, plain: Callable[[], Solution]
+) -> Solution:
+    """The solution of ``sum psi(e_i/s) z_i = 0`` with s from the median of the residuals' sizes.
 
-    The influence is that of the estimate's own equations, ``psi(u) X (X' diag(psi') X)^-1`` over
-    the residuals, so that every covariance of it is the sandwich that is consistent for it.
+    Of least squares Z is X. The influence is that of these equations, ``Z (X' diag(psi') Z)^-1`` of
+    residuals as they count, so that every covariance of it is the sandwich that is consistent.
 
     Parameters
     ----------
     y : (n,) array
-    X : QrFactors
+    X : Columns
+    Z : QrFactors
     loss : str
-        Of `ROW_LOSSES`, or another for least squares.
+        Of `ROW_LOSSES`, or another for squares.
+    plain : callable
+        Gives the solution by squares.
 
     Raises
     ------
     EstimationError
-        It does not stand still, or what keeps its weight does not tell the parameters apart.
+        It does not stand still, or what counts of the rows does not tell the parameters apart.
     """
-    plain = least_squares(y, X)
-    if loss not in ROW_LOSSES or _scale(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
-        return plain
-    return _with_influence(_iterated(y, X, plain, loss), X, loss)
+    first = plain()
+    if loss not in ROW_LOSSES or scale_of(first.residuals) <= _ROUNDING * np.linalg.norm(y):
+        return first
+    return _iterated(y, X, Z, first, loss)
+
+
+def robust_least_squares(y: Array, X: QrFactors, loss: str) -> Solution:
+    """`robust_solution` of least squares."""
+    return robust_solution(y, X, X, loss, lambda: least_squares(y, X))
+
+
+def size_by_loss(residuals: Array, scale: float, loss: str) -> float:
+    """What a loss makes of residuals, (n,), in their unit: their norm, if it is of squares."""
+    if loss not in ROW_LOSSES or not scale > 0:
+        return float(np.linalg.norm(residuals))
+    return scale * math.sqrt(2 * float(np.sum(ROW_LOSSES[loss].size(residuals / scale))))
 
 
 def check_loss(loss: str, form: Form) -> None:
@@ -127,7 +166,7 @@ def loss_remarks(loss: str, solution: Solution) -> list[str]:
     if loss not in ROW_LOSSES:
         return []
     if solution.loss_weights is None:
-        return [f"the {loss} loss is not of this method, or its rows are exact: all count alike"]
+        return [f"{loss} loss: the rows are exact to rounding, and all count alike"]
     light = np.count_nonzero(solution.loss_weights < LIGHT_ROW.value)
     least = float(solution.loss_weights.min())
     return [
@@ -136,17 +175,15 @@ def loss_remarks(loss: str, solution: Solution) -> list[str]:
     ]
 
 
-def _iterated(y: Array, X: QrFactors, plain: Solution, loss: str) -> Solution:
+def _iterated(y: Array, X: Columns, Z: QrFactors, first: Solution, loss: str) -> Solution:
     rule = ROW_LOSSES[loss]
-    found = _iterated(y, X, plain, rule.start) if rule.start else plain
-    scaled = X.columns / X.scale
+    found = _iterated(y, X, Z, first, rule.start) if rule.start else first
     for _ in range(_MOST):
-        weights = rule.weight(found.residuals / _scale(found.residuals))
-        root = np.sqrt(weights)
-        theta = np.linalg.lstsq(root[:, None] * scaled, root * y)[0] / X.scale
-        moved = np.linalg.norm((theta - found.theta) * X.scale)
-        found = replace(found, theta=theta, residuals=y - X.columns @ theta)
-        if moved <= _STANDS_STILL * np.linalg.norm(theta * X.scale):
+        u = found.residuals / scale_of(found.residuals)
+        before = found.theta
+        found = as_counted(y, X, Z, RowCounts(weights=rule.weight(u), slopes=rule.slope(u)))
+        moved = np.linalg.norm((found.theta - before) * X.scale)
+        if moved <= _STANDS_STILL * np.linalg.norm(before * X.scale):
             return found
     raise EstimationError(
         f"the {loss} estimate still moves after {_MOST} iterations; use least squares, and look at "
@@ -155,36 +192,13 @@ def _iterated(y: Array, X: QrFactors, plain: Solution, loss: str) -> Solution:
     )
 
 
-def _with_influence(found: Solution, X: QrFactors, loss: str) -> Solution:
-    u = found.residuals / _scale(found.residuals)
-    weights, slopes = ROW_LOSSES[loss].weight(u), ROW_LOSSES[loss].slope(u)
-    basis = X.basis.astype(float)
-    try:
-        hessian = np.linalg.inv(basis.T @ (slopes[:, None] * basis))
-    except np.linalg.LinAlgError as error:
-        raise _untold(loss, X) from error
-    if not np.all(np.linalg.eigvalsh(hessian) > 0):
-        raise _untold(loss, X)
-    inverse = X.inverse.astype(float)
-    counted = weights * found.residuals
-    spread = np.linalg.norm(counted) / np.linalg.norm(found.residuals) / slopes.mean()
-    return replace(
-        found,
-        influence=weights[:, None] * (basis @ hessian @ inverse.T),
-        # Of independent residuals: ``E psi^2 / (E psi')^2 (X'X)^-1``.
-        inverse_factor=spread * inverse,
-        loss_weights=weights,
-    )
+def row_counts(solution: Solution) -> RowCounts | None:
+    """What each row counted in a solution; None where all count alike."""
+    if solution.loss_weights is None or solution.loss_slopes is None:
+        return None
+    return RowCounts(weights=solution.loss_weights, slopes=solution.loss_slopes)
 
 
-def _untold(loss: str, X: QrFactors) -> EstimationError:
-    return EstimationError(
-        f"with the {loss} loss the rows that keep their weight do not tell "
-        f"{', '.join(X.names)} apart; use least squares.",
-        code="loss-tells-nothing",
-    )
-
-
-def _scale(residuals: Array) -> float:
+def scale_of(residuals: Array) -> float:
     """Deviation of normal residuals with this median size."""
     return float(np.median(np.abs(residuals))) / MEDIAN_OF_NORMAL.value

@@ -155,9 +155,9 @@ def _scatter(estimate: Estimate, labels: Index, by: str) -> _Scatter | None:
         return None
     X, left = estimate.X, estimate.net_residuals
     scale = np.linalg.norm(X, axis=0)
-    Z = estimate.score_columns
-    X, Z = X / scale, Z / np.linalg.norm(Z, axis=0)
-    products, sums = _by_group(X, Z, left, groups, len(names))
+    Z, scores = estimate.slope_columns, estimate.score_columns * left[:, None]
+    size = np.linalg.norm(Z, axis=0)
+    products, sums = _by_group(X / scale, Z / size, scores / size, groups, len(names))
     try:
         without = np.linalg.inv(products.sum(axis=0) - products)
         every = np.linalg.inv(products.sum(axis=0))
@@ -185,13 +185,15 @@ def _variances(inverses: Array, mapping: Array) -> Array:
     return np.asarray(np.einsum("pi,gij,pj->gp", mapping, inverses, mapping), dtype=float)
 
 
-def _by_group(X: Array, Z: Array, left: Array, groups: Index, count: int) -> tuple[Array, Array]:
-    """``Z'X`` and ``Z'e`` of each group, (g, k, k) and (g, k)."""
+def _by_group(X: Array, Z: Array, scores: Array, groups: Index, count: int) -> tuple[Array, Array]:
+    """``Z'X`` and the sums of scores of each group, (g, k, k) and (g, k)."""
     order = np.argsort(groups, kind="stable")
     starts = np.searchsorted(groups[order], np.arange(count))
-    both = np.column_stack([X, left])[order]
-    found = np.add.reduceat(Z[order][:, :, None] * both[:, None, :], starts, axis=0)
-    return found[:, :, :-1], found[:, :, -1]
+    products = Z[order][:, :, None] * X[order][:, None, :]
+    return (
+        np.add.reduceat(products, starts, axis=0),
+        np.add.reduceat(scores[order], starts, axis=0),
+    )
 
 
 def _band(estimate: Estimate, i: int, widest: _Scatter, *, noisy: bool) -> Band:

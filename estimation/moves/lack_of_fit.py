@@ -222,8 +222,8 @@ def _phases(repeats: Repeats, rows: Index, step: int) -> _Phases:
 
 def _hac_excess(estimate: Estimate, rows: Index, left: Array, noise: Array) -> dict[str, float]:
     """HAC deviations by residuals as they are, in those by the noise alone, by parameter."""
-    Z = estimate.score_columns
-    weights = np.linalg.solve(Z.T @ estimate.X, Z[rows].T).T @ estimate.jacobian.T
+    Z = estimate.slope_columns.T @ estimate.X
+    weights = np.linalg.solve(Z, estimate.score_columns[rows].T).T @ estimate.jacobian.T
     beside = estimate.neighbours[rows]
     of_both = (_long_run(weights * each[:, None], beside).covariance for each in (left, noise))
     whole, alone = (np.sqrt(np.maximum(np.diag(of_one), 0.0)) for of_one in of_both)
@@ -233,5 +233,6 @@ def _hac_excess(estimate: Estimate, rows: Index, left: Array, noise: Array) -> d
 
 def _long_run(scores: Array, neighbours: Neighbours) -> LongRun:
     """Covariance of the sum of scores, (n, k), that may depend on their neighbours."""
+    # Held against each other, or of residuals on no regressor: the kernel alone.
     products = partial(score_products, scores, neighbours)
     return Hac().long_run(products, len(scores))

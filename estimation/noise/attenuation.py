@@ -75,7 +75,7 @@ def attenuation(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Atte
     inverse, direct = estimates.get("idm-ls"), estimates.get("ddm-ls")
     if inverse is None or direct is None or not data.axis.is_linear:
         return NO_ATTENUATION
-    if inverse.loss_weights is not None or direct.loss_weights is not None:
+    if inverse.counts is not None or direct.counts is not None:
         return _OTHER_LOSS
     acceleration = np.ravel(data.reduce(data.signals.acceleration))
     force = inverse.residuals + inverse.X @ inverse.theta  # without what no parameter scales

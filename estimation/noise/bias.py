@@ -8,20 +8,19 @@ estimator to be efficient.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtr
 
 from axisid.estimation.choices.methods import instruments_of
-from axisid.estimation.estimates import Estimate, alike_corrected
-from axisid.estimation.problems import ByWeights
+from axisid.estimation.estimates import Estimate, alike_corrected, can_be_held_against
+from axisid.estimation.problems import ByInstruments, ByLeastSquares
 from axisid.estimation.regression import (
     Hac,
     Solution,
     checked_columns,
     factor,
-    instrumental_variables,
     joint_p,
 )
 from axisid.estimation.thresholds.diagnostics import CONTRADICTION_LEVEL, MAX_UNSEEN_BIAS
@@ -96,7 +95,9 @@ def noise_bias(ls: Estimate, iv: Estimate) -> dict[str, NoiseBias]:
 def tested(solution: Solution, first: Estimate, other: Estimate) -> dict[str, NoiseBias]:
     """The difference of two estimates of one form as a solution, parameter by parameter."""
     model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
-    covariance, freedom = model.matrix(solution), model.freedom(solution)
+    # What parts two fits of the same rows is a direction that neither took: the kernel alone.
+    applied = replace(model, widened=False).applied(solution)
+    covariance, freedom = applied.matrix, applied.freedom
     apart, deviations = solution.theta, np.sqrt(np.maximum(np.diag(covariance), 0.0))
     together = _joint_p(apart, covariance, float(freedom.min()))
     found = {}
@@ -121,16 +122,18 @@ def _difference(ls: Estimate, iv: Estimate) -> Solution | None:
     try:
         X, Z = weights[:, None] * iv.X, weights[:, None] * iv.Z
         own = factor(weights[:, None] * ls.X, names, neighbours=ls.neighbours)
-        by_ls = ByWeights(ls.loss_weights).solved(weights * ls.y, own)
+        by_ls = ByLeastSquares(ls.counts).solved(weights * ls.y, own)
         columns = checked_columns(X, names, neighbours=iv.neighbours)
-        by_iv = instrumental_variables(weights * iv.y, columns, factor(Z, names))
+        by_iv = ByInstruments(factor(Z, names), iv.counts).solved(weights * iv.y, columns)
     except EstimationError:
         return None
-    if (ls.filter_bias is None) != (iv.filter_bias is None):
+    unlike = (ls.filter_bias is None) != (iv.filter_bias is None)
+    if unlike and not can_be_held_against(ls, iv):
         return None  # one of the two would have the filter's bias in it, and the other not
     one, other = alike_corrected(ls, iv)
     apart = one - other
-    influence = weights[:, None] * ((by_ls.influence - by_iv.influence) @ iv.jacobian.T)
+    scored = by_ls.influence_as_counted - by_iv.influence_as_counted
+    influence = weights[:, None] * (scored @ iv.jacobian.T)
     return Solution(
         theta=apart,
         residuals=iv.net_residuals,

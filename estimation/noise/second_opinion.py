@@ -52,5 +52,5 @@ def _scores(estimate: Estimate, solver: Solver) -> Array:
         intercept=np.zeros(len(estimate.y)),
         regressor=weights[:, None] * estimate.X,
     )
-    influence = solver(estimate.form, rows).influence @ estimate.jacobian.T
+    influence = solver(estimate.form, rows).influence_as_counted @ estimate.jacobian.T
     return np.asarray(influence * (weights * estimate.net_residuals)[:, None], dtype=float)

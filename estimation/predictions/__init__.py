@@ -4,6 +4,8 @@ In: axes, records, parameters. Out: `Lanes` of predicted less recorded outputs; 
 Knows nothing of how parameters are searched for.
 """
 
+from .free_gains import FormByGains as FormByGains
+from .free_gains import axis_at as axis_at
 from .lanes import Lanes as Lanes
 from .lanes import Predictions as Predictions
 from .loop_predictions import LoopPredictions as LoopPredictions

@@ -1,6 +1,7 @@
 """Outputs of the simulated loop of each record, for many parameter sets in one batch."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -15,6 +16,7 @@ from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_
 from axisid.support.arrays import Array, covered
 
 from .disturbed import changed_by_noise, changed_by_steps
+from .free_gains import axis_at, gains_in, inputs_at
 from .lanes import Lanes
 from .law_slopes import slopes_by_law
 from .measured_output import measured_output
@@ -45,7 +47,7 @@ class LoopPredictions:
     def __init__(
         self, form: Form, axes: Sequence[GeneratedAxis], records: Sequence[Record], output: str
     ) -> None:
-        self._form = form
+        self._form, self._records = form, tuple(records)
         self.samples = tuple(np.concatenate([np.arange(*s) for s in r.spans]) for r in records)
         found = [measured_output(output, *pair) for pair in zip(axes, records, strict=True)]
         self.unit, self._signal = found[0].unit, found[0].signal
@@ -120,10 +122,19 @@ class LoopPredictions:
 
     def _changed(self, physical: Array, changed: Callable[..., Array]) -> Array:
         pieces = [
-            changed(stretch, self._form.own(physical, stretch.record), substeps=substeps)
-            for stretch, substeps in zip(self.stretches, self._substeps, strict=True)
+            changed(self._at(each, physical), self._form.own(physical, each.record), substeps=steps)
+            for each, steps in zip(self.stretches, self._substeps, strict=True)
         ]
         return np.concatenate(pieces)
+
+    def _at(self, stretch: Stretch, physical: Array) -> Stretch:
+        """A stretch under the law that gains among the parameters (P,) make."""
+        axis = axis_at(stretch.axis, self._form, physical)
+        if axis is stretch.axis:
+            return stretch
+        record = self._records[stretch.record]
+        inputs = inputs_at(axis, record, stretch.segment, stretch.inputs)
+        return replace(stretch, axis=axis, inputs=inputs)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by the term's gains.
@@ -133,7 +144,8 @@ class LoopPredictions:
         found: dict[str, list[Array]] = {}
         for each, substeps in zip(self.stretches, self._substeps, strict=True):
             own = self._form.own(physical, each.record)
-            for name, slope in slopes_by_law(each, own, self._signal, substeps).items():
+            at = self._at(each, physical)
+            for name, slope in slopes_by_law(at, own, self._signal, substeps).items():
                 found.setdefault(name, []).append(slope)
         whole = len(self.stretches)
         return {name: np.concatenate(p) for name, p in found.items() if len(p) == whole}
@@ -142,9 +154,13 @@ class LoopPredictions:
         self, stretch: Stretch, physical: Array, substeps: int | None
     ) -> tuple[Array, dict[int, str]]:
         own = np.array([self._form.own(lane, stretch.record) for lane in physical])
+        gains, inputs = gains_in(self._form, physical), stretch.inputs
+        if gains:
+            memories = [self._at(stretch, lane).inputs.start.memory for lane in physical]
+            inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
-                stretch.axis, own, stretch.inputs, substeps=substeps, wanted=[self._signal]
+                stretch.axis, own, inputs, substeps=substeps, wanted=[self._signal], gains=gains
             )
         errors = batch[self._signal] - stretch.measured[:, None]
         errors[~stretch.counted] = 0.0
@@ -159,7 +175,8 @@ def _stretches(
     reference, added = loop_reference(axis, record), record.added_control
     columns = recorded_signals(axis, record.provenance.source, record.signals)
     counted = ~covered(record.masked, len(record))
-    for span, start in zip(record.spans, loop_starts(axis, record), strict=True):
+    starts = zip(record.spans, loop_starts(axis, record), strict=True)
+    for segment, (span, start) in enumerate(starts):
         rows = slice(*span)
         inputs = LoopInputs.of_log(
             axis,
@@ -173,6 +190,7 @@ def _stretches(
         yield Stretch(
             axis=axis,
             record=number,
+            segment=segment,
             inputs=inputs,
             measured=measured[rows],
             counted=counted[rows],

@@ -19,6 +19,8 @@ class Stretch:
     axis : GeneratedAxis
     record : int
         Of the records, from 0.
+    segment : int
+        Of the record, from 0.
     inputs : LoopInputs
     measured : (N,) array
         The recorded output.
@@ -32,6 +34,7 @@ class Stretch:
 
     axis: GeneratedAxis
     record: int
+    segment: int
     inputs: LoopInputs
     measured: Array
     counted: NDArray[np.bool_]

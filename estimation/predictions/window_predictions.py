@@ -17,7 +17,7 @@ from axisid.codegen.lowering import LoopStart
 from axisid.estimation.loops import position_noise
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
-from axisid.estimation.signals import recorded_signals
+from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
 from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
@@ -278,8 +278,13 @@ def _windows(
             code="no-open-position",
         )
     control = _control(axis, record)
+    declared = axis.declared
     free = build(
-        replace(axis.declared, control=cascade_pd(kp=0.0, kv=0.0, period=record.period)),
+        replace(
+            declared,
+            drive=declared.drive.behind_path(),
+            control=cascade_pd(kp=0.0, kv=0.0, period=record.period),
+        ),
         native=axis.native.enabled,
     )
     columns = recorded_signals(axis, record.provenance.source, record.signals)
@@ -304,10 +309,11 @@ def _windows(
 
 
 def _control(axis: GeneratedAxis, record: Record) -> Array:
-    """What the drive was given, (N,)."""
+    """The control that acted, (N,)."""
     drive = axis.axis.drive
     if record.control is not None:
-        return np.asarray(record.control)
+        starts = [start for start, _ in record.spans]
+        return acting_control(axis, np.asarray(record.control), starts, record.period)
     if record.force is not None and drive.is_gain:
         return np.asarray(record.force / float(drive.gain))
     raise DataError(

@@ -18,6 +18,7 @@ from axisid.estimation.regression import (
     Solution,
     StepsError,
     factor,
+    instrumental_variables,
     least_squares,
     sensor_steps,
     stepped_loops,
@@ -64,6 +65,12 @@ class NoiseFree:
         Whether it was found again at the corrected parameters, where it stands still.
     has_noise : bool
         Whether the bias is that of the position's noise too.
+    hidden : (k, k) array or None
+        Covariance of what that noise makes the regression's own parameters scatter by beside what
+        neighbouring rows show; None without noise.
+    halves : (2, n) array or None
+        What the estimator leaves of the loops with noise, the mean over half of the draws and over
+        the others; None without noise.
     """
 
     regressor: Array
@@ -73,6 +80,13 @@ class NoiseFree:
     doubt: str = ""
     settled: bool = False
     has_noise: bool = False
+    hidden: Array | None = None
+    halves: Array | None = None
+
+    @property
+    def is_in_record(self) -> bool:
+        """Whether what the filter leaves of the noise-free loop is in the record too."""
+        return not self.doubt and bool(np.any(self.residuals))
 
 
 def noise_free(
@@ -218,22 +232,34 @@ def share_in_residuals(
     """How much of the filter's own residuals a record's have, and the most that they may.
 
     Where a record is as its noise-free loop is, but for noise that is none of the filter's, all of
-    them: the share is about 1. Noise that moves the reversals within the filter leaves less.
+    them: the share is about 1. Noise that moves the reversals within the filter leaves less. Of
+    loops with noise, half of the draws are the instrument of the others, whose noise is another.
 
     Returns
     -------
     share, most : float
         The most that the level of the test allows.
     """
-    own = quiet.residuals[:, None]
+    own, *others = [quiet.residuals] if quiet.halves is None else quiet.halves
     if not np.any(own):
         return 1.0, 1.0
-    columns = factor(own, ["share"], neighbours=solution.neighbours)
+    columns = factor(own[:, None], ["share"], neighbours=solution.neighbours)
     found = least_squares(solution.residuals, columns)
+    for other in others:
+        drawn = factor(other[:, None], ["share"])
+        found = instrumental_variables(solution.residuals, columns, drawn)
     share = float(found.theta[0])
     deviation = float(np.sqrt(covariance.matrix(found)[0, 0]))
     reach = float(stdtrit(covariance.freedom(found)[0], 1 - SIGNIFICANCE_LEVEL.value))
     return share, share + reach * deviation
+
+
+def is_not_in(quiet: NoiseFree, solution: Solution, covariance: Covariance) -> bool:
+    """Whether a record's residuals speak for noise that moves its reversals, if only by chance."""
+    if quiet.doubt:
+        return True
+    share, _ = share_in_residuals(quiet, solution, covariance)
+    return share < MIN_FILTER_SHARE.value
 
 
 def confirmed(quiet: NoiseFree, solution: Solution, covariance: Covariance) -> NoiseFree:
@@ -241,7 +267,8 @@ def confirmed(quiet: NoiseFree, solution: Solution, covariance: Covariance) -> N
     if quiet.doubt:
         return quiet
     share, most = share_in_residuals(quiet, solution, covariance)
-    if most >= MIN_FILTER_SHARE.value:
+    # Of loops with noise all of it is the record's: what moved the reversals is in them.
+    if most >= (MIN_FILTER_SHARE.value if quiet.halves is None else 1.0):
         return quiet
     said = (
         f"the record's residuals have {100 * max(share, 0.0):.0f} % of the error that it comes of"
@@ -278,7 +305,7 @@ def slopes_by_gain(
     if isinstance(form, InverseForm):  # the force is on the left alone
         rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
         rows = rows if problem.row_weights is None else problem.row_weights * rows
-        slope = solution.influence.T @ rows
+        slope = solution.response.T @ rows
         return slope, slope
     ahead, behind = (
         solver(form, problem.reduced(form, signals)).theta
@@ -303,7 +330,7 @@ def loop_record(
     A column that was recorded is made of the loops as its sensor would see them.
     """
     record = data.record
-    jumps = data.axis.axis.holds_force
+    jumps = data.axis.axis.jumps
     sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
     made: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.measured_position if measured else s.position,

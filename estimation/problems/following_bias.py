@@ -71,21 +71,51 @@ def noise_free_following(
     return replace(quiet, bias=np.mean(biases, axis=0), has_noise=True)
 
 
+def followed_as_measured(data: FilteredRecord, physical: Array) -> Iterator[FilteredRecord]:
+    """The loops that follow a record, as it would be with its noise, or its steps, once more.
+
+    Raises
+    ------
+    ModelError, DataError, EstimationError
+        The loops are not known, or cannot be simulated.
+    """
+    following = FollowingLoops.of(data)
+    quiet = following.simulated(physical)
+    for noise in _noises(data, quiet, np.random.default_rng(0)):
+        yield _measured_again(following, noise, physical)
+
+
+def _measured_again(
+    following: FollowingLoops, noise: Mapping[str, Array], physical: Array
+) -> FilteredRecord:
+    """A record as its loops have it with noise of what is measured, by role."""
+    loops = following.simulated(physical, noise["position"])
+    noisy = loop_record(following.data, loops, measured=True)
+    beside: dict[str, Any] = {
+        role: getattr(noisy.record, role) + values
+        for role, values in noise.items()
+        if role != "position"
+    }
+    return replace(noisy, record=replace(noisy.record, **beside))
+
+
 def _noises(
     data: FilteredRecord, loops: tuple[Simulation, ...], rng: np.random.Generator
 ) -> Iterator[dict[str, Array]]:
     """Noise of what was measured of the motion, by role, (N,), as often as it is drawn.
 
-    That of an encoder is no white noise: it follows from the motion, and from where its steps are.
+    That of an encoder is no white noise: it follows from the motion, and from where its steps are,
+    unless noise is more than a step.
     """
     position = np.concatenate([loop.position for loop in loops])
     step = sensor_steps(data.axis, data.record).position
     white = {role: white_noise(data.record, loops, role) for role in data.record.motion}
+    by_steps = bool(step) and float(np.std(white["position"])) <= step
     for draw in range(_DRAWS):
         order = {role: rng.permutation(noise) for role, noise in white.items()}
         for k, sign in enumerate((1.0, -1.0)):
             found = {role: sign * noise for role, noise in order.items()}
-            if step:
+            if by_steps:
                 away = (draw + k / 2) / _DRAWS * step
                 found["position"] = step * np.round((position + away) / step) - away - position
             yield found
@@ -127,14 +157,7 @@ def _bias_with_noise(
     """What least squares makes of the loops with noise of what was measured."""
     pieces = []
     for each, of_one in zip(following, noise, strict=True):
-        loops = each.simulated(physical, of_one["position"])
-        noisy = loop_record(each.data, loops, measured=True)
-        beside: dict[str, Any] = {
-            role: getattr(noisy.record, role) + values
-            for role, values in of_one.items()
-            if role != "position"
-        }
-        noisy = replace(noisy, record=replace(noisy.record, **beside))
+        noisy = _measured_again(each, of_one, physical)
         if noisy.prefilter.reversals == "leave-out":  # they are those of what is measured
             noisy = noisy.turning_as(noisy.record.position, noisy.record.velocity)
         pieces.append(form.equations(noisy.signals).reduced(noisy))

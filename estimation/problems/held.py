@@ -15,7 +15,8 @@ class Held:
     is_lower : bool
         Whether that is the lower one.
     free : float
-        What it is without the bound, less the filter's own bias where that is known.
+        What it is without the bound, others that are held at theirs, less the filter's own bias
+        where that is known.
     deviation : float
         Of `free`, under the covariance that was chosen.
     reach : float
@@ -33,9 +34,14 @@ class Held:
 
     @property
     def distance(self) -> float:
-        """How far beyond the bound it would be, in deviations; 0 for what the filter takes."""
+        """How far beyond the bound it would be, in deviations; 0 for what would come back."""
         beyond = (self.bound - self.free) if self.is_lower else (self.free - self.bound)
         return max(0.0, beyond / self.deviation) if self.deviation > 0 else 0.0
+
+    @property
+    def is_inside(self) -> bool:
+        """Whether it would come back from its bound, the others being held at theirs."""
+        return self.free > self.bound if self.is_lower else self.free < self.bound
 
     @property
     def text(self) -> str:

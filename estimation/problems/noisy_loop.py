@@ -16,17 +16,20 @@ from axisid.estimation.regression import (
     STEP_SHARES,
     Equations,
     Form,
+    SensorSteps,
+    Solution,
+    hidden_scatter,
     sensor_steps,
     simulated_loops,
     stepped_loops,
 )
-from axisid.estimation.signals import FilteredRecord, Signals
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds.estimates import SETTLED_FILTER_BIAS
 from axisid.support.arrays import Array
 
 from .filter_bias import NoiseFree, loop_record
-from .following_bias import white_noise
+from .following_bias import followed_as_measured, white_noise
 from .problem import Problem
 from .solver import Solver
 
@@ -67,15 +70,26 @@ def with_loop_noise(
     ModelError, DataError, EstimationError
         A loop cannot be simulated with noise.
     """
+    found: list[Solution] = []
     moved: list[Array] = []
     for rows in _noisy(form, problem, physical, loops):
-        theta = solver(form, rows).theta
-        moved.append(form.physical(theta)[0] - physical)
+        found.append(replace(solver(form, rows), neighbours=problem.neighbours))
+        moved.append(form.physical(found[-1].theta)[0] - physical)
         if len(moved) == _OF_A_DRAW and deviations is not None:
             apart = np.abs(np.mean(moved, axis=0) - quiet.bias)
             if np.all(apart <= SETTLED_FILTER_BIAS.value * deviations):
                 return quiet
-    return replace(quiet, bias=np.mean(moved, axis=0), has_noise=True) if moved else quiet
+    if not found:
+        return quiet
+    weights = 1.0 if problem.row_weights is None else problem.row_weights
+    left = np.array([solution.residuals for solution in found]) / weights
+    return replace(
+        quiet,
+        bias=np.mean(moved, axis=0),
+        has_noise=True,
+        hidden=hidden_scatter(found),
+        halves=left.reshape(2, -1, left.shape[1]).mean(axis=1),
+    )
 
 
 def rows_as_measured(form: Form, problem: Problem, physical: Array) -> Iterator[Equations]:
@@ -86,15 +100,38 @@ def rows_as_measured(form: Form, problem: Problem, physical: Array) -> Iterator[
     ModelError, DataError, EstimationError
         A loop cannot be simulated so.
     """
+    first = problem.data[0]
+    if len(problem.data) == 1 and first.record.reference is None:
+        for record in followed_as_measured(first, form.own(physical, 0)):
+            yield problem.reduced(form, [record.signals])
+        return
     yield from _noisy(form, problem, physical)
     steps = [sensor_steps(data.axis, data.record) for data in problem.data]
     for share in STEP_SHARES if any(steps) else ():
-        signals = []
-        for i, (data, step) in enumerate(zip(problem.data, steps, strict=True)):
-            own = form.own(physical, i)
-            loops = stepped_loops(data.axis, data.record, own, step, share)
-            signals.append(loop_record(data, loops, measured=False).signals)
+        signals = [
+            _with_steps(data, form.own(physical, i), step, share).signals
+            for i, (data, step) in enumerate(zip(problem.data, steps, strict=True))
+        ]
         yield problem.reduced(form, signals)
+
+
+def record_as_measured(data: FilteredRecord, physical: Array) -> Iterator[FilteredRecord]:
+    """A record as its loops would be measured: with its noise in another order, or its steps.
+
+    Raises
+    ------
+    ModelError, DataError, EstimationError
+        A loop cannot be simulated so.
+    """
+    if data.record.reference is None:
+        yield from followed_as_measured(data, physical)
+        return
+    noise = _noise(data, simulated_loops(data.axis, data.record, physical))
+    for (drawn,) in _drawn([noise]) if noise.any() else ():
+        yield _with_noise(data, physical, drawn)
+    steps = sensor_steps(data.axis, data.record)
+    for share in STEP_SHARES if steps else ():
+        yield _with_steps(data, physical, steps, share)
 
 
 def _noisy(
@@ -107,7 +144,7 @@ def _noisy(
         return
     for drawn in _drawn(white):
         signals = [
-            _signals(data, form.own(physical, i), noise)
+            _with_noise(data, form.own(physical, i), noise).signals
             for i, (data, noise) in enumerate(zip(problem.data, drawn, strict=True))
         ]
         yield problem.reduced(form, signals)
@@ -129,7 +166,15 @@ def _noise(data: FilteredRecord, loops: tuple[Simulation, ...]) -> Array:
     return noise if np.std(noise) > steps.position else np.zeros_like(noise)
 
 
-def _signals(data: FilteredRecord, physical: Array, noise: Array) -> Signals:
+def _with_noise(data: FilteredRecord, physical: Array, noise: Array) -> FilteredRecord:
     """What the record would be had its loop that noise."""
     loops = simulated_loops(data.axis, data.record, physical, position_noise=noise)
-    return loop_record(data, loops, measured=True).signals
+    return loop_record(data, loops, measured=True)
+
+
+def _with_steps(
+    data: FilteredRecord, physical: Array, steps: SensorSteps, share: float
+) -> FilteredRecord:
+    """What it would be with sensors of such steps, `share` of one away from whole ones."""
+    loops = stepped_loops(data.axis, data.record, physical, steps, share)
+    return loop_record(data, loops, measured=False)

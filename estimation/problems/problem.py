@@ -29,7 +29,7 @@ from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.remedy import Remedy
 
 from .held import Held
-from .visibility import Reach, check_identifiable, check_visible
+from .visibility import Reach, check_identifiable, check_time_known, check_visible
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -79,6 +79,7 @@ class Problem:
                 f"the rows of the records are {min(apart):.4g} to {max(apart):.4g} s apart; "
                 "resample or decimate them alike."
             )
+        check_time_known(self.axis)
         if layout is None:
             check_identifiable(self.axis)
 

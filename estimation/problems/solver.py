@@ -4,15 +4,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from axisid.estimation.regression import (
+    Columns,
     Equations,
     Form,
     QrFactors,
+    RowCounts,
     Solution,
+    as_counted,
     checked_columns,
     factor,
     instrumental_variables,
     least_squares,
-    weighted_least_squares,
 )
 from axisid.support.arrays import Array
 
@@ -22,20 +24,20 @@ Solver = Callable[[Form, Equations], Solution]
 
 def by_least_squares(form: Form, rows: Equations) -> Solution:
     """Least squares of the rows as they are."""
-    return ByWeights(None)(form, rows)
+    return ByLeastSquares()(form, rows)
 
 
 @dataclass(frozen=True, slots=True)
-class ByWeights:
-    """Least squares, each row with the weight that a loss gave it.
+class ByLeastSquares:
+    """Least squares, each row as it counted under a loss.
 
     Attributes
     ----------
-    weights : (n,) array or None
-        None where all rows count alike, as they do where there are not as many.
+    counts : RowCounts or None
+        None where all rows count alike.
     """
 
-    weights: Array | None
+    counts: RowCounts | None = None
 
     def __call__(self, form: Form, rows: Equations) -> Solution:
         """Solve rows of a form."""
@@ -44,9 +46,9 @@ class ByWeights:
 
     def solved(self, left: Array, columns: QrFactors) -> Solution:
         """Solve a left side, (n,), and its columns."""
-        if self.weights is None or len(self.weights) != len(left):
+        if self.counts is None:
             return least_squares(left, columns)
-        return weighted_least_squares(left, columns, self.weights)
+        return as_counted(left, columns, columns, self.counts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,14 +58,23 @@ class ByInstruments:
     Attributes
     ----------
     instruments : QrFactors
+    counts : RowCounts or None
+        As of `ByLeastSquares`.
     """
 
     instruments: QrFactors
+    counts: RowCounts | None = None
 
     def __call__(self, form: Form, rows: Equations) -> Solution:
         """Solve rows of a form by the instruments."""
         columns = checked_columns(rows.regressor, [q.label for q in form.quantities])
-        return instrumental_variables(rows.left - rows.intercept, columns, self.instruments)
+        return self.solved(rows.left - rows.intercept, columns)
+
+    def solved(self, left: Array, columns: Columns) -> Solution:
+        """Solve a left side, (n,), and its columns."""
+        if self.counts is None:
+            return instrumental_variables(left, columns, self.instruments)
+        return as_counted(left, columns, self.instruments, self.counts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,14 +87,14 @@ class ByOutputError:
         Known part of the loop's rows.
     regressor : QrFactors
         Of the loop's rows.
-    weights : (n,) array or None
-        As of `ByWeights`.
+    counts : RowCounts or None
+        As of `ByLeastSquares`.
     """
 
     intercept: Array
     regressor: QrFactors
-    weights: Array | None = None
+    counts: RowCounts | None = None
 
     def __call__(self, form: Form, rows: Equations) -> Solution:  # noqa: ARG002
         """Solve rows of a form for their left side."""
-        return ByWeights(self.weights).solved(rows.left - self.intercept, self.regressor)
+        return ByLeastSquares(self.counts).solved(rows.left - self.intercept, self.regressor)

@@ -25,7 +25,7 @@ from axisid.estimation.thresholds.estimates import (
 )
 from axisid.modeling.quantities import Parameter, parse_unit
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
+from axisid.support.errors import EstimationError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
 _ROUNDING = float(np.finfo(float).eps)
@@ -95,6 +95,23 @@ def check_identifiable(axis: GeneratedAxis) -> None:
         raise EstimationError(
             f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.unidentifiable)}. "
             "Declare the combination as one parameter."
+        )
+
+
+def check_time_known(axis: GeneratedAxis) -> None:
+    """Refuse an axis whose drive has a lag or a delay that is still to be estimated.
+
+    Raises
+    ------
+    UsageError
+        It has.
+    """
+    estimated = axis.declared.drive.estimated
+    if estimated is not None:
+        raise UsageError(
+            f"axis {axis.axis.name!r}: the {estimated[0]} of its drive is to be estimated, which "
+            "identify does of one record; declare what it finds as a number here.",
+            code="drive-time-open",
         )
 
 

@@ -13,6 +13,7 @@ from .record import Record as Record
 from .record import check_record as check_record
 from .record import record_labels as record_labels
 from .repairs import Repairs as Repairs
+from .shifts import advised_shift as advised_shift
 from .time_base import clock_of as clock_of
 from .time_base import hold_delay as hold_delay
 from .time_base import is_same_period as is_same_period

@@ -60,6 +60,29 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
     return {role: _shift(role, amount) for role, amount in shifts.items()}
 
 
+def advised_shift(role: str, late: float, apart: float) -> Remedy:
+    """What moves a column into step that is so many samples late.
+
+    Parameters
+    ----------
+    role : str
+        Or the name of a signal.
+    late : float
+        Samples; negative for early.
+    apart : float
+        Samples by which a whole number may be missed.
+    """
+    whole = round(late)
+    if whole and abs(late - whole) <= apart:
+        return Remedy.of("move it there (", Setting("shift", f"{role}={-whole:d}"), ")")
+    return Remedy.of(
+        "move it there by part of a sample (",
+        Setting("shift", f"{role}={-late:.2f}"),
+        Setting("resample", "auto"),
+        ")",
+    )
+
+
 def _unmovable(role: object, columns: Iterable[str] = ()) -> UsageError:
     movable = dict.fromkeys(role for role in (*ROLES, *columns) if role != "time")
     return UsageError(

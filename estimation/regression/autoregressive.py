@@ -17,6 +17,7 @@ from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.regression import (
     MAX_CHANCE_DEVIATION,
     MAX_RESIDUAL_AUTOREGRESSION,
+    MIN_FREEDOM,
 )
 from axisid.support.arrays import Array
 
@@ -26,16 +27,34 @@ _RESOLVED = 1e-3  # of the autoregression, far finer than a short record shows i
 _FORGOTTEN = 0.05  # of a residual, after which rows are as far apart as any
 
 
-def autoregressive_covariance(solution: Solution) -> Array:
-    """``A' Omega A``, (k, k), for the influence A and residuals that are an AR(1).
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutoregressiveCovariance:
+    """A covariance of two numbers, a variance and an autoregression.
+
+    Attributes
+    ----------
+    matrix : (k, k) array
+    freedom : (k,) array
+        Degrees of freedom of the chi-squared with the variances' relative error.
+    """
+
+    matrix: Array
+    freedom: Array
+
+
+def autoregressive_covariance(solution: Solution) -> AutoregressiveCovariance:
+    """``A' Omega A`` for the influence A and residuals that are an AR(1).
 
     Its coefficient is the one with which residuals, as the fit leaves them, would show the
     autocorrelation that they show, 0 at least. Nothing where residuals are zero, or where they are
     less alike from row to row than independent errors would leave them but for chance: as noise of
     a position is differentiated, there is nothing slow that the fit could take.
+
+    Its degrees of freedom are by the delta method: the innovations' variance has the relative
+    variance ``2/n``, the coefficient, apart from it, ``(1 - rho^2)/n``.
     """
-    e = solution.residuals
-    nothing = np.zeros((solution.influence.shape[1],) * 2)
+    e, (n, k) = solution.counted, solution.influence.shape
+    nothing = AutoregressiveCovariance(matrix=np.zeros((k, k)), freedom=np.full(k, float(n - k)))
     if not e @ e > 0:
         return nothing
     fitted = _Fitted.of(solution)
@@ -45,7 +64,11 @@ def autoregressive_covariance(solution: Solution) -> Array:
     rho = _matched(fitted, shown)
     taken = fitted.taken(fitted.coloured(rho))
     variance = float(e @ e) / (len(e) - float(np.trace(taken)))
-    return np.asarray(variance * fitted.mixing.T @ taken @ fitted.mixing, dtype=float)
+    relative = (2 + fitted.slopes(rho) ** 2 * (1 - rho**2)) / n
+    return AutoregressiveCovariance(
+        matrix=np.asarray(variance * fitted.of_parameters(taken), dtype=float),
+        freedom=np.clip(2 / relative, MIN_FREEDOM.value, n - k),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +113,22 @@ class _Fitted:
     def taken(self, coloured: Array) -> Array:
         """Correlations of what the fit takes, (k, k)."""
         return np.asarray(self.basis.T @ coloured, dtype=float)
+
+    def of_parameters(self, taken: Array) -> Array:
+        """Correlations of what the fit takes, as those of its parameters, (k, k)."""
+        return np.asarray(self.mixing.T @ taken @ self.mixing, dtype=float)
+
+    def slopes(self, rho: float) -> Array:
+        """Of the logarithms of the parameters' variances, by the coefficient, (k,).
+
+        The innovations stay as they are: the errors' variance is theirs by ``1 - rho^2``.
+        """
+        at = (max(rho - _RESOLVED, 0.0), min(rho + _RESOLVED, MAX_RESIDUAL_AUTOREGRESSION.value))
+        early, late = (
+            np.log(np.diag(self.of_parameters(self.taken(self.coloured(r)))) / (1 - r**2))
+            for r in at
+        )
+        return np.asarray((late - early) / (at[1] - at[0]), dtype=float)
 
     def left(self, rho: float) -> float:
         """Autocorrelation at a row's distance that residuals are expected to show."""

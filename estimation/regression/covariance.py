@@ -18,7 +18,7 @@ from axisid.estimation.thresholds.regression import FEW_SCORES, MAX_AUTOREGRESSI
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .autoregressive import autoregressive_covariance
+from .autoregressive import AutoregressiveCovariance, autoregressive_covariance
 from .linear import Solution
 
 
@@ -64,8 +64,8 @@ class Applied:
     description : str
         Name with lags and small-sample correction.
     widened : (k,) array of bool or None
-        Parameters whose deviation is that of autoregressive residuals, the larger where scores are
-        few; None where they are not.
+        Parameters whose deviation, and freedom, is that of autoregressive residuals, the larger
+        where scores are few; None where they are not.
     """
 
     matrix: Array
@@ -90,7 +90,7 @@ class PublishedCovariance(Covariance):
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
-        e, factor = solution.residuals, solution.inverse_factor
+        e, factor = solution.counted, solution.inverse_factor
         return float(e @ e) / (len(e) - 1) * (factor @ factor.T)
 
     def describe(self, solution: Solution) -> str:
@@ -117,7 +117,7 @@ class Classical(Covariance):
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
-        e, A = solution.residuals, solution.influence
+        e, A = solution.counted, solution.influence
         n, k = A.shape
         variance = float(e @ e) / (n - k if self.unbiased else n)
         return np.asarray(variance * (A.T @ A), dtype=float)
@@ -168,7 +168,10 @@ class Hac(Covariance):
         Multiply by ``n/(n - k)``, for small samples.
     widened : bool or None
         Where few scores are independent, make no deviation smaller than `autoregressive_covariance`
-        has it; None does so where the lags are not given.
+        has it; None does so where the lags are not given. That is for what the fit took, whose
+        residuals are asked: parameters, and restrictions of them. A direction that it did not take,
+        as of a term that is not in the model, or between two estimators, has lost nothing, and the
+        kernel alone has the right size there.
     """
 
     lags: int | None = None
@@ -303,13 +306,18 @@ class LongRun:
         return f"HAC, {whitened}Bartlett kernel, {self.lags} lags ({rule})"
 
 
-def _at_least(applied: Applied, other: Array) -> Applied:
-    """A covariance with no deviation smaller than another has it, (k, k); its correlations stay."""
-    own, least = np.diag(applied.matrix), np.diag(other)
+def _at_least(applied: Applied, other: AutoregressiveCovariance) -> Applied:
+    """A covariance with no deviation smaller than another has it; its correlations stay."""
+    own, least = np.diag(applied.matrix), np.diag(other.matrix)
     ratio = np.divide(least, own, out=np.ones_like(own), where=own > 0)
     scale = np.sqrt(np.maximum(ratio, 1.0))
     widened = np.outer(scale, scale) * applied.matrix
-    return replace(applied, matrix=np.asarray(widened, dtype=float), widened=ratio > 1)
+    return replace(
+        applied,
+        matrix=np.asarray(widened, dtype=float),
+        freedom=np.where(ratio > 1, other.freedom, applied.freedom),
+        widened=ratio > 1,
+    )
 
 
 def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:
@@ -380,7 +388,7 @@ def correlation(covariance: Array) -> Array:
 
 
 def _scores(solution: Solution) -> Array:
-    return solution.influence * solution.residuals[:, None]
+    return solution.influence * solution.counted[:, None]
 
 
 def _correction(solution: Solution, *, corrected: bool) -> float:

@@ -6,7 +6,7 @@ and neighbouring rows do not show how far it makes one scatter. The simulated lo
 encoder has the same error: estimates from several loops, whose steps begin elsewhere, tell both.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -66,14 +66,14 @@ def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
     fewest = int(MIN_STEP_DIFFERENCES.value)
     return SensorSteps(
         position=0.0 if record.integrated else quantum_of(record.position, fewest),
-        velocity=0.0 if record.velocity is None else _undithered_step(record.velocity, fewest),
+        velocity=0.0 if record.velocity is None else undithered_step(record.velocity, fewest),
     )
 
 
-def _undithered_step(velocity: Array, fewest: int) -> float:
-    """What a velocity is rounded to, unless its noise is of that size: then that averages out."""
-    step = quantum_of(velocity, fewest)
-    changing = np.abs(np.diff(velocity)) > step / 2
+def undithered_step(values: Array, fewest: int) -> float:
+    """What values are rounded to, unless their noise is of that size: then that averages out."""
+    step = quantum_of(values, fewest)
+    changing = np.abs(np.diff(values)) > step / 2
     return 0.0 if np.mean(changing) > MAX_DITHERED_SHARE.value else step
 
 
@@ -113,21 +113,6 @@ class StepsError:
     missing: Array
     loops: int
 
-    @classmethod
-    def of(cls, thetas: Array, quiet: Array, shown: Array) -> "StepsError":
-        """Of estimates (B, k) with steps that begin elsewhere, beside that without and a spread.
-
-        `shown`, (k, k), is what neighbouring rows show of their scatter.
-        """
-        scatter, seen = np.var(thetas, axis=0, ddof=1), np.diag(shown)
-        ratio = np.divide(scatter, seen, out=np.ones_like(seen), where=seen > 0)
-        beyond = np.sqrt(np.maximum(ratio - 1, 0.0))
-        return cls(
-            bias=thetas.mean(axis=0) - quiet,
-            missing=np.outer(beyond, beyond) * shown,
-            loops=len(thetas),
-        )
-
     @property
     def covariance(self) -> Array:
         """Of both, (k, k): a bias that is not taken off counts as a deviation."""
@@ -154,6 +139,26 @@ def steps_error(
     if np.all(np.abs(found[0].theta - quiet) <= MIN_STEPS_SHIFT.value * deviations):
         return None
     found += [solved(share) for share in others]
-    thetas = np.array([solution.theta for solution in found])
+    mean = np.mean([solution.theta for solution in found], axis=0)
+    return StepsError(bias=mean - quiet, missing=hidden_scatter(found), loops=_LOOPS)
+
+
+def hidden_scatter(found: Sequence[Solution]) -> Array:
+    """Covariance, (k, k), of what estimates of like loops scatter by beside what HAC shows of each.
+
+    Parameters
+    ----------
+    found : sequence of Solution
+        Of loops that are simulated with the same parameters and other errors.
+    """
+    # As the covariance that this is added to has it, of few scores too.
     shown = np.mean([Hac().matrix(solution) for solution in found], axis=0)
-    return StepsError.of(thetas, quiet, shown)
+    return beyond_shown(np.array([solution.theta for solution in found]), shown)
+
+
+def beyond_shown(thetas: Array, shown: Array) -> Array:
+    """What estimates (B, k) scatter by beyond a covariance (k, k) that neighbours show of each."""
+    scatter, seen = np.var(thetas, axis=0, ddof=1), np.diag(shown)
+    ratio = np.divide(scatter, seen, out=np.ones_like(seen), where=seen > 0)
+    beyond = np.sqrt(np.maximum(ratio - 1, 0.0))
+    return np.asarray(np.outer(beyond, beyond) * shown, dtype=float)

@@ -16,6 +16,7 @@ from axisid.codegen.lowering import LoopStart
 from axisid.estimation.loops import (
     LawTicks,
     first_velocity,
+    hides_command,
     late_in_log,
     state_at_rest,
     terms_along,
@@ -29,6 +30,8 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
 from .simulated_rows import simulated_loops
+
+_STRETCH = 50  # samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,16 +62,8 @@ class FollowingLoops:
             The record is of another period than the law, its law is continuous, or neither control
             nor force tells what the drive was given.
         """
-        law = data.axis.axis.control
-        if law is None:
-            raise no_control_law(data.axis.axis.name)
-        if law.continuous or not is_sampled_by(data.record, law):
-            raise DataError("no sampled law is known that a simulated loop would follow by.")
-        if data.record.integrated:
-            raise DataError("no position was recorded that a simulated loop would follow.")
-        control, (smooth, _, _) = _control(data), data.motion
-        position = data.record.position
-        answer = _answer(data, smooth, position) - _answer(data, smooth, smooth)
+        control, position = _control(data), data.record.position
+        answer = answer_to_noise(data)
         if _share(control, answer) < LEAST_MEASURED_NOISE.value:
             raise DataError("the control does not answer to the noise of the recorded position.")
         beside = control - _answer(data, position, position)
@@ -130,6 +125,27 @@ def quiet_loops(data: FilteredRecord, physical: Array) -> tuple[Simulation, ...]
     return simulated_loops(data.axis, data.record, physical)
 
 
+def answer_to_noise(data: FilteredRecord) -> Array:
+    """What the law makes of what the filter takes off the recorded position, (N,).
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    DataError
+        The record is of another period than the law, or its law is continuous.
+    """
+    law = data.axis.axis.control
+    if law is None:
+        raise no_control_law(data.axis.axis.name)
+    if law.continuous or not is_sampled_by(data.record, law):
+        raise DataError("no sampled law is known that a simulated loop would follow by.")
+    if data.record.integrated:
+        raise DataError("no position was recorded that a simulated loop would follow.")
+    smooth = data.motion[0]
+    return _answer(data, smooth, data.record.position) - _answer(data, smooth, smooth)
+
+
 def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
     """The law's control for a reference and a measured position, (N,).
 
@@ -147,10 +163,19 @@ def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
 
 
 def _share(control: Array, answer: Array) -> float:
-    """How much of the law's answer to the position's noise is in the control; 1 if it should be."""
-    there, wanted = np.diff(control, 2), np.diff(answer, 2)  # of the motion little is left in them
-    power = float(wanted @ wanted)
-    return float(there @ wanted) / power if power else 1.0
+    """How much of the law's answer to the position's noise is in the control; 1 if it should be.
+
+    Of the motion little is left in second differences, but where it turns or a move begins: beside
+    a quiet sensor that is more than its noise. So it is the median of short stretches.
+    """
+    count = (len(control) - 2) // _STRETCH
+    there, wanted = (
+        np.diff(values, 2)[: count * _STRETCH].reshape(count, _STRETCH)
+        for values in (control, answer)
+    )
+    power = np.sum(wanted**2, axis=1)
+    there, wanted, power = there[power > 0], wanted[power > 0], power[power > 0]
+    return float(np.median(np.sum(there * wanted, axis=1) / power)) if len(power) else 1.0
 
 
 def _control(data: FilteredRecord) -> Array:
@@ -158,6 +183,11 @@ def _control(data: FilteredRecord) -> Array:
     if drive.logged == "current":
         raise DataError(
             "the record tells no command, but what is left of it after the drive's lag."
+        )
+    if hides_command(data.axis):
+        raise DataError(
+            "the record tells no command, but what the drive passes on of it: its "
+            f"{' and '.join(drive.path.declared)}."
         )
     if record.control is not None:
         return record.control

@@ -75,8 +75,10 @@ class Solution:
         or ``Z (X'Z)^-1`` (IV).
     neighbours : Neighbours
         Which of the rows follow each other in time.
-    loss_weights : (n,) array or None
-        How much each row counted under a loss that is not of squares; None where all count alike.
+    loss_weights, loss_slopes : (n,) array or None
+        Under a loss that is not of squares, how much each residual counted, and how much more it
+        would with its size; `influence` is then of residuals as they counted. None where all count
+        alike.
     """
 
     theta: Array
@@ -85,6 +87,26 @@ class Solution:
     influence: Array
     neighbours: Neighbours
     loss_weights: Array | None = None
+    loss_slopes: Array | None = None
+
+    @property
+    def counted(self) -> Array:
+        """Residuals as they counted, (n,)."""
+        return self.residuals if self.loss_weights is None else self.loss_weights * self.residuals
+
+    @property
+    def influence_as_counted(self) -> Array:
+        """What residuals as they are do to the estimate, (n, k)."""
+        if self.loss_weights is None:
+            return self.influence
+        return self.loss_weights[:, None] * self.influence
+
+    @property
+    def response(self) -> Array:
+        """Slope of the estimate by each row's left side, (n, k)."""
+        if self.loss_slopes is None:
+            return self.influence
+        return self.loss_slopes[:, None] * self.influence
 
 
 def checked_columns(
@@ -247,6 +269,50 @@ def weighted_least_squares(y: Array, X: QrFactors, weights: Array) -> Solution:
     solution = instrumental_variables(y, X, factor(weights[:, None] * X.columns, X.names))
     _, triangle = _orthonormal(solution.influence.astype(np.longdouble))
     return replace(solution, inverse_factor=triangle.T.astype(float))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RowCounts:
+    """What each row counts under a loss that is not of squares.
+
+    Attributes
+    ----------
+    weights, slopes : (n,) array
+        As of `Solution`.
+    """
+
+    weights: Array
+    slopes: Array
+
+
+def as_counted(y: Array, X: Columns, Z: QrFactors, counts: RowCounts) -> Solution:
+    """``(Z'WX)^-1 Z'Wy``, y of shape (n,), for weights W that a loss gave; Z is X of least squares.
+
+    The influence is that of the loss, ``Z (X'DZ)^-1`` with its slopes D.
+
+    Raises
+    ------
+    EstimationError
+        The rows that count do not tell the parameters apart.
+    """
+    basis, scaled = Z.basis.astype(float), X.columns / X.scale
+    weighted, bent = (
+        basis.T @ (each[:, None] * scaled) for each in (counts.weights, counts.slopes)
+    )
+    for matrix in (weighted, bent):
+        _check_rank(matrix, len(y), X.scale, X.names, "what counts of the rows")
+    theta = np.linalg.solve(weighted, basis.T @ (counts.weights * y)) / X.scale
+    influence = np.linalg.solve(bent, basis.T).T / X.scale
+    _, triangle = _orthonormal(influence.astype(np.longdouble))
+    return Solution(
+        theta=theta,
+        residuals=y - X.columns @ theta,
+        inverse_factor=triangle.T.astype(float),
+        influence=influence,
+        neighbours=X.neighbours,
+        loss_weights=counts.weights,
+        loss_slopes=counts.slopes,
+    )
 
 
 def condition_number(X: Array) -> float:

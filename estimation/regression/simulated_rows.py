@@ -51,11 +51,12 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     ratio = law_ratio(law, record.period, clock_of(record))
     if ratio is None:
         raise _other_period(axis, law, record)
-    if ratio != 1 and axis.axis.response is not None:
+    if ratio != 1 and not (axis.axis.response is None and axis.axis.drive.path.is_plain):
         raise LoopDataError(
             f"the record is sampled every {record.period:.6g} s, the control law of axis "
-            f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a lag or a "
-            "delay: such a loop is simulated at the law's samples alone; ",
+            f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a "
+            f"{' and '.join(axis.axis.of_law_samples)}: such a loop is simulated at the "
+            "law's samples alone; ",
             Remedy.of("record at the law's period, or ask for least squares."),
             code="loop-response",
         )

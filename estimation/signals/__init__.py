@@ -5,9 +5,12 @@ Knows nothing of methods.
 """
 
 from .drive_response import Acting as Acting
+from .drive_response import DriveAlong as DriveAlong
 from .drive_response import acting_along as acting_along
+from .drive_response import acting_control as acting_control
 from .drive_response import acting_force as acting_force
 from .drive_response import response_reach as response_reach
+from .drive_response import through_path as through_path
 from .filtered_record import FilteredRecord as FilteredRecord
 from .filtered_record import check_filter as check_filter
 from .filtered_record import chosen_hold as chosen_hold
@@ -30,8 +33,8 @@ from .sampling import Sampling as Sampling
 from .signals import Motion as Motion
 from .signals import Signals as Signals
 from .signals import about_samples as about_samples
+from .signals import checked_control as checked_control
 from .signals import drive_force as drive_force
-from .signals import force_of as force_of
 from .signals import paired_with_force as paired_with_force
 from .without_turns import Information as Information
 from .without_turns import dependence as dependence

@@ -1,18 +1,22 @@
-"""What a drive with a lag or a delay makes of commands that were recorded, sample by sample.
+"""What a drive makes of commands that were recorded, before they act and after, sample by sample.
 
-The commands are held, so that the force between two samples is known exactly: it goes to that of a
-command by an exponential, and a delay that is no whole samples changes the command in between.
+What acts of a command is told by the drive's `CommandPath`. Commands are held, so that with a lag
+the force between two samples is known exactly: it goes to that of a command by an exponential, and
+a delay that is no whole samples changes the command in between.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.modeling.declaration import Response
+from axisid.modeling.declaration import CommandPath, Response
 from axisid.support.arrays import Array
+
+from .signals import Motion, drive_force
 
 _FORGOTTEN = 37  # time constants, after which rounding is more than what a lag leaves
 
@@ -31,6 +35,70 @@ class Acting:
 
     at_samples: Array
     mean: Array
+
+
+def through_path(
+    path: CommandPath, commands: Array, period: float, before: float | None = None
+) -> tuple[Array, float]:
+    """The controls that act of commands within the limit, (N,), and the last one before its steps.
+
+    Parameters
+    ----------
+    path : CommandPath
+    commands : (N,) array
+        Of one stretch.
+    period : float
+        For which each is held, s.
+    before : float, optional
+        What acted before them, without steps and dead band; the first command by default.
+    """
+    acting = commands
+    if path.is_limited and len(commands):
+        begin = float(commands[0]) if before is None else before
+        acting = _limited(commands, path.rate_limit * period, begin)
+    last = float(acting[-1]) if len(acting) else before or 0.0
+    if path.quantisation:
+        acting = np.floor(acting * (1 / path.quantisation) + 0.5) * path.quantisation
+    if path.deadband:
+        acting = acting - np.clip(acting, -path.deadband, path.deadband)
+    return acting, last
+
+
+def _limited(commands: Array, most: float, before: float) -> Array:
+    """Values that follow commands by so much a sample at most, (N,)."""
+    found = commands.copy()
+    steps = np.abs(np.diff(commands, prepend=before)) > most
+    at = 0  # what is before it is found
+    for first in np.flatnonzero(steps):
+        if first < at:
+            continue
+        at, now = int(first), before if first == 0 else float(found[first - 1])
+        while at < len(commands) and abs(off := commands[at] - now) > most:
+            now += math.copysign(most, off)
+            found[at] = now
+            at += 1
+    return found
+
+
+def acting_control(
+    axis: GeneratedAxis, control: Array, starts: Sequence[int], period: float
+) -> Array:
+    """The control that acts of a recorded one, before a delay and a lag, (N,).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    control : (N,) array
+    starts : sequence of int
+        First samples of the stretches.
+    period : float
+        Of the record, s.
+    """
+    drive = axis.axis.drive
+    if not drive.changes_logged:
+        return control
+    pieces = np.split(control, list(starts)[1:])
+    return np.concatenate([through_path(drive.path, piece, period)[0] for piece in pieces])
 
 
 def acting_along(
@@ -82,7 +150,7 @@ def _recursion(factor: float, added: Array, start: float) -> Array:
 def response_reach(axis: GeneratedAxis, period: float) -> int:
     """Samples before one whose commands its force still shows, of a record of a period, s."""
     drive = axis.axis.drive
-    if drive.is_immediate or drive.logged == "current":
+    if not (drive.lag or drive.delay) or drive.logged == "current":
         return 0
     return drive.response(period).late + 1 + math.ceil(_FORGOTTEN * drive.lag / period)
 
@@ -114,7 +182,7 @@ def acting_force(
         Whether that from each sample to the next is wanted, of what is held, or that at each.
     """
     drive = axis.axis.drive
-    if drive.is_immediate or drive.logged == "current":
+    if not (drive.lag or drive.delay) or drive.logged == "current":
         return forces
     response, logged = drive.response(period), drive.logged
 
@@ -125,6 +193,62 @@ def acting_force(
         return found.mean if mean else found.at_samples
 
     return np.concatenate([acting(piece) for piece in np.split(forces, list(starts)[1:])])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriveAlong:
+    """A drive along a recorded motion, for rows that pair the two as a hold does.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    starts : sequence of int
+        First samples of the stretches.
+    period : float
+        Of the record, s.
+    held : bool
+        Whether the recorded control is held from a sample to the next; see `acting_force`.
+    delay : float
+        Samples by which the hold takes the force earlier.
+    mean : bool
+        Whether it takes that from each sample to the next.
+    """
+
+    axis: GeneratedAxis
+    starts: Sequence[int]
+    period: float
+    held: bool
+    delay: float
+    mean: bool
+
+    def acting(self, made: Array) -> Array:
+        """What acts of what the recorded control would make at once, (N,)."""
+        held, mean = self.held, self.mean
+        return acting_force(self.axis, made, self.starts, self.period, held=held, mean=mean)
+
+    def force(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
+        """The force of a recorded control beside a motion, (N,)."""
+        return self._along(partial(drive_force, self.axis, recorded=recorded), control, motion)
+
+    def slope(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
+        """How that changes with the logarithm of the drive's gain, (N,)."""
+        make = partial(self.axis.force_by_gain, recorded=recorded)
+        return self._along(make, control, motion)
+
+    def _along(
+        self, make: Callable[[Array, Array, Array], Array], control: Array, motion: Motion
+    ) -> Array:
+        position, velocity, acceleration = motion
+        if not self.axis.axis.drives_by_motion:
+            return self.acting(make(control, position, velocity))
+        # The hold takes the force earlier, and what of it is the motion's belongs to the sample.
+        lagging = self.axis.axis.drive.lag > 0
+        ahead = self.period * (self.held / 2 if lagging else self.delay)
+        position = position + ahead * (velocity + ahead / 2 * acceleration)
+        velocity = velocity + ahead * acceleration
+        if lagging:
+            return self.acting(make(control, position, velocity))
+        return make(self.acting(control), position, velocity)
 
 
 def _running_along(forces: Array, response: Response, logged: str) -> Array:

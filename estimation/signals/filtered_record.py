@@ -15,7 +15,7 @@ from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .drive_response import acting_force
+from .drive_response import DriveAlong, acting_control
 from .motion import resting
 from .neighbours import Neighbours
 from .position import check_position
@@ -23,7 +23,7 @@ from .prefilter import Prefilter
 from .recorded import beside_motion, recorded_signals
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
-from .signals import Motion, Signals, force_of, paired_with_force
+from .signals import Motion, Signals, checked_control, paired_with_force
 from .without_turns import Information, searches_friction
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
@@ -194,15 +194,10 @@ class FilteredRecord(Exact):
     def force(self) -> Array:
         """Sample by sample, (N,): measured, or what the drive makes of the control."""
         record = self.record
-        force = force_of(
-            self.axis,
-            record.provenance.source,
-            self.motion,
-            force=record.force,
-            control=self._control,
-            recorded=self.recorded,
-        )
-        return force if record.force is not None else self.acting(force)
+        if record.force is not None:
+            return record.force
+        control = checked_control(record.provenance.source, self.acting_control)
+        return self.drive.force(control, self.motion, self.recorded)
 
     @cached_property
     def signals(self) -> Signals:
@@ -210,22 +205,28 @@ class FilteredRecord(Exact):
         return self._beside(self.force)
 
     @property
-    def _control(self) -> Array | None:
+    def _starts(self) -> list[int]:
+        """First samples of the record's pieces."""
+        return [start for start, _ in self.record.spans]
+
+    @cached_property
+    def acting_control(self) -> Array | None:
         """What the drive makes its force of: the mean until the next sample where that is known."""
         control = self.record.control
-        return control if control is None or self.between is None else control + self.between
+        if control is None:
+            return None
+        acting = acting_control(self.axis, control, self._starts, self.period)
+        return acting if self.between is None else acting + self.between
 
     @cached_property
     def force_by_gain(self) -> Array:
         """Slope of the signals' force by the logarithm of the drive gain, (N,); 0 if measured."""
-        control = self._control
+        control = self.acting_control
         if self.record.force is not None or control is None:
             return np.zeros(len(self))
         if self.axis.axis.drive.is_gain:
             return self.signals.force
-        position, velocity, _ = self.motion
-        slope = self.axis.force_by_gain(control, position, velocity, self.recorded)
-        return self._beside(self.acting(slope)).force
+        return self._beside(self.drive.slope(control, self.motion, self.recorded)).force
 
     @property
     def weights(self) -> Array:
@@ -290,20 +291,21 @@ class FilteredRecord(Exact):
         found.add(signals, self.kept, self.sampling.is_excluded, fastest)
         return found.remaining < MIN_INFORMATION_LEFT.value
 
-    def acting(self, force: Array) -> Array:
-        """What acts of the force that the recorded control would make at once, (N,)."""
+    @property
+    def drive(self) -> DriveAlong:
+        """The drive along the record's motion, as the hold pairs the two."""
         ratio = law_ratio(self.axis.axis.control, self.period, clock_of(self.record)) or 1.0
-        return acting_force(
-            self.axis,
-            force,
-            [start for start, _ in self.record.spans],
-            self.period,
+        return DriveAlong(
+            axis=self.axis,
+            starts=self._starts,
+            period=self.period,
             held=ratio <= 1 or self.between is not None,
+            delay=self.hold_delay,
             mean=self.prefilter.hold == "zoh",
         )
 
     def _beside(self, force: Array) -> Signals:
-        starts = [start for start, _ in self.record.spans]
+        starts = self._starts
         beside = beside_motion(self.axis, self.recorded, starts)
         return paired_with_force(self.motion, force, starts, delay=self.hold_delay, recorded=beside)
 

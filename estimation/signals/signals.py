@@ -41,18 +41,14 @@ def drive_force(
     return axis.evaluate("drive_force", control, position, velocity, *recorded)[0][:, 0]
 
 
-def force_of(
-    axis: GeneratedAxis,
-    source: str,
-    motion: Motion,
-    *,
-    force: Array | None,
-    control: Array | None,
-    recorded: Sequence[Array] = (),
-) -> Array:
-    """The force column of a log if there is one, else what the drive makes of the control, (N,)."""
-    if force is not None:
-        return force
+def checked_control(source: str, control: Array | None) -> Array:
+    """The control column of a log that has no force column.
+
+    Raises
+    ------
+    DataError
+        There is none.
+    """
     if control is None:
         raise DataError(
             f"{source} has neither a force nor a control column; ",
@@ -65,8 +61,7 @@ def force_of(
             ),
             code="no-force",
         )
-    position, velocity, _ = motion
-    return drive_force(axis, control, position, velocity, recorded)
+    return control
 
 
 def about_samples(held: Array, starts: Sequence[int], delay: float = 0.5) -> Array:

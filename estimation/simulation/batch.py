@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,8 +19,10 @@ from .lane_arguments import (
     aligned,
     check_lanes,
     check_threads,
+    gains_by_lane,
     lane_injected,
     lane_noise,
+    run_code,
     wanted_names,
 )
 from .loop_start import lane_starts
@@ -78,6 +81,7 @@ def simulate_batch(
     position_noise: ArrayLike | None = None,
     injected: ArrayLike | None = None,
     signals: Mapping[str, ArrayLike] | None = None,
+    gains: Mapping[str, ArrayLike] | None = None,
     resolution: float = 0.0,
     substeps: int | None = None,
     wanted: Sequence[str] = SIGNALS[:5],
@@ -106,6 +110,9 @@ def simulate_batch(
         Added to the control; shared, or one column a lane.
     signals : mapping of str to (N,) or (N, B) array_like, optional
         The recorded signals that the axis declares, as in `simulate`; shared, or one column a lane.
+    gains : mapping of str to float or (B,) array_like, optional
+        Gains of a sampled law by name, SI, shared or one a lane; others are as declared. Nothing
+        is compiled for them.
     resolution, substeps
         As in `simulate`.
     wanted : sequence of str
@@ -116,7 +123,7 @@ def simulate_batch(
     Raises
     ------
     ModelError
-        The axis has no control law.
+        The axis has no control law, or none whose gains could change.
     UsageError
         An argument has the wrong shape or value.
 
@@ -142,7 +149,8 @@ def simulate_batch(
     off = np.zeros(lanes) if noise is None else noise[0]
     recorded = lines(axis, given_signals, period)
     at_first = first_values(recorded)
-    first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory, at_first)
+    by_lane = gains_by_lane(axis, gains, lanes)
+    first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory, at_first, by_lane)
     check_threads(threads)
     looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
     between = () if clocks is None else _OF_THE_LAW
@@ -162,6 +170,7 @@ def simulate_batch(
         threads=threads,
         signals=given_signals,
         recorded=recorded,
+        gains=by_lane,
     )
     out, failures = batch.run(substeps)
     if clocks is not None:
@@ -206,6 +215,7 @@ class _Batch:
     threads: int | None
     signals: tuple[Array, ...]
     recorded: Array | None
+    gains: Array | None
 
     def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
         """Simulate every lane; returns the signals, (N, B) each, and the failures."""
@@ -319,16 +329,17 @@ class _Batch:
             self.reference if every or self.reference.ndim == 1 else self.reference[:, chosen],
             self.noise if every else _of_lanes(self.noise, chosen),
             self.injected if every else _of_lanes(self.injected, chosen),
-            self.parameters if every else np.ascontiguousarray(self.parameters[chosen]),
+            self._theta(group),
             self.start if every else _start_of(self.start, chosen),
             settings,
             self.wanted,
         )
         recorded = self.recorded if every else _lines_of(self.recorded, chosen)
-        library = self.axis.native.library()
+        code = run_code(self.axis, by_lane=self.gains is not None)
+        library = code.native.library()
         if library is None:
-            self.axis.native.warn_once()
-            status, stopped, out = _virtual_batch(self.axis, *arguments, recorded)
+            code.native.warn_once()
+            status, stopped, out = _virtual_batch(code.functions, *arguments, recorded)
         else:
             count = _processors() if self.threads is None else int(self.threads)
             status, stopped, out = library.simulate_batch(*arguments, count, recorded)
@@ -345,6 +356,12 @@ class _Batch:
             for name, values in self._lanes(chosen[again], substeps, failures).items():
                 out[name][:, again] = values
         return out
+
+    def _theta(self, group: NDArray[np.intp] | None) -> Array:
+        """Parameters of a group of lanes, or of all, behind them gains of their own."""
+        theta = self.parameters
+        theta = theta if self.gains is None else np.hstack([theta, self.gains])
+        return theta if group is None else np.ascontiguousarray(theta[group])
 
     def _widened(self, status: NDArray[np.int32], chosen: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Which lanes left a range that was too narrow for their load; it is widened for them."""
@@ -382,7 +399,7 @@ def _start_of(start: LoopStart, lanes: NDArray[np.intp] | int) -> LoopStart:
 
 
 def _virtual_batch(
-    axis: GeneratedAxis,
+    functions: Mapping[str, Any],
     reference: Array,
     noise: Array | None,
     injected: Array | None,
@@ -398,9 +415,7 @@ def _virtual_batch(
     status, stopped = np.zeros(lanes, dtype=np.int32), np.zeros(lanes, dtype=np.int64)
     for lane in range(lanes):
         own = replace(settings, allowed=float(settings.allowed[lane]))
-        status[lane], stopped[lane], signals = VirtualLoop(
-            axis.functions, parameters[lane], own
-        ).run(
+        status[lane], stopped[lane], signals = VirtualLoop(functions, parameters[lane], own).run(
             reference if reference.ndim == 1 else reference[:, lane],
             None if noise is None else noise[:, lane],
             injected if injected is None or injected.ndim == 1 else injected[:, lane],

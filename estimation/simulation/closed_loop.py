@@ -179,6 +179,7 @@ def simulate_sampled(
     logged_noise: Array,
     injected: Array | None,
     signals: tuple[Array, ...],
+    resolution: float = 0.0,
 ) -> Simulation:
     """Simulate a loop that is given where its law is evaluated, and sample it as a log is.
 
@@ -193,6 +194,8 @@ def simulate_sampled(
         At the samples of the log: of the positions in it, and added to the control.
     signals : tuple of (N,) array
         Likewise, in the axis's order.
+    resolution : float
+        Of the encoder; 0 for none.
     """
     loop = _loop(
         axis,
@@ -201,7 +204,7 @@ def simulate_sampled(
         clocks.law_period,
         position_noise,
         None if injected is None else clocks.held(injected),
-        0.0,
+        resolution,
         at_law(axis, signals, clocks),
         start=float(reference[0]),
         start_velocity=0.0,
@@ -245,8 +248,8 @@ class _Loop:
             raise UsageError(
                 f"the period is {self.clocks.log_period:g} s, the control law of axis "
                 f"{self.axis.axis.name!r} is evaluated every {self.clocks.law_period:g} s, and its "
-                "drive has a lag or a delay: between the law's samples such a loop is not known. "
-                "Give the law's period.",
+                f"drive has a {' and '.join(self.axis.axis.of_law_samples)}: between the "
+                "law's samples such a loop is not known. Give the law's period.",
                 code="clocks-and-response",
             )
         away = abs(self.start.position - self.reference[0])

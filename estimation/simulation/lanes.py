@@ -1,6 +1,6 @@
 """Loops of a record with many parameter sets side by side, as `simulate_estimate` runs one."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,6 +34,7 @@ def simulate_lanes(
     wanted: Sequence[str],
     position_noise: Array | None = None,
     resolution: float = 0.0,
+    gains: Mapping[str, Array] | None = None,
 ) -> BatchSimulation:
     """Loops with parameters (B, p), the signals that are wanted at the samples of the log.
 
@@ -49,6 +50,8 @@ def simulate_lanes(
         At the law's evaluations.
     resolution : float
         Of the encoder.
+    gains : mapping of str to (B,) array, optional
+        Of the law, by lane; others are as declared.
     """
     count, start, clocks = len(parameters), inputs.start, inputs.clocks
     names = [signal.name for signal in axis.axis.signals]
@@ -65,6 +68,7 @@ def simulate_lanes(
         resolution=resolution,
         injected=inputs.injected,
         signals=dict(zip(names, inputs.signals, strict=True)),
+        gains=gains,
         substeps=substeps,
         wanted=wanted if clocks is None else [*_GIVEN.values()],
     )

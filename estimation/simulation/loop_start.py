@@ -15,6 +15,8 @@ from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_real, real_array
 from axisid.support.user_values import quoted
 
+from .lane_arguments import axes_by_gains
+
 _STEPS = 20  # of Newton's method; a law that is linear in its memory takes one
 _CLOSE = 1e-14  # of the control
 
@@ -70,10 +72,11 @@ def lane_starts(
     velocity: ArrayLike | None,
     memory: ArrayLike | None,
     recorded: Array,
+    gains: Array | None = None,
 ) -> LoopStart:
     """The same for the lanes of a batch: parameters (B, p), all others (B,), memory (B, m).
 
-    Recorded signals are (s,) or (s, B).
+    Recorded signals are (s,) or (s, B), gains of the law (B, g) where each lane has its own.
     """
     lanes = len(parameters)
     first = np.broadcast_to(reference, lanes)
@@ -84,7 +87,9 @@ def lane_starts(
     if remembered is None and _law(axis).balanced:
         signals = [np.broadcast_to(values, lanes) for values in recorded]
         each = zip(parameters, position, moving, first, position + error, *signals, strict=True)
-        remembered = np.array([balanced_memory(axis, *lane) for lane in each])
+        owners = axes_by_gains(axis, gains, lanes)
+        pairs = zip(owners, each, strict=True)
+        remembered = np.array([balanced_memory(own, *lane) for own, lane in pairs])
     return LoopStart(position=position, velocity=moving, memory=remembered)
 
 
@@ -140,8 +145,12 @@ def balanced_memory(
     response = axis.axis.response
     count = len(state) - (0 if response is None else len(response.remembered))
     signals = (reference, measured, velocity, *recorded)
-    law = balance(axis, state[:count], signals, wanted)
-    return np.concatenate([law, np.full(len(state) - count, float(held))])
+    law = balance(axis, state[:count], signals, axis.axis.drive.path.command(wanted))
+    by_control = response is not None and response.holds_control
+    drive = np.full(len(state) - count, wanted if by_control else float(held))
+    if axis.axis.drive.path.is_limited:
+        drive[:1] = axis.axis.drive.path.command(wanted)
+    return np.concatenate([law, drive])
 
 
 def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float) -> Array:

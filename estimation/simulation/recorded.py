@@ -51,11 +51,17 @@ def checked_signals(
 def _checked(name: str, values: ArrayLike, samples: int, lanes: int) -> Array:
     column = real_array(values, f"the signal {name!r}")
     shapes = [(samples,), (samples, lanes)] if lanes else [(samples,)]
-    if column.shape not in shapes or not np.all(np.isfinite(column)):
+    if column.shape not in shapes:
         raise UsageError(
             f"the signal {name!r} has the shape {column.shape}; give "
-            f"{' or '.join(map(str, shapes))}, as the reference has samples, all finite.",
+            f"{' or '.join(map(str, shapes))}, as the reference has samples.",
             code="recorded-length",
+        )
+    if wrong := np.argwhere(~np.isfinite(column)).tolist():
+        raise UsageError(
+            f"the signal {name!r} is {column[tuple(wrong[0])]:g} at sample {wrong[0][0] + 1}; give "
+            "finite numbers.",
+            code="recorded-finite",
         )
     return column
 

@@ -56,8 +56,12 @@ def widened_distance(
         The first of the recorded signals.
     """
     measured = resolution if noise is None else np.maximum(np.ptp(noise, axis=0), resolution)
-    added = None if injected is None else np.abs(injected).max(axis=0)
-    pushed = 0.0 if added is None else _pushed(axis, start, added, recorded)
+    drive, added = axis.axis.drive, None
+    if injected is not None or drive.deadband or drive.quantisation:
+        # Up to so much of a command is lost.
+        idle = drive.deadband + drive.quantisation / 2
+        added = idle + (0.0 if injected is None else np.abs(injected).max(axis=0))
+    pushed = 0.0 if added is None else _pushed(axis, start, np.asarray(added), recorded)
     moved = np.maximum(_sag(axis, parameters, start, recorded) + pushed, measured)
     return np.asarray(RUNAWAY_RATIO.value * moved)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.signals import Signals, acting_along, drive_force
+from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
 from axisid.support.arrays import Array, Exact
 
 from .recorded import before
@@ -88,7 +88,7 @@ def signals_about(
         after = _under(axis, parameters, simulation.signals, force)
     held = simulation.held
     if held is None:
-        held = np.concatenate([force[:1], force[:-1]])
+        held = force_before(axis, simulation, force)
     earlier = replace(
         simulation.signals,
         direction=simulation.direction_before,
@@ -105,27 +105,59 @@ def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Arra
 
 
 def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
-    """The drive's force in the mean from each sample of a simulation to the next, (N,)."""
-    response = axis.axis.response
+    """The drive's force in the mean from each sample of a simulation to the next, (N,).
+
+    Where it follows the motion, that of the mean control along the motion at the sample.
+    """
+    response, s = axis.axis.response, simulation
     if response is None:
-        return simulation.force
-    made = drive_force(
-        axis,
-        simulation.control,
-        simulation.position,
-        simulation.velocity,
-        simulation.recorded,
-    )
-    return acting_along(made, response, start=float(simulation.force[0])).mean
+        return s.force
+    if response.holds_control:
+        motion = s.position, s.velocity, s.direction
+        return axis.force_in_mode(_mean_control(axis, s), *motion, s.recorded)
+    position, velocity = s.position, s.velocity
+    if response.by_motion:
+        half = response.period / 2
+        position, velocity = position + half * velocity, velocity + half * s.acceleration
+    made = drive_force(axis, _acting(axis, s), position, velocity, s.recorded)
+    return acting_along(made, response, start=float(s.force[0])).mean
+
+
+def force_before(axis: GeneratedAxis, simulation: Simulation, mean: Array) -> Array:
+    """The force just before each sample, (N,), from that in the mean after it."""
+    response, s = axis.axis.response, simulation
+    if response is None or not response.holds_control:
+        return _one_later(mean)
+    motion = s.position, s.velocity, s.direction_before
+    return axis.force_in_mode(_one_later(_mean_control(axis, s)), *motion, s.recorded)
 
 
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
     """The control of a simulation where the axis's records have it, (N,)."""
-    drive, response = axis.axis.drive, axis.axis.response
-    if response is None or drive.logged == "command":
+    drive, response, law = axis.axis.drive, axis.axis.response, axis.axis.control
+    if law is None or not drive.logs_what_acts:
         return simulation.control
     if drive.logged == "current":
         motion = (simulation.force, simulation.position, simulation.velocity)
         return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
-    late, control = response.late, simulation.control
+    late = 0 if response is None else response.late
+    control, _ = through_path(drive.path, simulation.control, law.period)
     return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
+
+
+def _mean_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """What acts of the controls in the mean from each sample to the next, (N,)."""
+    response = axis.axis.response
+    assert response is not None  # noqa: S101  # whoever asks has one
+    return acting_along(_acting(axis, simulation), response).mean
+
+
+def _acting(axis: GeneratedAxis, simulation: Simulation) -> Array:
+    """The controls as the drive lets them act, before its delay and lag, (N,)."""
+    response = axis.axis.response
+    assert response is not None  # noqa: S101  # whoever asks has one
+    return through_path(axis.axis.drive.path, simulation.control, response.period)[0]
+
+
+def _one_later(values: Array) -> Array:
+    return np.concatenate([values[:1], values[:-1]])

@@ -278,7 +278,7 @@ def _probed(
     directions = np.tile(s, 3)
     sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
     with np.errstate(all="ignore"):
-        if force is not None and not _is_continuous(axis):
+        if force is not None and not (_is_continuous(axis) or axis.axis.drives_by_motion):
             beside = (np.tile(values, 3) for values in signals)
             arguments = (positions, speeds, np.tile(force, 3), directions, *beside, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]

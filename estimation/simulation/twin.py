@@ -137,6 +137,7 @@ def twin_record(
         period=period,
         added={place: added} if added is not None and place else {},
         signals=recorded,
+        resolution=experiment.resolution,
     )
     noise = _noise(np.random.default_rng(chosen), deviation)
     loop = plan.simulated(noise) if clocks is None else plan.sampled(noise, clocks, experiment)
@@ -154,7 +155,7 @@ def twin_record(
         sample_period=period,
         provenance=Provenance(
             source=f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
-            f"{declared.coordinate.unit}",
+            f"{declared.coordinate.unit}{_counts(declared, experiment)}",
             truth={
                 **{p.name: _true(generated.declared, p) for p in generated.declared.parameters},
                 **dict(zip(generated.names, truth, strict=True)),
@@ -173,6 +174,7 @@ class _Plan:
     period: float
     added: Mapping[str, Array]
     signals: Mapping[str, ArrayLike]
+    resolution: float
 
     def simulated(self, noise: Callable[[int], Array]) -> Simulation:
         """The loop of a law that is evaluated at each sample."""
@@ -186,6 +188,7 @@ class _Plan:
             position_noise=noise(len(self.reference)),
             injected=self.added.get("control"),
             signals=self.signals,
+            resolution=self.resolution,
         )
 
     def sampled(
@@ -214,7 +217,14 @@ class _Plan:
             logged_noise=logged,
             injected=self.added.get("control"),
             signals=checked_signals(self.axis, self.signals, clocks.samples),
+            resolution=self.resolution,
         )
+
+
+def _counts(axis: Axis, experiment: Experiment) -> str:
+    """What is said of the twin's encoder, if it has one."""
+    counts = experiment.resolution
+    return f", counts of {counts:g} {axis.coordinate.unit}" if counts else ""
 
 
 def _noise(generator: np.random.Generator, deviation: float) -> Callable[[int], Array]:
@@ -231,11 +241,11 @@ def _sensed(
     """What sensors beside the loop have of velocity and acceleration, where there are any."""
     rng = np.random.default_rng([seed, 1])  # the position's noise stays what it is without them
     noise = rng.normal(size=(2, len(loop.velocity)))
-    acceleration = loop.acceleration
-    if loop.held is not None:
+    acceleration, axis = loop.acceleration, plan.axis.axis
+    if loop.held is not None or (axis.jumps and not axis.holds_force):
         before = signals_about(plan.axis, plan.truth, loop)[1].acceleration
         acceleration = (loop.acceleration + before) / 2
-    elif plan.axis.axis.holds_force:  # it jumps
+    elif axis.jumps:
         acceleration = about_samples(loop.acceleration, [0])
     return (
         None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],

@@ -17,7 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.problems import Reach, check_identifiable, check_visible
+from axisid.estimation.problems import (
+    Reach,
+    check_identifiable,
+    check_time_known,
+    check_visible,
+)
 from axisid.estimation.records import (
     Extent,
     LogBlocks,
@@ -37,23 +42,24 @@ from axisid.estimation.regression import (
     least_squares,
 )
 from axisid.estimation.signals import (
+    DriveAlong,
     Information,
     Motion,
     Neighbours,
     Prefilter,
     SampledFilter,
     Signals,
-    acting_force,
     beside_motion,
     check_filter,
     check_without_position,
+    checked_control,
     chosen_hold,
-    force_of,
     near_turns,
     paired_with_force,
     recorded_signals,
     response_reach,
     rest_below,
+    through_path,
 )
 from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, MIN_ROW_WEIGHT, REST_SPEED
@@ -165,6 +171,7 @@ def _solved(rows: "_LogRows", triangle: Array, size: int, left: float) -> Soluti
 
 
 def _check_axis(axis: GeneratedAxis) -> None:
+    check_time_known(axis)
     check_identifiable(axis)
     if not axis.is_linear:
         raise UsageError(
@@ -253,6 +260,18 @@ class _LogRows:
             velocity = self._motion(columns)[1]
             yield velocity[start - begin : stop - begin]
 
+    @property
+    def drive(self) -> DriveAlong:
+        """The drive along the log's motion, as the hold pairs the two."""
+        return DriveAlong(
+            axis=self.axis,
+            starts=[0],
+            period=self.period,
+            held=self.held,
+            delay=self.hold_delay,
+            mean=self.prefilter.hold == "zoh",
+        )
+
     def _motion(self, columns: Mapping[str, Array]) -> Motion:
         """Filtered motion of a stretch; an axis that does without its position may have none."""
         position, velocity = columns.get("position"), columns.get("velocity")
@@ -268,7 +287,7 @@ class _LogRows:
         names = [signal.name for signal in self.axis.axis.signals]
         columns: dict[str, Array] = {}
         begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
-        for block in self.blocks:
+        for block in self._acting():
             columns = {
                 role: np.concatenate([columns.get(role, np.empty(0)), block[role]])
                 for role in ("position", "velocity", "acceleration", "force", "control", *names)
@@ -283,6 +302,16 @@ class _LogRows:
                 columns = {role: values[spent:] for role, values in columns.items()}
                 begin += spent
 
+    def _acting(self) -> Iterator[Mapping[str, Array]]:
+        """The blocks of the log, each with the control of which the drive makes its force."""
+        drive, last = self.axis.axis.drive, None
+        for block in self.blocks:
+            if not drive.changes_logged or "control" not in block:
+                yield block
+                continue
+            acting, last = through_path(drive.path, block["control"], self.period, last)
+            yield {**block, "control": acting}
+
     def _between(
         self, columns: Mapping[str, Array], begin: int, start: int, stop: int
     ) -> Iterator[_Rows]:
@@ -292,12 +321,11 @@ class _LogRows:
         motion, smoothing = self.margins
         rows = f.rows_between(self.samples, start, stop)
         filtered = self._motion(columns)
-        driven = {role: columns.get(role) for role in ("force", "control")}
         recorded = recorded_signals(self.axis, self.source, columns)
-        force = force_of(self.axis, self.source, filtered, **driven, recorded=recorded)
-        if driven["force"] is None:
-            mean = settings.hold == "zoh"
-            force = acting_force(self.axis, force, [0], self.period, held=self.held, mean=mean)
+        force = columns.get("force")
+        if force is None:
+            control = checked_control(self.source, columns.get("control"))
+            force = self.drive.force(control, filtered, recorded)
         beside = beside_motion(self.axis, recorded, [0])
         signals = paired_with_force(filtered, force, [0], delay=self.hold_delay, recorded=beside)
         equations = InverseForm(self.axis).equations(signals)
@@ -364,6 +392,7 @@ def _factored(rows: _LogRows) -> tuple[Array, int, float]:
 
 def _hac(rows: _LogRows, solution: Solution, size: int) -> tuple[Array, Array, LongRun]:
     """Covariances as `Robust` and `Hac` have them, and how the latter was found."""
+    # The kernel alone: rows are not kept, and a log that is streamed is long.
     found = Hac().long_run(partial(_score_products, rows, solution), size)
     factor = size / (size - len(solution.theta))
     return factor * found.power, factor * found.covariance, found

@@ -148,7 +148,8 @@ def criteria(solution: Solution) -> Criteria:
     solution : Solution
     """
     e, (n, k) = solution.residuals, solution.influence.shape
-    # Measured in G of V_iid = s^2 G G', the HAC covariance is free of units.
+    # Measured in G of V_iid = s^2 G G', the HAC covariance is free of units. What a fit takes of
+    # the errors is what the criterion is about: of few scores, as an estimate's own.
     within = np.linalg.solve(solution.inverse_factor, Hac().matrix(solution))
     relative = np.linalg.solve(solution.inverse_factor, within.T) / (e @ e / (n - k))
     likelihood = -n / 2 * (math.log(2 * math.pi) + float(np.log(e @ e / n)) + 1)

@@ -126,8 +126,10 @@ class Block:
     training: NDArray[np.intp]
 
 
-def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[Block, ...]:
-    """Ten blocks of equal length, one after the other.
+def contiguous_blocks(
+    rows: int, gap: int, parameters: int, *, count: int = _BLOCKS
+) -> tuple[Block, ...]:
+    """Blocks of equal length, one after the other.
 
     Parameters
     ----------
@@ -137,17 +139,19 @@ def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[Block, ...]
         Rows left out on both sides of a block.
     parameters : int
         Of the richest model that is to be estimated.
+    count : int
+        Of the blocks.
 
     Raises
     ------
     DataError
         Too few rows are left to estimate from.
     """
-    edges = np.linspace(0, rows, _BLOCKS + 1).round().astype(int)
+    edges = np.linspace(0, rows, count + 1).round().astype(int)
     left = rows - int(np.diff(edges).max()) - 2 * gap
     if left < MIN_TRAINING_ROWS_PER_PARAMETER.value * parameters:
         raise DataError(
-            f"the record leaves {rows} rows; with a block of a tenth held out and a gap of {gap} "
+            f"the record leaves {rows} rows; with a block of 1/{count} held out and a gap of {gap} "
             f"rows on both sides, the filters' memory, {max(left, 0)} are left for {parameters} "
             "parameters. Record longer, or raise the cutoff and decimate less.",
             code="too-few-to-hold-out",

@@ -110,6 +110,9 @@ def _tested(a: str, b: str, models: Mapping[str, Rows], how: Embedding) -> Neste
         why = f"{b} estimates {' and '.join(free)}, of no meaning where {a} holds"
         return replace(pair, not_tested=why)
     f, f_p = f_test(models[a].by_least_squares(), models[b].by_least_squares())
+    # A restriction of what the fit took, widened for few scores: of right ones on 1.5 to 3 s it
+    # rejects 0 to 4 % at 5 %, the kernel alone 2 to 16 %; in a force of 500 ms 6 to 14 %, and 24
+    # to 38 %.
     wald, wald_p = wald_test(models[b].solved(), how, Hac())
     return replace(pair, f=f, f_p=f_p, wald=wald, wald_p=wald_p)
 

@@ -4,7 +4,8 @@ With instruments that agree with least squares noise does no harm, and the most 
 taken. Without them nothing tells where noise begins to bias, but what a cut-off does shows in its
 neighbours: what rounding or noise moves at one, it moves otherwise at the next. An estimate's error
 is then taken to be its deviation, the bias that is known of it (of the filter, and of noise where
-loops follow the record) and the step to its neighbours together.
+loops follow the record) and the step to its neighbours together; cut-offs at which half of the
+record predicts the motion of the other half worse than elsewhere are left out.
 """
 
 import math
@@ -12,6 +13,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.estimation.diagnostics.estimates import (
     biased_parameters,
@@ -26,8 +28,14 @@ from axisid.estimation.thresholds.diagnostics import (
     MIN_FIRST_STAGE_F,
 )
 from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
-from axisid.estimation.thresholds.studies import MAX_SWEEP_STEP, MIN_SWEPT_CUTOFFS
+from axisid.estimation.thresholds.studies import (
+    MAX_HELD_OUT_MOTION,
+    MAX_SWEEP_STEP,
+    MIN_SWEPT_CUTOFFS,
+)
 from axisid.support.arrays import Array
+
+from .held_out_motion import held_out_motion
 
 _LEAST = 1e-8  # relative error: one parameter that is about exact must not decide for all
 _STEADY = (
@@ -78,20 +86,23 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
     why = "there are no instruments to compare with"
     if any("idm-iv" in result.estimates for result in results):
         why = "the instruments are weak"
-    told = [(r.prefilter.cutoff, _of_least_squares(r)) for r in results]
-    judged = [(cutoff, estimate) for cutoff, estimate in told if estimate is not None]
+    told = [(result, _of_least_squares(result)) for result in results]
+    judged = [(result, estimate) for result, estimate in told if estimate is not None]
     if len(judged) < MIN_SWEPT_CUTOFFS.value:
         return None, (
-            f"none: {why}, and {len(judged)} cut-offs do not show where noise or rounding begins; "
-            f"give {MIN_SWEPT_CUTOFFS.value:g} or more"
+            f"none: {why}, and {len(judged)} cut-off{'s' * (len(judged) != 1)} cannot show where "
+            f"noise or rounding begins; give {MIN_SWEPT_CUTOFFS.value:g} or more"
         )
     steps = _steps([estimate for _, estimate in judged])
     worst = [
         _vagueness(np.hypot(_errors(estimate), step / np.abs(_centre(estimate))))
         for (_, estimate), step in zip(judged, steps, strict=True)
     ]
-    chosen = int(np.argmin(worst))
-    cutoff, estimate = judged[chosen]
+    motion = np.array(held_out_motion(judged))
+    strays = motion > MAX_HELD_OUT_MOTION.value * np.min(motion)
+    chosen = int(np.argmin(np.where(strays, np.inf, worst)))
+    result, estimate = judged[chosen]
+    cutoff = result.prefilter.cutoff
     if moving := _moving(estimate, steps[chosen]):
         said = ", ".join(f"{name} by {100 * share:.2g} %" for name, share in moving.items())
         return None, (
@@ -99,8 +110,20 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
             f"moves least, a neighbouring cut-off moves {said}. Record the reference, or take a "
             "finer encoder"
         )
-    at_end = cutoff in (judged[0][0], judged[-1][0])
-    return cutoff, f"{_STEADY}, since {why}" + _ENDS * at_end
+    at_end = chosen in (0, len(judged) - 1)
+    held_out = _predicted(motion[chosen], strays, result)
+    return cutoff, f"{_STEADY}{held_out}, since {why}" + _ENDS * at_end
+
+
+def _predicted(error: float, strays: NDArray[np.bool_], result: Identification) -> str:
+    """What was found of motion that was held out; nothing where it could not be told."""
+    if not math.isfinite(error):
+        return ""
+    out = f"; {strays.sum()} of {len(strays)} cut-offs are left out, where it is twice the least"
+    return (
+        f" (each half of the record predicts the other's position to {error:.2g} "
+        f"{result.axis.axis.coordinate.unit}{out * bool(strays.any())})"
+    )
 
 
 _ENDS = "; it is at the end of the range, so sweep further"

@@ -106,8 +106,9 @@ def reestimate(
             else instrumental_variables(left, regressor, factor(instruments, names))
         )
         physical, jacobian = form.physical(solution.theta)
-        here = np.diag(jacobian @ Hac().matrix(solution) @ jacobian.T)
-        least = float(Hac().freedom(solution).min())
+        applied = Hac().applied(solution)  # of few scores too, as an estimate's own
+        here = np.diag(jacobian @ applied.matrix @ jacobian.T)
+        least = float(applied.freedom.min())
     except EstimationError:
         return None
     own = np.diag(covariance)

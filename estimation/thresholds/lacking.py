@@ -61,9 +61,11 @@ MAX_SCORE_CHANCE = Threshold(
 MIN_STEPS_EXCESS = Threshold(
     1.2,
     "1",
-    "sum of squares that a term or a change takes of the residuals, by the most that it takes of "
-    "those of a loop with the encoder's steps alone, below which it is the encoder's",
-    "measured: named in 2 % of right records with 100 steps to a revolution, in 12 % without",
+    "what a term or a change takes of the residuals' sum of squares, by the most that its kind "
+    "takes of loops that lack nothing and have the encoder's steps or the position's noise, below "
+    "which it is theirs; so too of tails and of correlations with the motion",
+    "measured: named in 2 % of right records with 100 steps to a revolution, in 12 % without; 12 "
+    "of 390 right records of random axes had a term named without, none of these 12 has",
 )
 MAX_LOSS_OF_FIT = Threshold(
     4.0,

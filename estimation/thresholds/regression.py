@@ -40,6 +40,13 @@ MAX_RESIDUAL_AUTOREGRESSION = Threshold(
     "autoregression of residuals up to which the covariance of few scores takes them to go",
     "chosen: a hundred rows, beyond which a short record cannot tell it from a drift",
 )
+MIN_FREEDOM = Threshold(
+    4.0,
+    "1",
+    "degrees of freedom that a deviation of autoregressive residuals has at least",
+    "derived: the kurtosis of Student's distribution has no bound at four or fewer, and a "
+    "coefficient that is bounded, as this is, leaves it one",
+)
 MIN_SEGMENT_ROWS = Threshold(
     8,
     "rows",
@@ -84,4 +91,19 @@ MIN_STEP_DIFFERENCES = Threshold(
     "differences",
     "small differences of recorded positions that have to be whole multiples of an encoder's step",
     "derived: of noise, all are with a chance of 0.3 to the power of their number",
+)
+MAX_CONTROL_STEPS = Threshold(
+    1024,
+    "1",
+    "steps of a recorded control, or force, in its whole range from which on what they move is no "
+    "matter",
+    "chosen: half a step is then 0.05 % of the range; measured on a quiet axis, 64 steps moved a "
+    "viscous friction by 2.3 %, four deviations, 256 by a quarter of one",
+)
+MIN_STEPS_SCATTER = Threshold(
+    2.0,
+    "1",
+    "variance that a control's steps give an estimate, by what its rows show of it, from which the "
+    "rest is added",
+    "derived: ten loops exceed it by chance in 3 % of cases",
 )

@@ -80,6 +80,14 @@ MIN_SWEPT_CUTOFFS = Threshold(
     "with an estimate by least squares, below which none is recommended without instruments",
     "derived: one between two others stands still or does not",
 )
+MAX_HELD_OUT_MOTION = Threshold(
+    2.0,
+    "1",
+    "error of the position in the half of a record that was held out, by the least of a sweep, "
+    "beyond which a cut-off is not recommended without instruments",
+    "measured: right twins lose no better cut-off by it; beside white noise of the position one is "
+    "left out that is biased eight times as much (`benchmarks/sweeps.py`)",
+)
 MAX_WEIGHT_DEVIATION = Threshold(
     0.02,
     "1",

@@ -11,16 +11,19 @@ from .axis import check_axis as check_axis
 from .axis import equation_of_motion as equation_of_motion
 from .column import Column as Column
 from .column import column_texts as column_texts
+from .command_path import CommandPath as CommandPath
 from .control import ControlLaw as ControlLaw
 from .control import Memory as Memory
 from .control import gain as gain
 from .drive import DRIVE_GAIN as DRIVE_GAIN
 from .drive import FORCE_TARGET as FORCE_TARGET
+from .drive import HIDDEN_FROM as HIDDEN_FROM
 from .drive import Drive as Drive
 from .drive import Response as Response
 from .elements import ELEMENTS as ELEMENTS
 from .elements import asymmetric_coulomb as asymmetric_coulomb
 from .elements import asymmetric_viscous as asymmetric_viscous
+from .elements import back_emf as back_emf
 from .elements import cogging as cogging
 from .elements import coulomb as coulomb
 from .elements import cubic_spring as cubic_spring
@@ -40,6 +43,7 @@ from .experiment import Move as Move
 from .experiment import back_and_forth as back_and_forth
 from .lagrange import lagrange as lagrange
 from .newton import newton as newton
+from .unit_check import unit_table as unit_table
 from .variants import fix as fix
 from .variants import known_text as known_text
 from .variants import leave_out as leave_out

@@ -116,6 +116,7 @@ class Axis:
         self._check_columns()
         self._check_truth()
         self._check_units()
+        self.drive.check_on(self.coordinate, self.signals)
 
     def __repr__(self) -> str:
         return f"axis {self.name}: {', '.join(p.name for p in self.parameters)}"
@@ -147,10 +148,28 @@ class Axis:
     def response(self) -> Response | None:
         """How its drive follows what the law commands; None where that is at once, or no law is."""
         law = self.control
-        if law is None or law.continuous or self.drive.is_immediate:
+        if law is None or law.continuous:
             return None
-        response = self.drive.response(law.period)
+        response = self.drive.response(law.period, by_motion=self.drives_by_motion)
         return response if response.remembered else None
+
+    @property
+    def of_law_samples(self) -> tuple[str, ...]:
+        """What of its drive is known at the samples of the law alone, by name."""
+        by_motion = ("force by the motion",) if self.drives_by_motion else ()
+        return (*self.drive.of_held_commands, *by_motion)
+
+    @property
+    def drives_by_motion(self) -> bool:
+        """Whether the force that its drive makes of a control depends on the motion."""
+        return self.drive.is_by_motion(self.coordinate)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the drive's force jumps at the samples, as that of a sampled law does."""
+        if self.control is None or self.control.continuous:
+            return False
+        return self.response is None or not (self.response.lag or self.response.share)
 
     @property
     def holds_force(self) -> bool:
@@ -160,16 +179,17 @@ class Axis:
         return self.response is None or self.response.is_held
 
     def _check_response(self) -> None:
-        """Refuse a lag or a delay that the law contradicts."""
+        """Refuse what a drive makes of held commands where the law contradicts it."""
         law, drive = self.control, self.drive
-        if law is None or drive.is_immediate:
+        declared = drive.of_held_commands
+        if law is None or not declared:
             return
-        timing = " and ".join(name for name in ("lag", "delay") if getattr(drive, name))
         if law.continuous:
             raise ModelError(
-                f"axis {self.name!r}: the drive has a {timing}, which is that of commands held "
-                f"from sample to sample, and the control law {law.name!r} is continuous. Declare "
-                "a sampled law, or leave the lag and the delay out.",
+                f"axis {self.name!r}: the drive has a {' and '.join(declared)}, which is that of "
+                f"commands held from sample to sample, and the control law {law.name!r} is "
+                f"continuous. Declare a sampled law, or leave the {' and the '.join(declared)} "
+                "out.",
                 code="drive-continuous",
             )
         if law.delay and drive.delay:

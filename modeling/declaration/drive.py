@@ -1,15 +1,21 @@
 """The drive: what turns a control signal into force."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Self
 
 import sympy
 
 from axisid.modeling.quantities import (
     CONTROL,
+    DIRECTION,
     FORCE,
+    POSITION,
+    VELOCITY,
     Coordinate,
+    Parameter,
+    Signal,
     expression,
     number,
     parse_unit,
@@ -21,12 +27,18 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import ModelError
 from axisid.support.user_values import quoted
 
+from .command_path import CommandPath, check_within, command_path
+
 #: The gain in the force of a drive: a symbol and not its number, whose reciprocal is rounded again.
 DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
 #: What the force of a drive with a lag goes to, in generated code.
 FORCE_TARGET = "force_target"
 #: Where a recorded control may have been taken, first what it is by default.
 LOGGED = ("command", "applied", "current")
+#: Times of a drive, and what of `LOGGED` is recorded behind each, where no motion shows it.
+HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
+#: What a drive of a limited rate remembers.
+LAST_CONTROL = "control_before"
 _WHOLE = 1e-6  # of a sample: what a delay may be off whole samples by its rounding
 
 
@@ -44,26 +56,58 @@ class Response:
         What the delay is more, of a sample: from 0 to below 1.
     period : float
         For which a command is held, s.
+    steepest : float
+        Most by which the control that acts changes from a sample to the next; infinite for none.
+    by_motion : bool
+        Whether the force depends on the motion. Without a lag it then is the control that is held,
+        and the force follows the motion between the samples.
     """
 
     lag: float
     whole: int
     share: float
     period: float
+    steepest: float = math.inf
+    by_motion: bool = False
 
     @classmethod
-    def of(cls, lag: float, delay: float, period: float) -> "Response":
-        """Of a lag and a delay, s, for samples of a period, s."""
+    def of(
+        cls,
+        lag: float,
+        delay: float,
+        period: float,
+        rate_limit: float = math.inf,
+        *,
+        by_motion: bool = False,
+    ) -> "Response":
+        """Of a lag and a delay, s, and a limited rate, per s, for samples of a period, s."""
         samples = delay / period
         whole = math.floor(samples + _WHOLE)
         share = samples - whole
         share = share if share > _WHOLE else 0.0
-        return cls(lag=lag, whole=whole, share=share, period=period)
+        return cls(
+            lag=lag,
+            whole=whole,
+            share=share,
+            period=period,
+            steepest=rate_limit * period,
+            by_motion=by_motion,
+        )
 
     @property
     def is_held(self) -> bool:
         """Whether the force stays the same from a sample to the next."""
-        return not (self.lag or self.share)
+        return not (self.lag or self.share or self.by_motion)
+
+    @property
+    def holds_control(self) -> bool:
+        """Whether a control is held, of which the motion makes another force all the time."""
+        return self.by_motion and not self.lag
+
+    @property
+    def keeps_force(self) -> bool:
+        """Whether the force there is at a sample is among what is remembered."""
+        return bool(self.lag) or self.by_motion
 
     @property
     def late(self) -> int:
@@ -74,11 +118,20 @@ class Response:
     def remembered(self) -> tuple[str, ...]:
         """What it keeps from a sample to the next, by name.
 
-        The forces of the commands before, the newest first, and what has come of them.
+        The control that acted, if its rate is limited, and `forces`.
+        """
+        return (*(LAST_CONTROL,) * math.isfinite(self.steepest), *self.forces)
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """The forces of the commands before, the newest first, and what has come of them.
+
+        The commands themselves where they are held.
         """
         count = self.whole + (not self.is_held)
-        pending = tuple(f"force_of_command{i + 1}" for i in range(count))
-        return (*pending, "force_now") if self.lag else pending
+        what = "command" if self.holds_control else "force_of_command"
+        pending = tuple(f"{what}{i + 1}" for i in range(count))
+        return (*pending, "force_now") if self.keeps_force else pending
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,20 +160,36 @@ class Drive:
     scaled_by : expression
         What the gain is times, a number of recorded signals and constants: ``supply / 24`` of an
         amplifier without a supply of its own. A sampled law's force keeps that of its last sample.
-    lag : float
+    lag : float or Parameter
         Time constant of the first-order lag between the command and the force, s, as a current loop
-        has: ``lag * dtau/dt = force of the command - tau``. 0 for none.
-    delay : float
+        has: ``lag * dtau/dt = force of the command - tau``. 0 for none. A parameter, in s, is
+        estimated from the record; the drive has its nominal value until then.
+    delay : float or Parameter
         Time from the command to when it acts, before the lag, s: of a bus, of the drive's own
-        cycle. It need not be whole samples; 0 for none.
+        cycle. It need not be whole samples; 0 for none. Estimated as a lag is, but one of them.
     logged : str
         Where on this way the recorded control was taken: ``command``, what the law gives;
-        ``applied``, what acts after the delay, or ``current``, what is there after the lag.
+        ``applied``, what acts after the delay, or ``current``, what is there after the lag. The
+        last two lie behind rate limit, quantisation and dead band, too.
+    rate_limit : float
+        Most by which the control that acts changes in a second, in `unit` per second: at each
+        sample by so much times the law's period, towards the command. Infinite for none.
+    quantisation : float
+        Step of the control, in `unit`, as a converter or a pulse width has: it is rounded to the
+        nearest multiple, halves up. 0 for none.
+    deadband : float
+        Half width, in `unit`: a control that is no larger makes no force, and of a larger one the
+        force is that of the control less the dead band, as of a valve with overlap. 0 for none.
+    estimated : (str, Parameter) or None
+        Which time is estimated, ``lag`` or ``delay``, and as what it was declared; follows from
+        what is given for them.
 
     Notes
     -----
-    The limit is the command's. Lag and delay are those of a sampled law's held commands: what the
-    force is between two samples is then known exactly, from exponentials.
+    A command passes the limit, the rate limit, the quantisation, the dead band, the delay, the gain
+    and the lag, in this order; all but the lag act sample by sample, so that the delay could stand
+    before the others as well. The limit is the command's. All are those of a sampled law's held
+    commands: what the force is between two samples is then known exactly, from exponentials.
 
     References
     ----------
@@ -133,11 +202,17 @@ class Drive:
     relative_sd: float = 0.0
     profile: sympy.Expr = sympy.S.One
     scaled_by: sympy.Expr = sympy.S.One
-    lag: float = 0.0
-    delay: float = 0.0
+    # Read they are numbers, whatever they were given as.
+    lag: float | Any = 0.0
+    delay: float | Any = 0.0
     logged: str = LOGGED[0]
+    rate_limit: float = math.inf
+    quantisation: float = 0.0
+    deadband: float = 0.0
+    estimated: tuple[str, Parameter] | None = None
 
     def __post_init__(self) -> None:
+        _take_estimated(self)
         parse_unit(self.unit)
         object.__setattr__(self, "gain", number(self.gain, "the drive gain"))
         object.__setattr__(self, "limit", number(self.limit, "the drive limit", finite=False))
@@ -167,7 +242,11 @@ class Drive:
             object.__setattr__(
                 self, name, _checked_time(getattr(self, name), f"the drive's {name}")
             )
-        _check_logged(self.logged, self.lag, self.delay)
+        path = command_path(self.rate_limit, self.quantisation, self.deadband)
+        for name in ("rate_limit", "quantisation", "deadband"):
+            object.__setattr__(self, name, getattr(path, name))
+        check_within(path, self.limit)
+        _check_logged(self.logged, self.lag, self.delay, path)
 
     @property
     def force(self) -> sympy.Expr:
@@ -196,26 +275,94 @@ class Drive:
 
     @property
     def is_immediate(self) -> bool:
-        """Whether a command acts at once."""
-        return not (self.lag or self.delay)
+        """Whether a command acts at once, whatever came before it."""
+        return not (self.lag or self.delay or self.path.is_limited)
 
-    def response(self, period: float) -> Response:
+    def with_time(self, name: str, value: float) -> "Drive":
+        """The same with a number, s, for its lag or its delay, which is no longer estimated."""
+        changed: dict[str, Any] = {name: value, "estimated": None}
+        return replace(self, **changed)
+
+    def estimating(self, name: str) -> "Drive":
+        """The same with its lag or its delay to be estimated, from where it is declared."""
+        if self.estimated is not None and self.estimated[0] == name:
+            return self
+        nominal = float(getattr(self, name))
+        changed: dict[str, Any] = {name: Parameter(name, "s", nominal=nominal, lower=0.0)}
+        if self.estimated is not None:
+            changed[self.estimated[0]] = self.estimated[1]
+        return replace(self, **changed)
+
+    @property
+    def path(self) -> CommandPath:
+        """From a command within the limit to the control that acts, sample by sample."""
+        return CommandPath(
+            rate_limit=self.rate_limit, quantisation=self.quantisation, deadband=self.deadband
+        )
+
+    @property
+    def of_held_commands(self) -> tuple[str, ...]:
+        """What is declared of it that is that of commands held from sample to sample, by name."""
+        estimated = "" if self.estimated is None else self.estimated[0]
+        timing = (n for n in ("lag", "delay") if getattr(self, n) or n == estimated)
+        return (*timing, *self.path.declared)
+
+    @property
+    def logs_what_acts(self) -> bool:
+        """Whether the recorded control lies behind rate limit, quantisation and dead band."""
+        return self.logged != LOGGED[0]
+
+    @property
+    def changes_logged(self) -> bool:
+        """Whether what acts, before a delay and a lag, is another than the recorded control."""
+        return not (self.path.is_plain or self.logs_what_acts)
+
+    def behind_path(self) -> Self:
+        """The drive of the controls that act, from where they act, or from where they are logged.
+
+        Of a control that is recorded behind the delay, or the lag, that is no more to come.
+        """
+        lag = 0.0 if self.logged == "current" else self.lag
+        delay = 0.0 if self.logs_what_acts else self.delay
+        plain: dict[str, Any] = asdict(CommandPath())
+        return replace(self, lag=lag, delay=delay, logged=LOGGED[0], **plain)
+
+    def response(self, period: float, *, by_motion: bool = False) -> Response:
         """From commands that are held for a period, s, to the force."""
-        return Response.of(self.lag, self.delay, period)
+        return Response.of(self.lag, self.delay, period, self.rate_limit, by_motion=by_motion)
+
+    def along(self, coordinate: Coordinate) -> dict[sympy.Symbol, sympy.Symbol]:
+        """What position and velocity of its expressions are on an axis."""
+        return {POSITION: coordinate.symbol, VELOCITY: coordinate.velocity}
+
+    def is_by_motion(self, coordinate: Coordinate) -> bool:
+        """Whether the force depends on the motion of an axis, beside the control."""
+        along = self.along(coordinate)
+        return not self.force.free_symbols.isdisjoint((*along, *along.values(), DIRECTION))
+
+    def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
+        """Refuse an axis that the drive's figures or formulas do not fit; a gain fits any."""
+
+    @property
+    def remark(self) -> str:
+        """What of the motor is not in the force, to be told with a result; empty for nothing."""
+        return ""
 
     @property
     def timing_text(self) -> str:
-        """When a command acts, and where the control is recorded; empty where that is at once."""
-        if self.is_immediate:
+        """How and when a command acts, and where the control is recorded; empty for at once."""
+        if not self.of_held_commands:
             return ""
+        path = self.path.text(self.unit)
         delay = f"{self.delay:g} s after its command" if self.delay else ""
         lag = f"with a lag of {self.lag:g} s" if self.lag else ""
         where = {
             "command": "the recorded control is the command",
-            "applied": "the recorded control is what acts after the delay",
+            "applied": "the recorded control is what acts" + " after the delay" * bool(self.delay),
             "current": "the recorded control is what is there after the lag",
         }[self.logged]
-        return f"the force acts {' '.join(filter(None, (delay, lag)))}; {where}"
+        when = f"the force acts {' '.join(filter(None, (delay, lag)))}" if delay or lag else ""
+        return "; ".join(filter(None, (path, when, where)))
 
     def gain_text(self, coordinate: Coordinate, digits: int = 6) -> str:
         """The gain with its unit: ``35.15 N/V``."""
@@ -227,8 +374,43 @@ class Drive:
         if self.is_gain:
             return f"{self.gain_text(coordinate, digits)} times the control"
         constants = "".join(f", {s} = {x:.{digits}g}" for s, x in self.constants.items())
-        formula = written(rounded(self.force), coordinate)
+        formula = written(rounded(self.force.xreplace(self.along(coordinate))), coordinate)
         return f"{formula} in {coordinate.force_unit}, the control in {self.unit}{constants}"
+
+
+def _take_estimated(drive: Drive) -> None:
+    """Put the nominal value of a time that is a parameter in its place, and remember which it is.
+
+    Raises
+    ------
+    ModelError
+        Both are parameters, or one is of another unit, may be negative, or cannot be seen in what
+        was recorded.
+    """
+    given: dict[str, object] = {name: getattr(drive, name) for name in HIDDEN_FROM}
+    found = {name: p for name, p in given.items() if isinstance(p, Parameter)}
+    if len(found) > 1:
+        raise ModelError(
+            "both lag and delay of the drive are to be estimated, and a record shows their sum "
+            "alone: at the frequencies of a motion they, and the half sample of the hold, move the "
+            "force alike; give one of them as a number.",
+            code="drive-times-both",
+        )
+    for name, p in found.items():
+        if p.unit != "s" or p.nominal < 0:
+            raise ModelError(
+                f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}; give "
+                "one in s, with a nominal value of 0 or more.",
+                code="drive-time-parameter",
+            )
+        if drive.logged in HIDDEN_FROM[name]:
+            raise ModelError(
+                f"the drive's {name} is to be estimated, and the control was recorded behind it "
+                f"(logged={drive.logged!r}), so that no motion shows it; give it as a number.",
+                code="drive-time-hidden",
+            )
+        object.__setattr__(drive, name, p.nominal)
+        object.__setattr__(drive, "estimated", (name, p))
 
 
 def _checked_time(value: float, what: str) -> float:
@@ -248,8 +430,8 @@ def _checked_time(value: float, what: str) -> float:
     return time
 
 
-def _check_logged(logged: object, lag: float, delay: float) -> None:
-    """Refuse a place of the recorded control that lag and delay do not tell from another.
+def _check_logged(logged: object, lag: float, delay: float, path: CommandPath) -> None:
+    """Refuse a place of the recorded control that nothing declared tells from another.
 
     Raises
     ------
@@ -262,10 +444,10 @@ def _check_logged(logged: object, lag: float, delay: float) -> None:
             "recorded control was taken.",
             code="drive-logged",
         )
-    if logged == "applied" and not delay:
+    if logged == "applied" and not delay and path.is_plain:
         raise ModelError(
-            "logged='applied' is what acts after the drive's delay, and no delay is declared; "
-            "declare delay=..., or logged='command'.",
+            "logged='applied' is what acts after the drive's delay, rate limit, quantisation and "
+            "dead band, and none is declared; declare delay=..., or what is, or logged='command'.",
             code="no-drive-delay",
         )
     if logged == "current" and not lag:

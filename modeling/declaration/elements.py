@@ -209,6 +209,31 @@ def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> 
     return turns**2 * with_unit(inertia, "kg m^2", _AMOUNT)
 
 
+def back_emf(
+    constant: Amount,
+    coordinate: Coordinate,
+    *,
+    kt: Amount,
+    resistance: Amount,
+    ratio: Amount = 1.0,
+) -> sympy.Expr:
+    """Braking of a motor's back-EMF on a voltage: ``kt ke n^2 / R dq``, to identify ke.
+
+    `constant` ke in V/(rad/s), of a linear motor V/(m/s); `kt` in N m/A, `resistance` R in V/A and
+    `ratio` n in rad/m are those of a `voltage_drive` without ke, whose force is then that of the
+    motor at rest. It is a viscous friction: beside `viscous` no motion tells the two apart, unless
+    one is known. [Krishnan2001]_.
+    """
+    check_coordinate(coordinate)
+    geared = ratio != 1
+    turns = positive(ratio, f"rad/{coordinate.unit}" if geared else "1", "the gear ratio")
+    turning = geared or coordinate.unit == "rad"
+    force = positive(kt, "N m/A" if turning else "N/A", "kt")
+    emf = with_unit(constant, "V/(rad/s)" if turning else "V/(m/s)", _AMOUNT)
+    ohms = positive(resistance, "V/A", "the resistance")
+    return force * emf * turns**2 / ohms * coordinate.velocity
+
+
 def end_stop(
     coordinate: Coordinate,
     *,
@@ -267,6 +292,7 @@ ELEMENTS: Mapping[str, Callable[..., sympy.Expr]] = MappingProxyType(
         for element in (
             asymmetric_coulomb,
             asymmetric_viscous,
+            back_emf,
             cogging,
             coulomb,
             cubic_spring,

@@ -103,6 +103,9 @@ class Experiment:
     position_noise : float
         Standard deviation of the white noise on the measured position, inside the loop, in the
         coordinate's unit.
+    resolution : float
+        Of the encoder, in the coordinate's unit: the twin's law measures whole counts, and its log
+        has them. 0 for none.
     seed : int
         Of the noise.
     signals : mapping of str to expression
@@ -114,6 +117,7 @@ class Experiment:
     position_noise: float = 0.0
     seed: int = 1
     signals: Mapping[str, Any] = field(default_factory=dict)
+    resolution: float = 0.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.truth, Mapping):
@@ -133,6 +137,8 @@ class Experiment:
         object.__setattr__(self, "truth", FrozenMapping(self.truth))
         noise = number(self.position_noise, "the position noise")
         object.__setattr__(self, "position_noise", noise)
+        counts = number(self.resolution, "the encoder's resolution")
+        object.__setattr__(self, "resolution", counts)
         if not all(isinstance(move, Move) for move in self.moves):
             raise ModelError(
                 f"the moves of an experiment are {quoted(self.moves)}; give Move objects.",
@@ -148,6 +154,11 @@ class Experiment:
             raise ModelError(f"the seed is {quoted(self.seed)}; give a whole number, 0 or more.")
         if not noise >= 0:
             raise ModelError(f"the position noise is {self.position_noise!r}; give 0 or more.")
+        if not counts >= 0:
+            raise ModelError(
+                f"the encoder's resolution is {self.resolution!r}; give 0 or more.",
+                code="twin-resolution",
+            )
 
     @staticmethod
     def _of_time(name: str, value: Any) -> sympy.Expr:

@@ -44,8 +44,10 @@ from .symbols import LIMITED_OUTPUT as LIMITED_OUTPUT
 from .symbols import MEASURED_POSITION as MEASURED_POSITION
 from .symbols import MEASURED_VELOCITY as MEASURED_VELOCITY
 from .symbols import PERIOD as PERIOD
+from .symbols import POSITION as POSITION
 from .symbols import REFERENCE as REFERENCE
 from .symbols import TIME as TIME
+from .symbols import VELOCITY as VELOCITY
 from .symbols import Coordinate as Coordinate
 from .symbols import Parameter as Parameter
 from .symbols import Symbolic as Symbolic

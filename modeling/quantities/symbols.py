@@ -25,6 +25,9 @@ FORCE = sympy.Symbol("tau", real=True)
 CONTROL = sympy.Symbol("control", real=True)
 #: Friction direction: +1 and -1 while sliding, between them while stuck (Filippov).
 DIRECTION = sympy.Symbol("direction", real=True)
+#: Position and velocity in the force of a drive, which knows of no coordinate.
+POSITION = sympy.Symbol("axis_position", real=True)
+VELOCITY = sympy.Symbol("axis_velocity", real=True)
 
 
 class Symbolic(ABC):

@@ -41,7 +41,8 @@ from axisid.support.errors import DeclarationError, ModelError
 
 from .element_calls import ElementCalls
 from .toml_control import read_control
-from .toml_table import Symbols, Table, checked_name
+from .toml_drive import read_drive
+from .toml_table import Symbols, Table, checked_name, read_parameter
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
 _COLUMN = ("name", "unit", "scale", "offset", "gear", "resolution")
@@ -55,8 +56,6 @@ _PARTS = (
     "columns",
     "experiment",
 )
-_OF_DRIVE = ("gain", "unit", "limit", "relative_sd", "lag", "delay", "logged")
-_DRIVEN_BY = ("profile", "scaled_by")
 _FORCE = "generalised_force"
 _ENERGIES = ("kinetic", "potential", "dissipation", _FORCE)
 
@@ -144,7 +143,7 @@ def _axis(root: Table) -> Axis | None:
     elements = ElementCalls(coordinate or _stand_in(moving))
     symbols = {**constants, **unknown, **recorded, **moving} if moving else None
     dynamics = _dynamics(root, symbols, elements)
-    drive = _drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
+    drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     parts = {
         "drive": drive,
         "control": read_control(root, recorded, constants),
@@ -201,27 +200,10 @@ def _stand_in(moving: Symbols) -> Coordinate:
 def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
     """The parameters in the order of the file, and the symbols even of wrong ones."""
     table = root.table("parameters")
-    made = [_parameter(table, name) for name in table.values]
+    made = [read_parameter(table, name) for name in table.values]
     symbols = {name: sympy.Symbol(name, real=True) for name in table.values}
     good = tuple(p for p in made if p is not None)
     return (good if len(good) == len(made) and table.fine else None), symbols
-
-
-def _parameter(root: Table, name: str) -> Parameter | None:
-    checked = checked_name(root, name, name, "a parameter", check_symbol)
-    table = root.table(name)
-    table.only("unit", "nominal", "lower", "upper", "description", "known", "known_sd")
-    table.needs("unit")
-    fields: dict[str, Any] = {"description": table.text("description")}
-    fields |= {"unit": table.values["unit"]} if "unit" in table.values else {}
-    fields |= {
-        key: table.number(key, finite=key not in ("lower", "upper"))
-        for key in ("nominal", "lower", "upper", "known", "known_sd")
-        if key in table.values
-    }
-    neutral = {"name": checked or "p", "unit": "1"}
-    parameter = table.made(Parameter, fields, neutral, apart=("unit",))
-    return parameter if checked else None
 
 
 def _signals(root: Table) -> tuple[tuple[Signal, ...] | None, Symbols]:
@@ -303,19 +285,6 @@ def _dynamics(
     return (lagrange, fields) if table.fine else None
 
 
-def _drive(root: Table, symbols: Symbols) -> Drive | None:
-    if "drive" not in root.values:
-        return None
-    table, keys = root.table("drive"), _OF_DRIVE
-    table.only(*keys, *_DRIVEN_BY)
-    table.needs("gain")
-    fields = {key: value for key, value in table.values.items() if key in keys}
-    fields |= {key: table.expression(key, symbols) for key in _DRIVEN_BY if key in table.values}
-    # Where the control was logged is told by lag and delay, so that it is not tried alone.
-    alone = [key for key in keys if key != "logged"]
-    return table.made(Drive, fields, {"gain": 1.0}, apart=alone)
-
-
 def _injected_at(root: Table) -> str:
     table = root.table("columns")
     return table.text("injected_at") if "injected_at" in table.values else ""
@@ -344,7 +313,8 @@ def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experimen
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
-    table.only("moves", "back_and_forth", "truth", "position_noise", "seed", "signals")
+    noise = ("position_noise", "resolution", "seed")
+    table.only("moves", "back_and_forth", "truth", *noise, "signals")
     signals = table.table("signals")
     signals.only(*recorded)
     truth = table.table("truth")
@@ -353,6 +323,7 @@ def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experimen
         "moves": _moves(table),
         "truth": {name: truth.number(name) for name in truth.values if name in names},
         "position_noise": table.number("position_noise"),
+        "resolution": table.number("resolution"),
         "seed": table.whole("seed", 1),
         "signals": {
             name: signals.expression(name, {str(TIME): TIME})
@@ -361,7 +332,7 @@ def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experimen
         },
     }
     neutral = {"moves": (Move(1.0, 1.0, 1.0),)}
-    return table.made(Experiment, fields, neutral, apart=("position_noise", "seed"))
+    return table.made(Experiment, fields, neutral, apart=noise)
 
 
 def _moves(table: Table) -> tuple[Move, ...]:

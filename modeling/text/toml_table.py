@@ -7,12 +7,12 @@ from typing import Any, TypeVar
 
 import sympy
 
-from axisid.modeling.quantities import check_name, expression, number
+from axisid.modeling.quantities import Parameter, check_name, check_symbol, expression, number
 from axisid.support.errors import ModelError
 
-from .dynamics import DYNAMICS
 from .element_calls import ElementCalls
 from .expression import read_expression
+from .grammar import DYNAMICS
 from .mistakes import TextError, nearest
 
 T = TypeVar("T")
@@ -211,3 +211,22 @@ def checked_name(
         return str(name)
 
     return table.attempt(key, checked)
+
+
+def read_parameter(root: Table, name: str, unit: str = "") -> Parameter | None:
+    """A parameter from its table, of a unit that is given in it or goes without saying."""
+    checked = checked_name(root, name, name, "a parameter", check_symbol)
+    table = root.table(name)
+    table.only("unit", "nominal", "lower", "upper", "description", "known", "known_sd")
+    table.needs(*([] if unit else ["unit"]))
+    fields: dict[str, Any] = {"description": table.text("description")}
+    fields |= {"unit": unit} if unit else {}
+    fields |= {"unit": table.values["unit"]} if "unit" in table.values else {}
+    fields |= {
+        key: table.number(key, finite=key not in ("lower", "upper"))
+        for key in ("nominal", "lower", "upper", "known", "known_sd")
+        if key in table.values
+    }
+    neutral = {"name": checked or "p", "unit": "1"}
+    parameter = table.made(Parameter, fields, neutral, apart=("unit",))
+    return parameter if checked else None

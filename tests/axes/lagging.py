@@ -1,4 +1,4 @@
-"""A mass with friction whose drive has a lag, a delay or both, and what it does by other means."""
+"""A mass with friction whose drive is not what its gain says, and what it does by other means."""
 
 import math
 from dataclasses import replace
@@ -51,7 +51,15 @@ def noisy(axis: Axis, deviation: float, seed: int = 1) -> Axis:
     return replace(axis, experiment=replace(axis.experiment, position_noise=deviation, seed=seed))
 
 
-def integrated(reference: Array, lag: float, delay: float) -> tuple[Array, Array]:
+def integrated(
+    reference: Array,
+    lag: float,
+    delay: float,
+    *,
+    rate_limit: float = math.inf,
+    quantisation: float = 0.0,
+    deadband: float = 0.0,
+) -> tuple[Array, Array]:
     """Position and force at the samples, by an integrator that shares nothing with the program."""
     mass, viscous_, coulomb_ = THETA
 
@@ -61,13 +69,17 @@ def integrated(reference: Array, lag: float, delay: float) -> tuple[Array, Array
     body = EventIntegrator(acceleration, float(reference[0]))
     whole = math.floor(delay / PERIOD + 1e-9)
     late = delay - whole * PERIOD
-    forces, tau, last, before = [0.0] * (whole + 2), 0.0, body.q, body.q
+    forces, tau, last, before, slow = [0.0] * (whole + 2), 0.0, body.q, body.q, 0.0
     found = []
     for r in reference:
         found.append((body.q, tau))
         control = KV * (KP * (r - body.q) - (body.q - before) / (2 * PERIOD))
         before, last = last, body.q
-        forces = [GAIN * max(-LIMIT, min(LIMIT, control)), *forces[: whole + 1]]
+        control = max(-LIMIT, min(LIMIT, control))
+        slow = max(slow - rate_limit * PERIOD, min(slow + rate_limit * PERIOD, control))
+        acting = slow if not quantisation else math.floor(slow / quantisation + 0.5) * quantisation
+        acting = 0.0 if abs(acting) <= deadband else acting - math.copysign(deadband, acting)
+        forces = [GAIN * acting, *forces[: whole + 1]]
         parts = [(forces[whole + 1], late), (forces[whole], PERIOD - late)]
         for target, span in parts if late > 1e-9 else [(forces[whole], PERIOD)]:
             tau = _moved(body, tau, target, span, lag)

@@ -53,6 +53,22 @@ def test_autoregressive_noise_has_its_deviation_and_its_time(rng: np.random.Gene
     assert shared == pytest.approx(np.exp(-1), abs=0.05)
 
 
+def test_what_is_out_of_its_aim_by_more_than_chance_is_listed() -> None:
+    right = {
+        "runs": 50,
+        "failed": {"alignment": 0.08, "precision": 1.0, "excitation": 0.02},
+        "rightly": ["precision"],
+        "held": {"M": 0.94, "Fv": 0.8},
+    }
+    missed = [(miss.what, miss.aim) for miss in study.misses("right", "sines", right)]
+    assert missed == [("alignment", 0.02), ("interval of Fv", 0.93)]
+    assert [miss.what for miss in study.misses("kept", "sines", right)] == ["alignment"]
+    wrong = {"runs": 50, "failed": {"alignment": 1.0}, "noticed": 1.0, "named": 0.98}
+    assert not [*study.misses("wrong", "spring", wrong)]
+    (miss,) = study.misses("wrong", "spring", wrong | {"named": 0.8})
+    assert str(miss) == "wrong, spring: named 80 %, 95 %"
+
+
 @pytest.mark.slow
 def test_study_counts_the_runs_of_a_right_and_of_a_wrong_case(root: Path) -> None:
     assert not set(study.RIGHT) & set(study.WRONG)

@@ -10,8 +10,8 @@ import pytest
 
 from axisid import build, load_axis
 from axisid.modeling.quantities.symbols import Coordinate
-from axisid.modeling.text.dynamics import DYNAMICS
 from axisid.modeling.text.expression import read_expression
+from axisid.modeling.text.grammar import DYNAMICS
 from tests.fuzz.cases import Fuzz, WrongError, pieces_left_out
 from tests.fuzz.expressions import (
     NoValueError,

@@ -42,6 +42,7 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.lowering.feed_forward import feed_forward
+from axisid.elements import CONTROL, VELOCITY, formula_drive, voltage_drive
 from axisid.estimation import (
     Classical,
     Hac,
@@ -54,6 +55,7 @@ from axisid.estimation import (
     simulate_batch,
 )
 from axisid.estimation.diagnostics.law.control_law import check_law
+from axisid.estimation.identification import DriveTime
 from axisid.estimation.identification.drive_timing import DriveTiming
 from axisid.estimation.law_search import find_law
 from axisid.estimation.streaming import identify_stream
@@ -116,7 +118,11 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "parameter": declared.parameters[0],
         "constant": Constant(2.0, "kg", "plate"),
         "law": declared.control,
-        "drive": declared.drive,
+        "drive": (
+            declared.drive,
+            voltage_drive(kt=0.05, ke=0.05, resistance=1.2, efficiency=0.8),
+            formula_drive(2.0 * CONTROL - VELOCITY),
+        ),
         "experiment": declared.experiment,
         "record": record,
         "masked record": dataclasses.replace(record, masked=((5, 9),)),
@@ -143,6 +149,13 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "law check": check_law(axis, record),
         "law search": find_law(axis, record),
         "block": axisid.control.difference(axisid.control.REFERENCE, name="q1", start=0),
+        "drive time": DriveTime(
+            name="lag",
+            parameter=axisid.Parameter("Tc", "s"),
+            value=1e-3,
+            deviation=1e-5,
+            interval=(0.98e-3, 1.02e-3),
+        ),
         "drive timing": DriveTiming(
             name="lag",
             value=1e-3,

@@ -186,24 +186,45 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     b->direction[l] = lane.direction;
     b->end[l] = lane.mode.direction;
     b->ddq[l] = lane.acceleration;
+#if LAGGED
+    b->tau[l] = lane.force;
+#endif
     keep_sides(b, l, &lane.mode);
     return status;
 }
 
 /* The sides on which a lane starts. */
-static void first_sides(struct block *b, int l)
+static void first_sides(struct block *b, int l/*MOVING , const double *now*/)
 {
 #if SIDES
     struct mode mode = {0};
     double p[PARAMETERS];
     for (int j = 0; j < PARAMETERS; ++j)
         p[j] = b->parameters[j][l];
-    choose_sides(b->q[l], b->dq[l], &mode, p, 0);
+#if MOVING
+    double held[HELD];
+    first_places(b->q[l], b->dq[l], &mode, p, now, held);
+#endif
+    choose_sides(b->q[l], b->dq[l], &mode, p, 0/*MOVING , held*/);
     keep_sides(b, l, &mode);
 #else
     (void)b, (void)l;
 #endif
 }
+#if MOVING
+
+/* The sides of a lane at a sample; `last` are the signals at the one before it. */
+static void shifted_sides(struct block *b, int l, const double *last, double period)
+{
+    struct mode mode = mode_of(b, l, 0.0);
+    double p[PARAMETERS], now[2 * SIGNALS];
+    for (int j = 0; j < PARAMETERS; ++j)
+        p[j] = b->parameters[j][l];
+    recorded_of(b, l, now);
+    choose_shifted(b->q[l], b->dq[l], &mode, p, last, now, period);
+    keep_sides(b, l, &mode);
+}
+#endif
 
 static void put_block(double *values, ptrdiff_t at, const double *lanes, ptrdiff_t count)
 {
@@ -247,14 +268,23 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
 #endif
         first_memory(reference[from * reference_lane],
                      b.q[l] + encoder(b.q[l], noise ? noise[from * noise_lane] : 0.0, resolution),
+#if GAINS
+#if SIGNALS
+                     remembered ? remembered + from * MEMORY : NULL, now,
+#else
+                     remembered ? remembered + from * MEMORY : NULL,
+#endif
+                     parameters + from * PARAMETERS, memory);
+#else
 #if SIGNALS
                      remembered ? remembered + from * MEMORY : NULL, now, memory);
 #else
                      remembered ? remembered + from * MEMORY : NULL, memory);
 #endif
+#endif
         for (int j = 0; j < MEMORY; ++j)
             b.memory[j][l] = memory[j];
-        first_sides(&b, l);
+        first_sides(&b, l/*MOVING , now*/);
         dead[l] = (double)(l >= count);
         if (l < count) {
             status[l] = DONE;
@@ -276,10 +306,18 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                     b.q[l], noise ? noise[k * noise_time + from * noise_lane] : 0.0, resolution);
             if (injected)
                 b.added[l] = injected[k * injected_time + from * injected_lane];
+#if MOVING
+            double last[2 * SIGNALS];
+            recorded_of(&b, l, last);
+#endif
 #if SIGNALS
             for (int j = 0; j < 2 * SIGNALS; ++j)
                 b.recorded[j][l] =
                     recorded[j * recorded_each + k * recorded_time + from * recorded_lane];
+#endif
+#if MOVING
+            if (k)
+                shifted_sides(&b, l, last, period);
 #endif
         }
 #if RESPONSE

@@ -151,7 +151,7 @@ static double change_of(int i, double q, double dq, const double *held, const st
     double low = 0.0, t = 0.5 * high;
     for (int n = 0; n < MOST_REFINEMENTS; ++n) {
         const struct moved end = move(q, dq, held, mode, p, t);
-        const struct switches s = switches_at(end.q, end.dq, mode, p);
+        const struct switches s = switches_at(end.q, end.dq, mode, p/*MOVING , held, t*/);
         if (s.value[i] == 0.0)
             break;
         if (s.value[i] * mode->sides[i] > 0.0)
@@ -159,7 +159,8 @@ static double change_of(int i, double q, double dq, const double *held, const st
         else
             high = t;
         double next =
-            t - s.value[i] / (s.by_position[i] * end.dq + s.by_velocity[i] * end.last);
+            t - s.value[i] / (s.by_position[i] * end.dq + s.by_velocity[i] * end.last/*MOVING  +
+                              s.by_time[i]*/);
         if (!(next > low && next < high))
             next = 0.5 * (low + high);
         if (next == t)
@@ -173,25 +174,27 @@ static double change_of(int i, double q, double dq, const double *held, const st
 static int passes(double q, double dq, const double *held, const struct mode *mode, const double *p,
                   double *span, struct moved *end)
 {
-    const struct switches s = switches_at(q, dq, mode, p);
-    struct switches t = switches_at(end->q, end->dq, mode, p);
+    const struct switches s = switches_at(q, dq, mode, p/*MOVING , held, 0.0*/);
+    struct switches t = switches_at(end->q, end->dq, mode, p/*MOVING , held, *span*/);
     int passed = -1;
     for (int i = 0; i < SIDES; ++i) {
         const double side = mode->sides[i];
         double high = *span;
         if (t.value[i] * side >= 0.0) { /* it may have been beyond in between */
-            const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first) * side;
-            const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last) * side;
+            const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first/*MOVING  +
+                              s.by_time[i]*/) * side;
+            const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last/*MOVING  +
+                              t.by_time[i]*/) * side;
             if (!(first < 0.0 && last > 0.0))
                 continue;
             high *= first / (first - last);
             const struct moved lowest = move(q, dq, held, mode, p, high);
-            if (switches_at(lowest.q, lowest.dq, mode, p).value[i] * side >= 0.0)
+            if (switches_at(lowest.q, lowest.dq, mode, p/*MOVING , held, high*/).value[i] * side >= 0.0)
                 continue;
         }
         *span = change_of(i, q, dq, held, mode, p, high);
         *end = move(q, dq, held, mode, p, *span);
-        t = switches_at(end->q, end->dq, mode, p);
+        t = switches_at(end->q, end->dq, mode, p/*MOVING , held, *span*/);
         passed = i;
     }
     return passed;
@@ -203,6 +206,10 @@ static int passes(double q, double dq, const double *held, const struct mode *mo
 static int is_caught(int i, double q, double dq, const double *held, struct mode mode,
                      const double *p, double whole)
 {
+#if MOVING
+    if (switches_at(q, dq, &mode, p, held, 0.0).by_time[i] != 0.0)
+        return 0;
+#endif
     mode.sides[i] = 0.0;
     const struct leaving a = leaving_at(q, held, &mode, p);
     const double slower = a.backward < -a.forward ? a.backward : -a.forward;
@@ -220,7 +227,7 @@ static void choose_beyond(int i, double q, double *dq, const double *held, struc
                           const double *p, double whole)
 {
     mode->sides[i] = -mode->sides[i];
-    choose_sides(q, *dq, mode, p, i + 1);
+    choose_sides(q, *dq, mode, p, i + 1/*MOVING , held*/);
     if (is_caught(i, q, *dq, held, *mode, p, whole)) {
         mode->sides[i] = 0.0;
         *dq = 0.0;
@@ -260,8 +267,18 @@ static int advance(double *q, double *dq, struct mode *mode, double *held, const
         double span = left;
         if (fabs(direction) < 1.0) {
             span = breakaway(*q, held, mode, p, left);
+#if MOVING
+            struct moved still = {*q, 0.0, 0.0, 0.0};
+            const int met = passes(*q, 0.0, held, mode, p, &span, &still);
+#endif
             pass(held, span);
             left -= span;
+#if MOVING
+            if (met >= 0) {
+                mode->sides[met] = -mode->sides[met];
+                choose_sides(*q, 0.0, mode, p, met + 1, held);
+            } else
+#endif
             if (left <= 0.0) {
 #if LAGGED
                 mode->direction = at_rest(*q, held, mode, p);
@@ -335,7 +352,7 @@ static inline double events(double q, double dq, const struct moved *end, const 
 {
     double found = turns(end, mode->direction);
 #if SIDES
-    found += strays(q, dq, end, mode, p) + hurries(q, dq, end, held, mode, p, step);
+    found += strays(q, dq, end, mode, p/*MOVING , held, step*/) + hurries(q, dq, end, held, mode, p, step);
 #else
     (void)q, (void)dq, (void)held, (void)p, (void)step;
 #endif

@@ -37,6 +37,10 @@ struct moved {
 static inline struct moved move(double q, double dq, const double *held, const struct mode *mode,
                                 const double *p, double step)
 {
+#if MOVING
+    if (fabs(mode->direction) < 1.0)
+        return (struct moved){q, 0.0, 0.0, 0.0};
+#endif
     struct moved end;
     plant_step(q, dq, held, IN(mode), p, step, &end.q, &end.dq, &end.first, &end.last);
     return end;
@@ -50,8 +54,22 @@ enum { MOST_STEPS = 16384 };
 /* What decides the sides, and how it changes with the position and the velocity. */
 struct switches {
     double value[SIDES], by_position[SIDES], by_velocity[SIDES];
+#if MOVING
+    double by_time[SIDES];
+#endif
 };
 
+#if MOVING
+/* The same with places that recorded signals move, `after` seconds later. */
+static inline struct switches switches_at(double q, double dq, const struct mode *mode,
+                                          const double *p, const double *held, double after)
+{
+    struct switches s;
+    switching(q, dq, held, mode->sides, p, after, s.value, s.by_position, s.by_velocity,
+              s.by_time);
+    return s;
+}
+#else
 static inline struct switches switches_at(double q, double dq, const struct mode *mode,
                                           const double *p)
 {
@@ -59,20 +77,61 @@ static inline struct switches switches_at(double q, double dq, const struct mode
     switching(q, dq, mode->sides, p, s.value, s.by_position, s.by_velocity);
     return s;
 }
+#endif
 
 /* The sides at a state; one may depend on those before it. */
-static void choose_sides(double q, double dq, struct mode *mode, const double *p, int first)
+static void choose_sides(double q, double dq, struct mode *mode, const double *p, int first/*MOVING ,
+                         const double *held*/)
 {
     for (int i = first; i < SIDES; ++i) {
-        const double value = switches_at(q, dq, mode, p).value[i];
+        const double value = switches_at(q, dq, mode, p/*MOVING , held, 0.0*/).value[i];
         mode->sides[i] = value == 0.0 ? mode->sides[i] : sign(value);
     }
 }
+#if MOVING
+
+/* What is held, as far as places ask for it: the recorded signals. */
+static void hold_lines(double *held, const double *recorded)
+{
+    for (int i = 0; i < HELD - 2 * SIGNALS; ++i)
+        held[i] = 0.0;
+    for (int i = 0; i < 2 * SIGNALS; ++i)
+        held[HELD - 2 * SIGNALS + i] = recorded[i];
+}
+
+/* The sides at a sample from which recorded signals go on otherwise than before it. */
+static void choose_shifted(double q, double dq, struct mode *mode, const double *p,
+                           const double *last, const double *now, double period)
+{
+    double before[HELD], held[HELD];
+    hold_lines(before, last);
+    hold_lines(held, now);
+    const struct switches then = switches_at(q, dq, mode, p, before, period);
+    for (int i = 0; i < SIDES; ++i) {
+        const struct switches s = switches_at(q, dq, mode, p, held, 0.0);
+        if (s.value[i] == then.value[i] && s.by_time[i] == 0.0)
+            continue;
+        if (s.value[i] != 0.0)
+            mode->sides[i] = sign(s.value[i]);
+        else if (mode->sides[i] == 0.0)
+            mode->sides[i] = sign(s.by_time[i]);
+    }
+}
+
+/* The sides of places in which the axis begins that move, and what is held there. */
+static void first_places(double q, double dq, struct mode *mode, const double *p,
+                         const double *recorded, double *held)
+{
+    const double nothing[2 * SIGNALS] = {0.0};
+    choose_shifted(q, dq, mode, p, nothing, recorded, 0.0);
+    hold_lines(held, recorded);
+}
+#endif
 
 /* The sides of an axis that leaves rest: where it rested in a place, the one ahead of it. */
-static void choose_ahead(double q, struct mode *mode, const double *p)
+static void choose_ahead(double q, struct mode *mode, const double *p/*MOVING , const double *held*/)
 {
-    const struct switches s = switches_at(q, 0.0, mode, p);
+    const struct switches s = switches_at(q, 0.0, mode, p/*MOVING , held, 0.0*/);
     for (int i = 0; i < SIDES; ++i)
         if (mode->sides[i] == 0.0)
             mode->sides[i] = s.by_position[i] * mode->direction < 0.0 ? -1.0 : 1.0;
@@ -88,15 +147,17 @@ static inline double rate_at(double q, double dq, const double *held, const stru
 
 /* Whether one step from a state to another changes a side, or may have changed it twice. */
 static inline double strays(double q, double dq, const struct moved *end, const struct mode *mode,
-                            const double *p)
+                            const double *p/*MOVING , const double *held, double step*/)
 {
-    const struct switches s = switches_at(q, dq, mode, p);
-    const struct switches t = switches_at(end->q, end->dq, mode, p);
+    const struct switches s = switches_at(q, dq, mode, p/*MOVING , held, 0.0*/);
+    const struct switches t = switches_at(end->q, end->dq, mode, p/*MOVING , held, step*/);
     double changes = 0.0;
     for (int i = 0; i < SIDES; ++i) {
         const double side = mode->sides[i];
-        const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first) * side;
-        const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last) * side;
+        const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first/*MOVING  +
+                              s.by_time[i]*/) * side;
+        const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last/*MOVING  +
+                              t.by_time[i]*/) * side;
         changes += t.value[i] * side >= 0.0 ? 0.0 : 1.0;
         changes += first < 0.0 ? (last > 0.0 ? 1.0 : 0.0) : 0.0;
     }
@@ -126,8 +187,8 @@ static struct leaving leaving_at(double q, const double *held, const struct mode
     ahead.direction = 1.0;
     behind.direction = -1.0;
 #if SIDES
-    choose_ahead(q, &ahead, p);
-    choose_ahead(q, &behind, p);
+    choose_ahead(q, &ahead, p/*MOVING , held*/);
+    choose_ahead(q, &behind, p/*MOVING , held*/);
 #endif
     held_acceleration(q, 0.0, held, IN(&ahead), p, &a.forward, &tau);
     held_acceleration(q, 0.0, held, IN(&behind), p, &a.backward, &tau);
@@ -159,7 +220,7 @@ static void choose_at_rest(double q, const double *held, struct mode *mode, cons
     mode->direction = at_rest(q, held, mode, p);
 #if SIDES
     if (fabs(mode->direction) >= 1.0)
-        choose_ahead(q, mode, p);
+        choose_ahead(q, mode, p/*MOVING , held*/);
 #endif
 }
 

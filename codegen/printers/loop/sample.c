@@ -174,16 +174,27 @@ static inline void first_memory(double reference, double measured, const double 
 #if SIGNALS
                                 const double *recorded,
 #endif
+#if GAINS
+                                const double *p,
+#endif
                                 double *memory)
 {
     if (given)
         for (int i = 0; i < MEMORY; ++i)
             memory[i] = given[i];
     else
+#if GAINS
+#if SIGNALS
+        start_of(reference, measured, recorded, p + PARAMETERS - GAINS, memory);
+#else
+        control_start(reference, measured, p + PARAMETERS - GAINS, memory);
+#endif
+#else
 #if SIGNALS
         start_of(reference, measured, recorded, memory);
 #else
         control_start(reference, measured, memory);
+#endif
 #endif
 }
 
@@ -213,13 +224,25 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         p[j] = parameters[j];
     double q = start, dq = start_velocity, memory[AT_LEAST_1_MEMORY] = {0.0}, end = 0.0;
     first_memory(reference[0], start + encoder(start, noise ? noise[0] : 0.0, resolution),
+#if GAINS
+#if SIGNALS
+                 remembered, recorded, p, memory);
+#else
+                 remembered, p, memory);
+#endif
+#else
 #if SIGNALS
                  remembered, recorded, memory);
 #else
                  remembered, memory);
 #endif
+#endif
 #if SIDES
-    choose_sides(q, dq, &mode, p, 0);
+#if MOVING
+    double first[HELD];
+    first_places(q, dq, &mode, p, recorded, first);
+#endif
+    choose_sides(q, dq, &mode, p, 0/*MOVING , first*/);
 #endif
     for (ptrdiff_t k = 0; k < samples; ++k) {
         double q1, dq1, ddq, last, tau, u, next[AT_LEAST_1_MEMORY];
@@ -235,6 +258,11 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         put(position, k, q);
         put(velocity, k, dq);
         put(before, k, end);
+#if MOVING
+        if (k)
+            choose_shifted(q, dq, &mode, p, recorded + 2 * SIGNALS * (k - 1),
+                           recorded + 2 * SIGNALS * k, period);
+#endif
         mode.direction = sign(dq);
 #if SIGNALS
         const double *const now = recorded + 2 * SIGNALS * k;
@@ -291,6 +319,9 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
             q1 = lane.q;
             dq1 = lane.dq;
             ddq = lane.acceleration;
+#if LAGGED
+            tau = lane.force;
+#endif
             mode = lane.mode;
             end = mode.direction;
             mode.direction = lane.direction;

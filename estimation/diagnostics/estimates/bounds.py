@@ -31,13 +31,13 @@ def within_bounds(
         values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
     bounded = {p.name: p for p in (*axis.base.declared.parameters, *estimate.form.declared)}
     declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
-    outside = [p for p in declared if not p.is_inside(values[p.name].value)]
+    outside = [p for p in declared if not p.is_inside(values[p.name].corrected)]
     if held and not outside:
         return _held_check(held, cause)
     if not declared:
         return Missing("no parameter is declared with bounds")
     within = Note("every parameter is within its declared bounds")
-    said = bounds_note({p: values[p.name].value for p in outside}, cause) if outside else within
+    said = bounds_note({p: values[p.name].corrected for p in outside}, cause) if outside else within
     return Check(
         name="bounds",
         status=passed(not outside),

@@ -105,7 +105,9 @@ def _advice(*, has_reversals: bool) -> Remedy:
 
 
 def _of_noise(estimate: Estimate) -> Remedy:
-    """What makes less of noise: that in the regressor, or that in the loop."""
+    """What makes less of noise: that in the regressor, in the loop, or where the axis turns."""
+    if estimate.Z is not None:
+        return _LEAVE_OUT
     return _QUIETER if estimate.by_output_error else _REFERENCE
 
 

@@ -227,6 +227,8 @@ def endogeneity(
         return Endogeneity(statistic=0.0, p_value=1.0, by_parameter=(np.nan,) * k)
     augmented = np.column_stack([X, unexplained[:, noisy]])
     names = [str(i) for i in range(augmented.shape[1])]
+    # Of few scores as the covariance has them: right models of 1.5 to 3 s are rejected at 1 % in 0
+    # to 3 % of 150 runs, by the kernel alone in 0 to 5 %.
     solution = least_squares(y, factor(augmented, names, neighbours=neighbours))
     extra, block = solution.theta[k:], covariance.matrix(solution)[k:, k:]
     freedom = covariance.freedom(solution)[k:]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
+from axisid.estimation.loops import hides_command
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.diagnostics import (
@@ -111,7 +112,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     law = axis.axis.control
     if law is None:
         return Missing("the axis declares no control law")
-    incomparable = _incomparable(law, record)
+    incomparable = _incomparable(axis, law, record)
     if incomparable is not None:
         return incomparable
     found = _compared(axis, law, record, advises=False)
@@ -186,7 +187,8 @@ def _compared(
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
     both = _Both(axis, law, record, settle, control, terms, used, advises)
     # An integral shows its start along the whole record, and wrong gains move what starts it.
-    if not law.gains or (law.is_polynomial and not law.balanced):
+    by_terms = law.is_polynomial and not law.balanced and not hides_command(axis)
+    if not law.gains or by_terms:
         return _by_products(both, declared, shift, left_open)
     return _by_gains(both, shift, left_open)
 
@@ -341,7 +343,9 @@ def law_check(law: LawCheck | Missing) -> Check | Missing:
     )
 
 
-def _incomparable(law: ControlLaw, record: Record) -> LawCheck | Missing | None:
+def _incomparable(
+    axis: GeneratedAxis, law: ControlLaw, record: Record
+) -> LawCheck | Missing | None:
     """Why a record is not compared with a law, or is of another one by its period alone."""
     clock = clock_of(record)
     # The period is the only thing of a law that can be checked without a reference.
@@ -351,6 +355,11 @@ def _incomparable(law: ControlLaw, record: Record) -> LawCheck | Missing | None:
     if record.reference is None or record.control is None:
         clocks = f"{apart.note.text}; " if apart is not None else ""
         return Missing(f"{clocks}the record has no reference or no control")
+    if record.added_control is not None and hides_command(axis):
+        return Missing(
+            "what was added to the control is in the record only as the drive passes on both: its "
+            f"{' and '.join(axis.axis.drive.path.declared)}"
+        )
     if record.integrated:
         return Missing("no position was recorded; the velocity's integral drifts away from it")
     if clock.step != 1 and (apart is not None or law_ratio(law, record.period, clock) is None):

@@ -14,6 +14,7 @@ from axisid.estimation.loops import (
     between,
     control_along,
     law_ticks,
+    limit_in_log,
     position_noise,
     start_of_law,
     terms_along,
@@ -36,9 +37,7 @@ def compared_with_law(
     """The control, (N,), the law's terms, (N, terms), and which samples to compare, (N,)."""
     control, whole = np.asarray(record.control), (0, len(record))
     # A control beyond the limit by more is in a wrong unit, not one of a saturated drive.
-    limited = np.isclose(
-        np.abs(control), axis.axis.drive.limit, rtol=LIMIT_TOLERANCE.value, atol=0.0
-    )
+    limited = np.isclose(np.abs(control), limit_in_log(axis), rtol=LIMIT_TOLERANCE.value, atol=0.0)
     for start, stop in record.masked:
         # A position that was cut off stays in the memory.
         limited[start : stop + LAW_SETTLING] = True

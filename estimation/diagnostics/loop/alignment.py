@@ -132,9 +132,10 @@ def alignment_of(
     if instruments is not None:
         start = min(max(best, 0.0), 1.0)
         arguments = (start, reduced.intercept, regressor, *instruments)
-        best, deviation, at_the_end = _by_instruments(rows, *arguments)
-        if quiet is not None and not at_the_end:
-            best -= _filter_shift(quiet, form, *instruments)
+        by_filter = 0.0 if quiet is None else _filter_shift(quiet, form, *instruments)
+        tried = (_DELAYS[0] + by_filter, _DELAYS[-1] + by_filter)
+        best, deviation, at_the_end = _by_instruments(rows, *arguments, tried=tried)
+        best -= by_filter
     slopes = np.gradient(found, _DELAYS, axis=0)
     return Alignment(
         delays=_DELAYS.copy(),
@@ -226,13 +227,21 @@ def _deviation(rows: _Rows, delay: float, intercept: Array, X: QrFactors) -> flo
         )
     except EstimationError:
         return float("inf")
+    # A parameter beside the others, which the fit took: of few scores as they are.
     return float(np.sqrt(Hac().matrix(solution)[-1, -1]))
 
 
 def _by_instruments(
-    rows: _Rows, start: float, intercept: Array, X: QrFactors, Z: Array, simulated: Array
+    rows: _Rows,
+    start: float,
+    intercept: Array,
+    X: QrFactors,
+    Z: Array,
+    simulated: Array,
+    *,
+    tried: tuple[float, float],
 ) -> tuple[float, float, bool]:
-    """The delay as one more parameter: it, its deviation, and whether it left what is searched.
+    """The delay as one more parameter: it, its deviation, and whether it left what is `tried`.
 
     Its column is the fitted force's change in a sample; its instrument that of the simulated force.
     """
@@ -250,8 +259,8 @@ def _by_instruments(
             step = float(solution.theta[-1])
             deviation = float(np.sqrt(Hac().matrix(solution)[-1, -1]))
             delay += step
-            if not _DELAYS[0] < delay < _DELAYS[-1]:
-                return float(np.clip(delay, _DELAYS[0], _DELAYS[-1])), deviation, True
+            if not tried[0] < delay < tried[1]:
+                return float(np.clip(delay, *tried)), deviation, True
             if abs(step) < _STILL:
                 break
     except EstimationError:
@@ -265,7 +274,7 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     reduced = equations.reduced(quiet)
     law = quiet.axis.axis.control
     sensed = quiet.prefilter.hold == "raw" and (
-        quiet.record.force is not None or not quiet.axis.axis.holds_force
+        quiet.record.force is not None or not quiet.axis.axis.jumps
     )
     # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
     still = law is None or law.continuous or sensed
@@ -273,7 +282,8 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
     rows = _Rows(quiet, quiet.force, equations)
     arguments = (rows, made, reduced.intercept, regressor, Z, simulated)
-    delay, deviation, at_the_end = _by_instruments(*arguments)
+    tried = (made - _DELAYS[-1], made + _DELAYS[-1])
+    delay, deviation, at_the_end = _by_instruments(*arguments, tried=tried)
     return 0.0 if at_the_end or not np.isfinite(deviation) else delay - made
 
 
@@ -333,7 +343,7 @@ def _of_drive(profile: Alignment, data: FilteredRecord, remedy: Remedy | None) -
     sampled = axis.control is None or not axis.control.continuous
     if record.force is not None or not sampled or apart <= 0 or profile.at_the_end:
         return remedy
-    more = "" if axis.drive.is_immediate else "more "
+    more = "more " if axis.drive.lag or axis.drive.delay else ""
     said = (
         f"Declare what lies between command and force, the drive's delay or its lag, "
         f"{apart * record.period:.3g} s {more}in all"

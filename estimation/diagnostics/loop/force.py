@@ -11,10 +11,11 @@ from axisid.estimation.checks import Check, passed
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import (
+    DriveAlong,
     Neighbours,
     Prefilter,
     SampledFilter,
-    acting_force,
+    acting_control,
     drive_force,
     recorded_signals,
 )
@@ -179,7 +180,7 @@ def _factor_by_gain(axis: GeneratedAxis, record: Record) -> float:
     """Slope of the factor by the logarithm of the gain: 1 for a force that is all the gain's."""
     if axis.axis.drive.is_gain:
         return 1.0
-    control, velocity = np.asarray(record.control), np.gradient(record.position, record.period)
+    control, velocity = _acting(axis, record), np.gradient(record.position, record.period)
     recorded = recorded_signals(axis, record.provenance.source, record.signals)
     motion = record.position, velocity, recorded
     used = _unmasked(record)
@@ -193,11 +194,14 @@ def _compared(axis: GeneratedAxis, record: Record) -> _ForceComparison:
 
     The first two derivatives of the command stand for the loop's lag.
     """
-    force, control = np.asarray(record.force), np.asarray(record.control)
+    force, control = np.asarray(record.force), _acting(axis, record)
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
     recorded = recorded_signals(axis, record.provenance.source, record.signals)
-    commanded = drive_force(axis, control, record.position, velocity, recorded)
-    commanded = acting_force(axis, commanded, [0], record.period, held=True, mean=False)
+    drive = DriveAlong(
+        axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
+    )
+    motion = record.position, velocity, np.gradient(velocity, record.period)
+    commanded = drive.force(control, motion, recorded)
     cutoff = min(COMPARISON_CUTOFF.value / record.period, MAX_FORCE_CUTOFF.value)
     settle = round(1 / (cutoff * record.period))
     used = minimum_filter1d(_unmasked(record), 2 * settle + 1, mode="constant", cval=0)
@@ -237,6 +241,11 @@ def _at_once(force: Array, commanded: Array) -> _ForceComparison:
     scale = float(commanded @ force / (commanded @ commanded))
     apart = relative_error_percent(force - commanded, commanded)
     return _ForceComparison(apart=apart, scale=scale, deviation=abs(scale - 1), lag=0.0)
+
+
+def _acting(axis: GeneratedAxis, record: Record) -> Array:
+    """The control of which the drive makes its force, of a record of one piece, (N,)."""
+    return acting_control(axis, np.asarray(record.control), [0], record.period)
 
 
 def _unmasked(record: Record) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.records import Record, advised_between, samples_apart
+from axisid.estimation.records import Record, advised_between, advised_shift, samples_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
 from axisid.estimation.tables import label_unit
@@ -323,15 +323,7 @@ def _in_time(record: Record, found: MotionComparison, role: str) -> Remedy:
     apart = samples_apart(getattr(record, role))
     if apart > 1:
         return Remedy.of("draw it between its values (", advised_between(role), ")")
-    whole = round(found.delay)
-    if whole and abs(found.delay - whole) <= MAX_MOTION_DELAY.value:
-        return Remedy.of("move it (", Setting("shift", f"{role}={-whole:d}"), ")")
-    return Remedy.of(
-        "move it by part of a sample (",
-        Setting("shift", f"{role}={-found.delay:.2f}"),
-        Setting("resample", "auto"),
-        ")",
-    )
+    return advised_shift(role, found.delay, MAX_MOTION_DELAY.value)
 
 
 def _in_scale(

@@ -11,14 +11,36 @@ where the speed changes: such residuals have heavy tails without an outlier in t
 
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Estimate, solver_of
 from axisid.estimation.problems import Problem, rows_as_measured
-from axisid.estimation.regression import excess_kurtosis, residual_tests
+from axisid.estimation.regression import Equations, Solution, residual_tests
+from axisid.estimation.thresholds.diagnostics import LARGE_SAMPLE
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
+
+from .without_noise import loop_without_noise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Left:
+    """What an estimator leaves of loops that are measured as the record is.
+
+    Attributes
+    ----------
+    residuals, net : (n,) arrays
+        All of it, and less what the filter alone leaves.
+    columns : (n, k) array
+        What the motion stands in: instruments, or a regressor.
+    """
+
+    residuals: Array
+    net: Array
+    columns: Array
 
 
 def following_as_measured(problem: Problem, estimate: Estimate) -> float:
@@ -29,37 +51,75 @@ def following_as_measured(problem: Problem, estimate: Estimate) -> float:
     problem : Problem
         What the estimate was made from.
     estimate : Estimate
-        Of output error.
     """
     weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
-    columns = weights[:, None] * estimate.X
     return max(
         (
-            residual_tests(left, columns, neighbours=estimate.neighbours).cross_z
+            residual_tests(
+                weights * left.net,
+                weights[:, None] * left.columns,
+                neighbours=estimate.neighbours,
+            ).cross_z
             for left in _left_as_measured(problem, estimate)
         ),
         default=0.0,
     )
 
 
-def tails_as_measured(problem: Problem, estimate: Estimate) -> float:
-    """Largest excess kurtosis of such residuals; 0 where there are none.
+def tails_as_measured(
+    problem: Problem, estimate: Estimate, away: NDArray[np.bool_] | None = None
+) -> Array:
+    """Largest of the `tails` of such residuals, (2,); 0 where there are none.
 
     Parameters
     ----------
     problem : Problem
         What the estimate was made from.
     estimate : Estimate
+    away : (n,) array of bool, optional
+        See `tails`.
     """
-    return max(map(excess_kurtosis, _left_as_measured(problem, estimate)), default=0.0)
+    every = [tails(left.residuals, left.net, away) for left in _left_as_measured(problem, estimate)]
+    return np.max(every, axis=0) if every else np.zeros(2)
 
 
-def _left_as_measured(problem: Problem, estimate: Estimate) -> Iterator[Array]:
-    """Residuals of loops with the record's noise or steps, left by the same estimator, (n,) each.
+def tails(residuals: Array, net: Array, away: NDArray[np.bool_] | None) -> Array:
+    """Mean fourth power of residuals, and of those less what the filter leaves, (2,).
+
+    Of rows away from reversals and rests where these are a large sample and not all. Unlike a
+    kurtosis it tells how large what stands out is.
+    """
+    if is_apart(away):
+        residuals, net = residuals[away], net[away]
+    return np.array([np.mean((each - each.mean()) ** 4) for each in (residuals, net)])
+
+
+def is_apart(away: NDArray[np.bool_] | None) -> bool:
+    """Whether rows away from reversals can be looked at by themselves."""
+    return away is not None and bool(LARGE_SAMPLE.value <= away.sum() < len(away))
+
+
+def _left_as_measured(problem: Problem, estimate: Estimate) -> Iterator[Left]:
+    """Residuals of loops with the record's noise or steps, left by the same estimator.
 
     What cannot be simulated so is held against nothing.
     """
     with suppress(AxisidError):
         solver = solver_of(estimate)
-        for rows in rows_as_measured(estimate.form, problem, estimate.physical):
-            yield solver(estimate.form, rows).residuals
+        for rows in rows_as_measured(estimate.form, problem, estimate.corrected):
+            yield _left(rows, solver(estimate.form, rows), estimate)
+
+
+def _left(rows: Equations, solution: Solution, estimate: Estimate) -> Left:
+    weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
+    residuals, regressor = solution.residuals / weights, (rows.regressor.T / weights).T
+    quiet, noiseless = estimate.noise_free, loop_without_noise(estimate)
+    if noiseless is not None:
+        theta = estimate.form.regressed(estimate.corrected)
+        by_filter = noiseless.residuals + noiseless.regressor @ (noiseless.theta - theta)
+        net = residuals + regressor @ (solution.theta - theta) - by_filter
+        return Left(residuals=residuals, net=net, columns=noiseless.regressor)
+    known = quiet is not None and not quiet.doubt
+    net = residuals - quiet.residuals if quiet is not None and known else residuals
+    columns = estimate.loop_rows
+    return Left(residuals=residuals, net=net, columns=regressor if columns is None else columns)

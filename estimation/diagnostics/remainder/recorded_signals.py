@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.lacking import Lack, SignalApart, is_named
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.tables import label_unit
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.lacking import MAX_UNIT_DISTANCE, MIN_MISSING_FORCE
@@ -105,16 +105,8 @@ def _said(found: SignalApart, record: Record) -> str:
 
 def _remedy(axis: GeneratedAxis, record: Record, found: SignalApart) -> Remedy:
     if found.fault == "delay":
-        whole = round(found.delay)
         margin = max(MIN_DISTANCE_FROM_NOISE.value * found.delay_deviation, 0.5)
-        if whole and abs(found.delay - whole) <= margin:
-            return Remedy.of("move it there (", Setting("shift", f"{found.name}={-whole:d}"), ")")
-        return Remedy.of(
-            "move it there (",
-            Setting("shift", f"{found.name}={-found.delay:.2f}"),
-            Setting("resample", "auto"),
-            ")",
-        )
+        return advised_shift(found.name, found.delay, margin)
     column = record.provenance.columns.get(found.name, "NAME")
     unit = _unit(axis, found)
     if unit:

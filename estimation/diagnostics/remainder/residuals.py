@@ -17,11 +17,14 @@ from axisid.estimation.thresholds.diagnostics import (
 )
 from axisid.estimation.thresholds.lacking import MIN_STEPS_EXCESS
 from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
+from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
+from .as_measured import is_apart, tails
+
 _SHAKEN = (
-    "; of didim, and of a velocity in steps, a fifth more than where the loop has the sensor's "
-    "steps or the noise of the record, if that is more"
+    "; a fifth more than where the loop has the sensor's steps or the noise of the record, if that "
+    "is more"
 )
 _ALONE = Missing("too few rows follow each other in time")
 
@@ -132,7 +135,7 @@ def _by_filter_alone(estimate: Estimate) -> bool:
     residual, the rest shows. A large sample is looked at in any case, of rows with least of it.
     """
     quiet = estimate.noise_free
-    if quiet is None or quiet.doubt:
+    if quiet is None or quiet.doubt or not np.any(quiet.residuals):
         return False
     own, net = np.abs(quiet.residuals), estimate.net_residuals
     part = float(np.linalg.norm(net)) / max(float(np.linalg.norm(own)), np.finfo(float).tiny)
@@ -157,7 +160,7 @@ def normality(
     tests: ResidualTests,
     estimate: Estimate,
     away: NDArray[np.bool_] | None = None,
-    by_loops: Callable[[], float] = lambda: 0.0,
+    by_loops: Callable[[], Array] = lambda: np.zeros(2),
 ) -> Check:
     """Whether outliers decide the estimate.
 
@@ -172,19 +175,20 @@ def normality(
     away : (n,) array of bool, optional
         Rows that are not near reversals or rests; all by default.
     by_loops : callable
-        Gives the excess kurtosis of residuals of loops that are measured as the record is; it is
-        asked for where the tails are heavy.
+        Gives the `tails` of residuals of loops that are measured as the record is; it is asked for
+        where the tails are heavy.
     """
     rows = len(estimate.y)
     left = tests.excess_kurtosis
     if estimate.noise_free is not None:
         left = min(left, excess_kurtosis(estimate.residuals))
-    if away is not None and LARGE_SAMPLE.value <= away.sum() < rows:
+    if is_apart(away):
         sides = (estimate.residuals[away], estimate.net_residuals[away])
         left = min(left, *map(excess_kurtosis, sides))
     normal = tests.jarque_bera_p >= SIGNIFICANCE_LEVEL.value
     heavy = not normal and left > MAX_EXCESS_KURTOSIS.value and _are_noticeable(estimate)
-    by_steps = heavy and left <= MIN_STEPS_EXCESS.value * by_loops()
+    own = tails(estimate.residuals, estimate.net_residuals, away)
+    by_steps = heavy and bool(np.any(own <= MIN_STEPS_EXCESS.value * by_loops()))
     shape = "heavier" if tests.excess_kurtosis > 0 else "lighter"
     return Check(
         name="normal residuals",
@@ -192,7 +196,7 @@ def normality(
             normal,
             matters=(rows < LARGE_SAMPLE.value or left > MAX_EXCESS_KURTOSIS.value)
             and _are_noticeable(estimate)
-            and estimate.loss_weights is None
+            and estimate.counts is None
             and not by_steps,
         ),
         figure=tests.jarque_bera,
@@ -208,7 +212,7 @@ def normality(
             "as those of loops that are measured in such steps, or with such noise, have"
             if by_steps
             else f"the {estimate.loss} loss bounds what they do"
-            if estimate.loss_weights is not None
+            if estimate.counts is not None
             else "intervals rest on the number of rows"
         )
         + (_largest(estimate, away) if tests.excess_kurtosis > 0 else ""),

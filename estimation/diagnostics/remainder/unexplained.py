@@ -133,11 +133,11 @@ def terms_check(found: Sequence[Lack] | Missing, preferred: Estimate) -> Check |
     """Whether the residuals hold a term that an element declares."""
     if isinstance(found, Missing):
         return found
-    terms, q = [lack for lack in found if is_named(lack)], preferred.form.axis.axis.coordinate
+    terms, axis = [lack for lack in found if is_named(lack)], preferred.form.axis.axis
     return _lacking(
         _TERMS,
         terms,
-        "; ".join(term_sentence(lack, q) for lack in terms)
+        "; ".join(term_sentence(lack, axis.coordinate, axis.drive) for lack in terms)
         or "no named term of friction, drag or position stands out of the residuals",
         _TOLD,
     )

@@ -272,7 +272,9 @@ def _lacking(
     Where the axis has not `declared` its columns, those of the other roles count as missing too.
     """
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
-    wanting = [role for role in ROLES if role not in (*_ON_REQUEST, "injected")]
+    driven = {"control", "force"} & {*chosen, *missing}  # one of the two is enough
+    spared = (*_ON_REQUEST, "injected", *({"control", "force"} if driven else ()))
+    wanting = [role for role in ROLES if role not in spared]
     others = [role for role in wanting if role not in chosen and role not in missing]
     others = [] if declared or "position" not in missing else others
     also = f", nor one named {' or '.join(others)}" if others else ""
@@ -283,6 +285,8 @@ def _lacking(
         hint = " One name has several columns: " + "; ".join(map(", ".join, several)) + "."
     elif close:
         hint = f" Did you mean {' or '.join(map(repr, close))}?"
+    elif any(name.startswith("#") for name in missing.values()):
+        hint = f" Its columns are numbered from #1 to #{len(table.columns)}."
     named = [*missing, *others]
     columns = "column" if len(named) == 1 else "columns"
     advice = Remedy.of(f"Name the {columns} with ", _to_name(named), ".")

@@ -22,8 +22,8 @@ from axisid.estimation.tables import COUNTS, exact_unit
 from axisid.modeling.quantities import Unit, angle_power, parse_unit
 
 #: What scales or moves, before a number; ``**2`` and ``^-2`` are of a unit.
-_OPERATOR = re.compile(r"(?<![*^])\s*([*/](?!\*)(?=\s*-?\.?\d)|[+-](?=\s*\.?\d))\s*")
-_NUMBER = re.compile(r"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_OPERATOR = re.compile(r"(?<![*^])\s*([*/](?!\*)(?=\s*[+-]?\.?\d)|[+-](?=\s*\.?\d))\s*")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _LAST = re.compile(r"[*/+-]\s*\Z")
 _NO_NUMBER = re.compile(r"[*/+-]\s*(-?(?:nan|inf(?:inity)?))\b", re.IGNORECASE)
 _LARGEST = Fraction(10) ** 300
@@ -178,7 +178,7 @@ def _check_numbers(text: str) -> None:
         raise ScalingError(_LONGEST + 1, f"it has more than {_LONGEST} letters")
     for number in _NUMBER.finditer(text):
         size = abs(float(number[0]))
-        is_zero = not number[0].lower().partition("e")[0].strip("-0.")
+        is_zero = not number[0].lower().partition("e")[0].strip("+-0.")
         if not (is_zero or 1 / _LARGEST < size < _LARGEST):
             raise ScalingError(number.start() + 1, f"{number[0]!r} is beyond any scale")
 

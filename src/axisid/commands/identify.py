@@ -116,6 +116,12 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     "for each.",
 )
 @leave_out_option
+@click.option(
+    "--drive-time",
+    type=click.Choice(["lag", "delay"]),
+    help="Estimate the drive's lag or its delay too, from where it is declared; every deviation "
+    "then has what its own adds. Of one record, which shows their sum alone.",
+)
 @click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
 @click.option(
     "--validate",
@@ -163,8 +169,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     type=click.Choice(ROW_LOSSES),
     default=ROW_LOSSES[0],
     show_default=True,
-    help="How rows count in least squares and didim: by squares, or for less the larger their "
-    "residual is.",
+    help="How rows count: by squares, or for less the larger their residual is.",
 )
 @click.option(
     "--bounded",
@@ -230,6 +235,7 @@ def identify(
     json_file: str | None,
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
+    drive_time: str | None,
     no_native: bool,
     report: str | None,
     figures: str | None,
@@ -265,6 +271,7 @@ def identify(
         further,
         fixed=fix,
         left_out=left_out,
+        drive_time=drive_time,
         no_native=no_native,
         skip_bad=skip_bad,
         own_columns=own_columns,

@@ -8,6 +8,7 @@ from axisid.modeling.declaration import DRIVE_GAIN as DRIVE_GAIN
 from axisid.modeling.declaration import Drive as Drive
 from axisid.modeling.declaration import asymmetric_coulomb as asymmetric_coulomb
 from axisid.modeling.declaration import asymmetric_viscous as asymmetric_viscous
+from axisid.modeling.declaration import back_emf as back_emf
 from axisid.modeling.declaration import cogging as cogging
 from axisid.modeling.declaration import coulomb as coulomb
 from axisid.modeling.declaration import cubic_spring as cubic_spring
@@ -22,7 +23,13 @@ from axisid.modeling.declaration import quadratic as quadratic
 from axisid.modeling.declaration import spring as spring
 from axisid.modeling.declaration import stribeck as stribeck
 from axisid.modeling.declaration import viscous as viscous
+from axisid.modeling.drives import current_drive as current_drive
+from axisid.modeling.drives import formula_drive as formula_drive
+from axisid.modeling.drives import voltage_drive as voltage_drive
 from axisid.modeling.quantities import CONTROL as CONTROL
+from axisid.modeling.quantities import DIRECTION as DIRECTION
 from axisid.modeling.quantities import FORCE as FORCE
+from axisid.modeling.quantities import POSITION as POSITION
 from axisid.modeling.quantities import TIME as TIME
+from axisid.modeling.quantities import VELOCITY as VELOCITY
 from axisid.modeling.quantities import G as G

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import Prefilter, build, elements, identify, load_axis, twin_record
+from axisid import Prefilter, build, derive, elements, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import feed_forward
+from axisid.codegen.printers.python import print_python
 from axisid.modeling import LIBRARY
 from axisid.modeling.quantities import CONTROL
 from tests.axes.drives import BRAKE, braked
+from tests.axes.lagging import TRUTH, lagging
 from tests.recipes import recipe_blocks
 
 
@@ -113,3 +116,14 @@ def test_the_recipes_drive_makes_the_force_that_it_says(rng: np.random.Generator
     back = axis.evaluate("drive_control", force, q, dq)[0][:, 0]
     np.testing.assert_allclose(back, control, rtol=1e-14)
     np.testing.assert_allclose(axis.force_by_gain(control, q, dq), force, rtol=1e-15)
+
+
+def test_an_exported_control_goes_over_the_dead_band() -> None:
+    declared = lagging(deadband=0.3)
+    export = feed_forward(derive(declared), {name: (x, "") for name, x in TRUTH.items()})
+    made: dict[str, Any] = {}
+    exec(print_python(export), made)  # what the program printed
+    for motion in ((0.0, 0.1, 0.5), (0.0, -0.1, -0.5), (0.0, 0.0, 0.0)):
+        force, control = (made[name](*motion) for name in export.functions)
+        assert control == pytest.approx(force / 35.0 + 0.3 * np.sign(force))
+    assert "over the dead band of 0.3" in export.control_about

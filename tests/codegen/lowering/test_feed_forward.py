@@ -31,7 +31,7 @@ from axisid.codegen.printers.c99 import print_c99
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.shared import comment
 from axisid.codegen.printers.structured_text import print_st
-from axisid.elements import Drive, coulomb, viscous
+from axisid.elements import DIRECTION, VELOCITY, Drive, coulomb, viscous, voltage_drive
 from axisid.modeling.quantities import FORCE
 from tests.axes import bodies
 from tests.axes.drives import braked, varying
@@ -50,6 +50,10 @@ TRIED = {
     **AXES,
     "stribeck": stribeck_axis(),
     "braked": braked(load_axis("emps2015")),
+    "geared": replace(
+        load_axis("emps2015"),
+        drive=voltage_drive(kt=2.0, ke=2.0, resistance=0.5, efficiency=0.8, limit=60.0),
+    ),
     "varying": varying(load_axis("pendulum")),
 }
 
@@ -137,7 +141,9 @@ def check(axis: Axis, functions: Functions, values: np.ndarray, dead_zone: float
         tau = float(machine(q, dq, ddq, direction, values))
         assert force(q, dq, ddq) == pytest.approx(tau, rel=1e-12, abs=1e-12)
         given = dict(zip((FORCE, *_moved(axis)), (tau, q, dq), strict=True))
+        given |= {VELOCITY: dq, DIRECTION: float(np.sign(dq))}
         wanted = float(drive.inverse.subs({**given, **drive.constants}))
+        wanted = drive.path.command(wanted)
         wanted = min(max(wanted, -drive.limit), drive.limit)
         reached += abs(wanted) == drive.limit
         assert control(q, dq, ddq) == pytest.approx(wanted, rel=1e-12, abs=1e-12)

@@ -41,6 +41,12 @@ STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c11"]
 
 @functools.cache
 def text_of(name: str) -> str:
+    """What is compiled and run, with the gains of a law as arguments."""
+    return build(DECLARED[name]).native.text
+
+
+def file_of(name: str) -> str:
+    """What `axisid generate` writes, with the gains as numbers."""
     return axis_artefacts(derive(DECLARED[name]))["native.c"]
 
 
@@ -93,11 +99,13 @@ def in_process(**environment: str) -> "subprocess.Popen[str]":
     )
 
 
-@pytest.mark.parametrize("optimise", ["-O0", "-O2"])
+@pytest.mark.parametrize(("optimise", "text"), [("-O0", file_of), ("-O2", text_of)])
 @pytest.mark.parametrize("name", DECLARED)
-def test_generated_c_compiles_without_a_warning(name: str, optimise: str, tmp_path: Path) -> None:
+def test_generated_c_compiles_without_a_warning(
+    name: str, optimise: str, text: Callable[[str], str], tmp_path: Path
+) -> None:
     source = tmp_path / "native.c"
-    source.write_text(text_of(name))
+    source.write_text(text(name))
     command = [*find_compiler().command, *STRICT, optimise, "-c", str(source), "-o", os.devnull]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -412,7 +420,8 @@ def test_time_loop_that_computes_wrong_values_is_refused(
 ) -> None:
     axis = fresh()
     assert right in text_of("emps")
-    native = Native(text_of("emps").replace(right, wrong), axis.functions)
+    assert axis.loop is not None
+    native = Native(text_of("emps").replace(right, wrong), axis.loop.functions)
     assert native.library() is None
     assert native.refusal == "the compiled time loop computes wrong values"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from axisid.estimation.diagnostics.repeated_samples import mean_times, overlaps, repeated_check
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, Repairs, read_record
 
 
 def log(size: int = 3000, *, seed: int = 0, step: float = 0.0) -> Record:
@@ -91,3 +91,20 @@ def test_parts_that_only_touch_have_nothing_in_common() -> None:
 def test_without_what_the_drive_does_nothing_is_told() -> None:
     one, other = log(step=1e-2), log(step=1e-2)
     assert not overlaps([replace(one, control=None, force=one.control), other])
+
+
+def test_records_resampled_to_other_times_are_told_by_their_rows_before() -> None:
+    """Rows with 5 % jitter: each file is laid on a grid from its own first row."""
+    whole = log()
+    jitter = 5e-5 * np.random.default_rng(1).normal(size=len(whole))
+    files = [
+        {role: v[rows] for role, v in {**whole.channels(), "time": whole.time + jitter}.items()}
+        for rows in (slice(0, 2000), slice(1000, 3000))
+    ]
+    first, second = (read_record(f, repairs=Repairs(resample="auto")) for f in files)
+    assert not np.isin(first.control, second.control).any()
+    (found,) = overlaps([first, second])
+    assert [int(each.sum()) for each in found.samples] == pytest.approx([1000, 1000], abs=2)
+    other = log(seed=1)
+    again = read_record({**other.channels(), "time": other.time + jitter[::-1]})
+    assert not overlaps([first, again])

@@ -415,3 +415,26 @@ def test_intervals_hold_the_truth_as_often_as_they_say(
 ) -> None:
     """95 % within what 100 runs leave to chance."""
     assert np.all(_coverage(emps2015, output, 100) >= 0.89)
+
+
+def test_free_gains_are_found_with_the_parameters(emps2015: GeneratedAxis, twin: Record) -> None:
+    law, experiment = emps2015.axis.control, emps2015.axis.experiment
+    assert law is not None
+    assert experiment is not None
+    wrong = emps2015.with_gains({"kp": 1.05 * law.gains["kp"]})
+    found = fit(wrong, twin.windowed((None, 1.5)), free="kp", start="nominal")
+    for name, value in found.parameters.items():
+        assert abs(value.value - {**experiment.truth, **law.gains}[name]) < 4 * value.deviation
+    assert found["kp"].deviation < 0.01 * law.gains["kp"]
+    assert _status(found)["control law"] == "pass"
+
+
+def test_what_cannot_be_free_is_refused(emps: GeneratedAxis, twin: Record) -> None:
+    with refuses("free-type"):
+        fit(emps, twin, free=3)  # type: ignore[arg-type]
+    with refuses("free-open-loop"):
+        fit(emps, twin, "open-loop", free="kp")
+    with refuses("no-such-gain"):
+        fit(emps, twin, free="ki")
+    with refuses("known-and-free"):
+        fit(emps, [twin, twin], free="kp", known={"kp": [160.0, 161.0]})

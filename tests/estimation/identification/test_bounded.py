@@ -40,19 +40,25 @@ def _free() -> Identification:
     return identify(_bounded(), _record(), _KEPT, ["idm-ls"])
 
 
-def test_least_squares_are_those_of_the_same_rows_within_the_bounds() -> None:
+@pytest.mark.parametrize("beyond", [(3.0, 0.2), (-1e-3, 0.2), (3.0, -0.05)])
+def test_least_squares_are_those_of_the_same_rows_within_the_bounds(
+    beyond: tuple[float, float],
+) -> None:
     free = _free().preferred
-    lower = {"Fv": free.physical[1] + 3.0, "Fc": free.physical[2] + 0.2}
+    lower = {"Fv": free.corrected[1] + beyond[0], "Fc": free.corrected[2] + beyond[1]}
     result = identify(_bounded(**lower), _record(), _KEPT, ["idm-ls"], bounded=True)
     bounds = ([-np.inf, *lower.values()], np.inf)
-    wanted = lsq_linear(free.X, free.y, bounds=bounds, method="bvls", tol=1e-14)
+    y = free.y + free.X @ (free.corrected - free.physical)
+    wanted = lsq_linear(free.X, y, bounds=bounds, method="bvls", tol=1e-14)
     held = {each.name: each.bound for each in result.held}
-    found = {**result.preferred.parameters, **held}
-    values = [float(getattr(found[n], "value", found[n])) for n in ("M", "Fv", "Fc")]
-    assert values == pytest.approx(wanted.x, rel=1e-9)
     assert set(held) == {
         n for n, at in zip(("M", "Fv", "Fc"), wanted.active_mask, strict=True) if at
     }
+    names = ["M", "Fv", "Fc"]
+    at, left = [names.index(n) for n in held], [i for i, n in enumerate(names) if n not in held]
+    rest = free.y - free.X[:, at] @ [*held.values()]
+    found = np.linalg.lstsq(free.X[:, left], rest)[0]
+    assert result.preferred.physical == pytest.approx(found, rel=1e-9)
 
 
 def test_nothing_changes_where_nothing_is_beyond() -> None:
@@ -67,7 +73,7 @@ def test_a_bound_that_the_record_contradicts_fails_and_one_by_chance_is_told(
 ) -> None:
     value = _free().preferred.parameters["Fc"]
     lower = value.corrected + deviations * value.deviation
-    axis = _bounded(Fc=max(lower, value.value + 1e-9))
+    axis = _bounded(Fc=lower)
     result = identify(axis, _record(), _KEPT, ["idm-ls"], bounded=True)
     (held,) = result.held
     ends = sorted((held.bound, held.reach))

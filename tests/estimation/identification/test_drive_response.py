@@ -1,16 +1,20 @@
 """Twins of a drive with a lag and a delay: identified within their own intervals where declared."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from axisid import Axis, Identification, Prefilter, build, identify, twin_record
+from axisid.control import cascade_pd_averaged
+from axisid.estimation import LawCheck, check_law
 from axisid.estimation.records import Record
 from axisid.estimation.regression.following_loops import FollowingLoops
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.streaming import identify_stream
-from tests.axes.lagging import THETA, TRUTH, lagging, noisy
+from axisid.support.arrays import Array
+from tests.axes.lagging import KP, KV, PERIOD, THETA, TRUTH, lagging, noisy
 
 CASES = [
     {"lag": 1e-3},
@@ -18,6 +22,7 @@ CASES = [
     {"lag": 8e-4, "delay": 1.35e-3, "logged": "applied"},
     {"lag": 8e-4, "delay": 3.5e-4, "logged": "current"},
 ]
+PATH = {"rate_limit": 300.0, "quantisation": 0.05, "deadband": 0.3}
 MOST_ERROR = 1e-5  # of the corrected values
 MOST_BIAS = 9e-4  # of a filter beside reversals
 
@@ -60,17 +65,20 @@ def test_with_noise_instruments_are_within_their_deviations(timing: dict[str, fl
         assert abs(value.corrected - true) < 2.5 * value.deviation
 
 
+def _blocks(record: Record) -> list[dict[str, Array]]:
+    names = ("time", "position", "control")
+    columns = {name: np.asarray(getattr(record, name)) for name in names}
+    return [
+        {name: values[i : i + 3000] for name, values in columns.items()}
+        for i in range(0, len(record), 3000)
+    ]
+
+
 def test_blocks_give_the_estimate_of_the_whole_record() -> None:
     axis = build(lagging(lag=1e-3, delay=3.5e-4))
     record = twin_record(axis)
     whole = identify(axis, record, methods=["idm-ls"]).estimates["idm-ls"]
-    names = ("time", "position", "control")
-    columns = {name: np.asarray(getattr(record, name)) for name in names}
-    blocks = [
-        {name: values[i : i + 3000] for name, values in columns.items()}
-        for i in range(0, len(record), 3000)
-    ]
-    streamed = identify_stream(axis, blocks)
+    streamed = identify_stream(axis, _blocks(record))
     assert np.allclose(streamed.physical, whole.physical, rtol=1e-9)
 
 
@@ -81,3 +89,49 @@ def test_loops_follow_a_record_without_its_reference() -> None:
     (loop,) = FollowingLoops.of(data).simulated(THETA)
     away = (loop.position - data.motion[0])[50:-100]
     assert np.sqrt(np.mean(away**2)) < 8e-7  # without lag and delay it is 4e-7
+
+
+@pytest.mark.parametrize("timing", [{}, {"lag": 8e-4, "delay": 3.5e-4, "logged": "current"}])
+def test_a_declared_path_leaves_parameters_within_their_deviations(timing: dict[str, Any]) -> None:
+    axis = build(noisy(lagging(**PATH, **timing), 1e-6, seed=7))
+    result = identify(axis, twin_record(axis), methods=["idm-iv"])
+    for name, true in TRUTH.items():
+        value = result.preferred.parameters[name]
+        assert abs(value.corrected - true) < 2.5 * value.deviation
+    checks = {check.name: check for check in result.verdict}
+    assert all(check.status != "fail" for check in checks.values())
+    assert checks["control law"].figure < 1e-6
+
+
+@pytest.mark.slow
+def test_a_wrong_gain_is_found_behind_rate_limit_steps_and_dead_band() -> None:
+    right = noisy(lagging(**{**PATH, "quantisation": 0.5}, logged="applied"), 1e-6, seed=7)
+    assert right.experiment is not None
+    short = replace(right.experiment, moves=right.experiment.moves[:2])
+    record = twin_record(build(replace(right, experiment=short), native=False))
+    assert len(np.unique(record.control)) < 40
+    found = check_law(build(right, native=False), record)
+    assert isinstance(found, LawCheck)
+    assert found.residual_percent == 0
+    law = cascade_pd_averaged(kp=1.1 * KP, kv=KV, period=PERIOD)
+    wrong = check_law(build(replace(right, control=law), native=False), record)
+    assert isinstance(wrong, LawCheck)
+    assert not wrong.passed
+    assert "kp is 0.909" in wrong.meaning
+
+
+def test_an_undeclared_dead_band_is_taken_for_friction_and_named_with_its_width() -> None:
+    record = twin_record(build(noisy(lagging(deadband=0.05), 1e-6)))
+    result = _identified(lagging(), record)
+    assert result.estimates["idm-iv"].parameters["Fc"].corrected > 1.05 * TRUTH["Fc"]
+    (failing,) = (check for check in result.verdict if check.status == "fail")
+    assert failing.name == "missing terms"
+    assert "Drive(deadband=0.05" in failing.meaning
+
+
+def test_blocks_remember_the_rate_of_the_command() -> None:
+    axis = build(lagging(**PATH))
+    record = twin_record(axis)
+    whole = identify(axis, record, methods=["idm-ls"]).estimates["idm-ls"]
+    streamed = identify_stream(axis, _blocks(record))
+    assert np.allclose(streamed.physical, whole.physical, rtol=1e-9)

@@ -1,13 +1,25 @@
 """The lag or the delay of a drive from a record: right within its deviation, refused otherwise."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
-from axisid import Axis, build, twin_record
+from axisid import (
+    Axis,
+    Parameter,
+    build,
+    fit,
+    identify,
+    load_result,
+    twin_record,
+)
 from axisid.estimation import estimate_drive_timing
+from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.modeling import back_and_forth
+from axisid.presentation.saved import SavedIdentification
 from tests.axes.lagging import TRUTH, lagging
 from tests.refusals import refuses
 
@@ -59,6 +71,69 @@ def test_its_deviation_is_that_of_its_estimates() -> None:
         away.append((found.value - 1e-3) / found.deviation)
     assert 0.5 < (sum(z**2 for z in away) / len(away)) ** 0.5 < 1.6
     assert sum(abs(z) > 2 for z in away) <= 4
+
+
+def _estimated(**timing: float | Parameter) -> Axis:
+    """The axis with a lag or a delay that is a parameter."""
+    axis = lagging()
+    return replace(axis, drive=replace(axis.drive, **timing))  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def declared_to_be_found() -> Identification:
+    axis = build(_estimated(lag=Parameter("Tc", "s", nominal=2e-4)), native=False)
+    return identify(axis, _record(lag=1e-3), methods=["idm-ls", "idm-iv"])
+
+
+@pytest.mark.slow
+def test_a_lag_that_is_a_parameter_is_found_and_is_in_every_deviation(
+    declared_to_be_found: Identification,
+) -> None:
+    result, found = declared_to_be_found, declared_to_be_found.drive_time
+    assert found is not None
+    assert (found.name, found.parameter.name) == ("lag", "Tc")
+    assert abs(found.value - 1e-3) < 2.5 * found.deviation
+    assert found.interval[0] < 1e-3 < found.interval[1]
+    assert result.axis.axis.drive.lag == found.value
+    axis = build(lagging(lag=found.value), native=False)
+    known = identify(axis, result.record, methods=["idm-ls", "idm-iv"])
+    for method in ("idm-ls", "idm-iv"):
+        for name, truth in TRUTH.items():
+            value, alone = (each[method].parameters[name] for each in (result, known))
+            assert value.value == alone.value
+            assert value.deviation > alone.deviation
+            assert abs(value.value - truth) < 3 * value.deviation
+
+
+@pytest.mark.slow
+def test_it_is_written_and_read_as_it_was_found(
+    declared_to_be_found: Identification, tmp_path: Path
+) -> None:
+    path = tmp_path / "result.json"
+    path.write_text(json.dumps(declared_to_be_found.to_dict()))
+    axis = _estimated(lag=Parameter("Tc", "s", nominal=2e-4))
+    saved = load_result(path, axis=axis)
+    assert isinstance(saved, SavedIdentification)
+    assert saved.drive_time == replace(
+        declared_to_be_found.drive_time, parameter=Parameter("Tc", "s", nominal=2e-4)
+    )
+    assert saved.summary() == declared_to_be_found.summary()
+    assert "lag Tc = " in saved.summary()
+
+
+def test_a_time_that_is_to_be_estimated_is_refused_where_it_cannot_be() -> None:
+    lag = Parameter("Tc", "s", nominal=1e-3)
+    with refuses("drive-times-both"):
+        _estimated(lag=lag, delay=Parameter("d", "s"))
+    with refuses("drive-time-parameter"):
+        _estimated(lag=Parameter("Tc", "m"))
+    with refuses("drive-time-hidden"):
+        replace(lagging().drive, lag=lag, logged="current")
+    axis, record = build(_estimated(lag=lag), native=False), _record(lag=1e-3)
+    with refuses("drive-timing-several"):
+        identify(axis, [record, record])
+    with refuses("drive-time-open"):
+        fit(axis, record)
 
 
 def test_what_a_record_cannot_show_is_refused() -> None:

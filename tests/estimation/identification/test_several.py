@@ -232,6 +232,8 @@ def test_records_that_cannot_be_used_are_named_all_at_once_and_can_be_skipped(pl
     assert "1 record: short" in result.summary()
     with pytest.raises(UsageError, match="2 of 2"):
         identify(plain, [bad, bad], methods=METHOD, skip_bad=True)
+    with refuses("skip-bad-type", "give True or False"):
+        identify(plain, good, methods=METHOD, skip_bad="no")  # type: ignore[arg-type]
 
 
 def test_known_values_of_a_skipped_record_go_with_it() -> None:

@@ -48,3 +48,8 @@ def test_values_that_are_not_one_for_each_record_are_refused(told: object) -> No
 def test_equal_values_with_equal_deviations_are_one_thing() -> None:
     (found,) = known_of({"m": [0.0, (20.0, 0.1), (20.0, 0.1), (20.0, 0.2)]}, 4)
     assert found.doubtful == ((20.0, 0.1), (20.0, 0.2))
+
+
+def test_what_is_not_given_by_name_is_refused() -> None:
+    with refuses("known-type", "give values by name"):
+        known_of([1.0, 2.0], 2)  # type: ignore[arg-type]

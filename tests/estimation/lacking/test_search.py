@@ -9,7 +9,7 @@ import pytest
 from axisid import Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
-from axisid.estimation.lacking import Lack, lacking
+from axisid.estimation.lacking import Lack, lacking, search
 from axisid.estimation.lacking.examined_rows import ExaminedRows, examined
 from axisid.estimation.lacking.search import found_on
 from axisid.support.arrays import Array
@@ -114,6 +114,18 @@ def test_a_term_that_the_rows_do_not_show_hides_no_other(
     regressor[:, 1] = 0.0  # of Fv, as of an end stop that only noise touches
     (change,) = found_on(replace(rows, regressor=regressor), result.data, result.preferred)
     assert (change.parameter, change.at) == ("M", seen.at)
+
+
+def test_what_loops_that_lack_nothing_show_as_well_is_not_told(
+    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    falls = np.linspace(0.0, -6.0, len(twin))
+    result = identify(emps2015, with_more_force(emps2015, twin, "direction", falls))
+    rows = examined(result.data, result.preferred)
+    assert isinstance(rows, ExaminedRows)
+    assert found_on(rows, result.data, result.preferred)
+    monkeypatch.setattr(search, "examined_again", lambda *_: [rows])
+    assert found_on(rows, result.data, result.preferred) == ()
 
 
 def test_the_rows_of_a_direct_model_are_not_looked_at(

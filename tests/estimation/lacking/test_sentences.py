@@ -15,7 +15,7 @@ from axisid.estimation.diagnostics.remainder.unexplained import Line, _by_positi
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking.search import Lack
 from axisid.estimation.lacking.sentences import _SAID, term_sentence
-from axisid.modeling.declaration import ELEMENTS
+from axisid.modeling.declaration import ELEMENTS, Drive
 from axisid.support.missing import Missing
 
 _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
@@ -108,7 +108,7 @@ _LINEAR, _ROTARY = Coordinate("x", unit="m"), Coordinate("theta", unit="rad")
 def test_the_element_that_a_missing_term_names_is_declared(
     tmp_path: Path, kind: str, q: Coordinate
 ) -> None:
-    sentence = term_sentence(_lack(kind), q)
+    sentence = term_sentence(_lack(kind), q, Drive(gain=1.0))
     assert "declare" in sentence
     assert _declared_alike(tmp_path, q, sentence, _UNITS[kind]) == 1
 

@@ -77,9 +77,15 @@ def test_laws_of_another_name_are_told_as_the_same(name: str) -> None:
 
 
 @pytest.mark.slow
-def test_anti_windup_is_found_where_the_drive_saturates() -> None:
-    best = _found("cascade_p_pi, clamped", 4.0).best  # in 2 % of the samples
-    assert dict(best.words) == {"velocity": "difference", "anti_windup": "clamping"}
+@pytest.mark.parametrize(  # in 2 % of the samples, and in a third
+    ("how", "limit"), [("clamped", 4.0), ("clamped", 3.2), ("back-calculation", 3.2)]
+)
+def test_anti_windup_is_found_where_the_drive_saturates(how: str, limit: float) -> None:
+    name = f"cascade_p_pi, {how}"
+    best, law = _found(name, limit).best, LAWS[name]()
+    assert best.words["anti_windup"] == how.replace("clamped", "clamping").replace("-", "_")
+    for gain, value in law.gains.items():
+        assert best.law.gains[gain] == pytest.approx(value, rel=1e-5)
 
 
 def test_what_was_found_passes_the_law_check() -> None:

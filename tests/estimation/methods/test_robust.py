@@ -11,7 +11,7 @@ from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.identification import Identification
 from axisid.estimation.methods.robust import robust_least_squares
-from axisid.estimation.regression import Robust, factor
+from axisid.estimation.regression import Hac, Robust, factor
 from axisid.support.arrays import Array
 from tests.refusals import refuses
 
@@ -42,12 +42,23 @@ def test_estimate_is_that_of_another_program(loss: str) -> None:
 
 @pytest.mark.parametrize("loss", LOSSES)
 def test_intervals_of_contaminated_rows_hold_the_truth(loss: str) -> None:
-    held, truth = np.zeros(3), np.array([2.0, -0.3, 500.0])
+    held, truth = np.zeros((2, 3)), np.array([2.0, -0.3, 500.0])
     for seed in range(200):
         y, X = _contaminated(seed)
         found = robust_least_squares(y, factor(X, ("a", "b", "c")), loss)
-        held += np.abs(found.theta - truth) < 1.96 * np.sqrt(np.diag(Robust().matrix(found)))
-    assert np.all(held >= 0.91 * 200)
+        for place, model in enumerate((Robust(), Hac())):
+            away = 1.96 * np.sqrt(np.diag(model.matrix(found)))
+            held[place] += np.abs(found.theta - truth) < away
+    assert np.all((held >= 0.91 * 200) & (held <= 0.99 * 200))
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_the_estimate_follows_the_size_of_its_left_side(loss: str) -> None:
+    # Estimates by a loss are as large as what they explain, so that the slope is the estimate, but
+    # for what the median of the residuals does.
+    y, X = _contaminated()
+    found = robust_least_squares(y, factor(X, ("a", "b", "c")), loss)
+    assert found.response.T @ y == pytest.approx(found.theta, rel=0.02)
 
 
 @cache
@@ -71,6 +82,14 @@ _HELD = Prefilter(hold="zoh")  # the force of a drive that holds its control
 @cache
 def _identified(loss: str) -> Identification:
     return identify(_axis(), _shocked(), _HELD, ["idm-ls"], loss=loss)
+
+
+@pytest.mark.parametrize("method", ["idm-iv", "didim"])
+def test_methods_that_simulate_the_loop_do_without_shocks_too(method: str) -> None:
+    truth = np.array([*_shocked().provenance.truth.values()])
+    by_squares = np.abs(_identified("squares").preferred.physical / truth - 1)
+    found = identify(_axis(), _shocked(), _HELD, [method], loss="bisquare")[method]
+    assert np.all(np.abs(found.corrected / truth - 1) < 0.1 * by_squares)
 
 
 @pytest.mark.parametrize("loss", LOSSES)

@@ -26,6 +26,13 @@ def _drawn(resolution: float, noise: float) -> tuple[list[Array], Array]:
     return found, np.concatenate([loop.position for loop in loops])
 
 
+def test_a_quiet_sensor_follows_too() -> None:
+    """Where it turns, the motion itself is more than such noise."""
+    found, position = _drawn(0.0, 1e-8)
+    assert 0 < np.std(found[0]) < 1e-7
+    assert np.ptp(position) == pytest.approx(0.04, rel=0.1)
+
+
 def test_white_noise_comes_in_another_order_and_with_either_sign() -> None:
     found, _ = _drawn(0.0, 5e-6)
     assert len(found) == 8

@@ -46,6 +46,10 @@ def test_noise_moves_little_where_it_is_small_beside_friction(
     result = identify(emps2015, twin, KEPT, "didim")
     _, noisy = found(result)
     assert noisy.has_noise
+    assert noisy.hidden is not None
+    assert noisy.halves is not None
+    assert np.all(np.linalg.eigvalsh(noisy.hidden) > -1e-9)
+    assert noisy.halves.shape == (2, len(result["didim"].y))
     assert np.all(np.abs(noisy.bias) < 0.1 * np.sqrt(np.diag(result["didim"].covariance)))
     kept = result["didim"].noise_free
     assert kept is not None

@@ -9,6 +9,7 @@ from axisid.estimation.regression import Hac, Solution
 from axisid.estimation.regression.autoregressive import autoregressive_covariance
 from axisid.estimation.regression.linear import factor, least_squares
 from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.regression import MIN_FREEDOM
 
 NAMES = ("a", "b")
 
@@ -52,18 +53,19 @@ def test_it_is_that_of_dense_algebra_at_the_coefficient_that_the_residuals_show(
     rhos = np.linspace(0.3, 0.98, 700)
     rho = min(rhos, key=lambda each: abs(dense(solution, float(each))[1] - shown))
     expected, _ = dense(solution, float(rho))
-    assert autoregressive_covariance(solution) == pytest.approx(expected, rel=0.02)
+    assert autoregressive_covariance(solution).matrix == pytest.approx(expected, rel=0.02)
 
 
 def test_it_does_not_depend_on_units(rng: np.random.Generator) -> None:
     e, units = errors(rng, 200, 0.9), np.array([1.0, 1e6])
-    there = autoregressive_covariance(fit(e, size=1e6)) * np.outer(units, units)
-    assert there == pytest.approx(autoregressive_covariance(fit(e)), rel=1e-6)
+    there, here = (autoregressive_covariance(fit(e, size=size)) for size in (1e6, 1.0))
+    assert there.matrix * np.outer(units, units) == pytest.approx(here.matrix, rel=1e-6)
+    assert there.freedom == pytest.approx(here.freedom, rel=1e-6)
 
 
 def test_errors_that_have_nothing_slow_leave_the_kernel_alone(rng: np.random.Generator) -> None:
     solution = fit(np.diff(rng.normal(size=151)))
-    assert np.array_equal(autoregressive_covariance(solution), np.zeros((2, 2)))
+    assert not autoregressive_covariance(solution).matrix.any()
     applied = Hac().applied(solution)
     assert applied.widened is not None
     assert not applied.widened.any()
@@ -78,7 +80,16 @@ def test_residuals_of_nothing_have_none() -> None:
         influence=solution.influence,
         neighbours=solution.neighbours,
     )
-    assert np.array_equal(autoregressive_covariance(exact), np.zeros((2, 2)))
+    assert not autoregressive_covariance(exact).matrix.any()
+
+
+def test_its_degrees_of_freedom_are_those_of_its_scatter(rng: np.random.Generator) -> None:
+    found = [autoregressive_covariance(fit(errors(rng, 600, 0.7))) for _ in range(400)]
+    scatter = np.var([np.log(np.diag(each.matrix)) for each in found], axis=0)
+    told = np.mean([2 / each.freedom for each in found], axis=0)
+    assert told == pytest.approx(scatter, rel=0.35)
+    slow = autoregressive_covariance(fit(np.cumsum(rng.normal(size=60))))
+    assert np.all(slow.freedom >= MIN_FREEDOM.value)
 
 
 def held(rng: np.random.Generator, hac: Hac, rows: int, rho: float) -> np.ndarray:
@@ -106,12 +117,14 @@ def test_few_scores_make_no_deviation_smaller_and_leave_correlations(
 ) -> None:
     solution = fit(errors(rng, 150, 0.9))
     plain, wide = (Hac(widened=each).applied(solution) for each in (False, None))
-    least = np.diag(autoregressive_covariance(solution))
+    found = autoregressive_covariance(solution)
+    least = np.diag(found.matrix)
     assert wide.widened is not None
     assert plain.widened is None
     expected = np.maximum(np.diag(plain.matrix), least)
     assert np.diag(wide.matrix) == pytest.approx(expected, rel=1e-12)
     assert np.array_equal(wide.widened, least > np.diag(plain.matrix))
+    assert wide.freedom == pytest.approx(np.where(wide.widened, found.freedom, plain.freedom))
     off = [m[0, 1] / np.sqrt(m[0, 0] * m[1, 1]) for m in (plain.matrix, wide.matrix)]
     assert off[1] == pytest.approx(off[0], rel=1e-12)
 

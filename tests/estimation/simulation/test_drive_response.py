@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,13 +10,14 @@ import pytest
 from axisid import Parameter, build, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive, end_stop
+from axisid.estimation.signals import through_path
 from axisid.estimation.simulation import trajectory
 from axisid.estimation.simulation.batch import simulate_batch
 from axisid.estimation.simulation.simulated import (
     mean_force,
 )
 from tests.axes.bodies import body, force_law, x
-from tests.axes.lagging import PERIOD, THETA, integrated, lagging
+from tests.axes.lagging import GAIN, PERIOD, THETA, integrated, lagging
 from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values
 from tests.refusals import refuses
 
@@ -50,6 +52,27 @@ def test_loop_moves_as_an_independent_integrator_does(
     assert np.max(np.abs(loop.position - position)) < 1e-9
     if lag:
         assert np.max(np.abs(loop.force - force)) < 1e-3
+
+
+@pytest.mark.parametrize("timing", [{}, {"lag": 8e-4, "delay": 3.5e-4}])
+def test_a_command_passes_rate_limit_steps_and_dead_band_before_it_acts(
+    timing: dict[str, float],
+) -> None:
+    path: dict[str, Any] = {"rate_limit": 150.0, "quantisation": 0.02, "deadband": 0.4}
+    made = build(lagging(**path, **timing))
+    position, force = integrated(REFERENCE, *(timing.get(t, 0.0) for t in ("lag", "delay")), **path)
+    loop = simulate(made, THETA, REFERENCE, PERIOD)
+    virtual = simulate(build(lagging(**path, **timing), native=False), THETA, REFERENCE, PERIOD)
+    assert np.max(np.abs(np.diff(loop.control))) > 0.15
+    assert np.max(np.abs(loop.position - position)) < 1e-9
+    assert np.max(np.abs(virtual.position - position)) < 1e-9
+    if timing:
+        assert np.max(np.abs(loop.force - force)) < 1e-3
+    else:
+        acting, _ = through_path(made.axis.drive.path, loop.control, PERIOD)
+        assert np.allclose(loop.force, GAIN * acting, rtol=0, atol=1e-12)
+    batch = simulate_batch(made, np.tile(THETA, (33, 1)), np.tile(REFERENCE, (33, 1)).T, PERIOD)
+    assert np.max(np.abs(batch["position"][:, 32] - position)) < 1e-9
 
 
 @pytest.mark.parametrize(("lag", "delay"), [TIMINGS[0], TIMINGS[2], TIMINGS[4]])

@@ -250,8 +250,8 @@ def test_signals_that_do_not_fit_the_axis_are_refused() -> None:
         )
     with refuses("recorded-length", "(49,)"):
         simulate(axis, theta, reference, T, signals={"pressure": reference[1:]})
-    with refuses("recorded-length", "all finite"):
-        simulate(axis, theta, reference, T, signals={"pressure": np.full(50, np.nan)})
+    with refuses("recorded-finite", "nan at sample 50"):
+        simulate(axis, theta, reference, T, signals={"pressure": np.r_[reference[1:], np.nan]})
     with refuses("recorded-type", "wanted"):
         simulate_batch(axis, [theta], reference, T, signals=["position"])  # type: ignore[arg-type]
     with refuses("twin-signals", "pressure"):

@@ -12,6 +12,7 @@ from docs.extensions.threshold_tables import ROOMS, SUBJECTS, page, rows_of, use
 ROWS = {name: row for subject in SUBJECTS for name, row in rows_of(subject).items()}
 #: Floats of modules that judge, which are none of their judgements, and why.
 IMPLEMENTATION = {
+    "held_out_motion._HORIZON": "how long an axis is left to itself",
     "drive_check._SHARES": "the controls that are tried",
     "drive_check._POSITIONS": "the positions that are tried",
     "drive_check._VELOCITIES": "the velocities that are tried",
@@ -115,6 +116,7 @@ IMPLEMENTATION = {
     "law_moves._PERCENT": "a unit",
     "fit._SPREAD": "starts of a search",
     "fit._SETTLED": "where an iteration ends",
+    "bounded._ROUNDING": "of sums",
     "robust._STANDS_STILL": "of an iteration",
     "robust._ROUNDING": "of sums",
     "search._TOLERANCE": "where a search ends",

@@ -103,15 +103,16 @@ def _rotary_table() -> Axis:
 
 
 def _valve() -> Axis:
-    q, dq, m, Fv, Fc, F0, k1, k3 = symbols("valve")
+    q, dq, m, Fv, Fc, Fs, F0, k1, k3 = symbols("valve")
     axis = load_axis("valve")
+    sticks = Fs * sympy.exp(-sympy.Abs(dq) / sympy.Float(0.05)) * sympy.sign(dq)
     stops = end_stop(axis.coordinate, lower=-0.01, upper=0.01, stiffness=2e6, dissipation=2.0)
     return other_way(
         "valve",
         kinetic=m * dq**2 / 2,
         potential=F0 * q + k1 * q**2 / 2 + k3 * q**4 / 4,
         dissipation=friction(dq, Fv, Fc),
-        generalised_force=-stops,
+        generalised_force=-stops - sticks,
     )
 
 

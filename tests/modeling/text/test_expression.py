@@ -12,8 +12,8 @@ from axisid import UsageError
 from axisid.codegen.lowering.lower import Lowering
 from axisid.codegen.lowering.program import Builder
 from axisid.modeling.quantities.constants import Constant
-from axisid.modeling.text.dynamics import DYNAMICS
 from axisid.modeling.text.expression import read_expression
+from axisid.modeling.text.grammar import DYNAMICS
 from axisid.modeling.text.mistakes import TextError
 from tests.bounded import within
 from tests.refusals import refuses

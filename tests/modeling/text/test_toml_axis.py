@@ -433,6 +433,7 @@ CALLS = {
     "periodic_coulomb(a, b, q, period=0.01)": {"a": "N", "b": "N"},
     "cogging(a, b, q, period=0.01, harmonic=2)": {"a": "N", "b": "N"},
     "2*cogging(0, b, q, period=0.01) + offset(a)": {"a": "N", "b": "N"},
+    "back_emf(a, q, kt=0.05, resistance=2, ratio=300)": {"a": "V/(rad/s)"},
     "gravity(a)": {"a": "kg"},
     "spring(a, q, 0.02)": {"a": "N/m"},
     "spring(a, q, rest=0.02)": {"a": "N/m"},
@@ -513,3 +514,11 @@ def test_elements_of_an_axis_whose_unit_is_wrong_are_read_all_the_same(tmp_path:
         _with_element(tmp_path, "viscous(a, q)", {"a": "N/(m/s)"}, unit="yd")
     assert "coordinate.unit" in str(told.value)
     assert "viscous" not in str(told.value)
+
+
+def test_a_lag_that_is_a_table_is_a_parameter(tmp_path: Path) -> None:
+    path = tmp_path / "lagging.toml"
+    path.write_text(EMPS2015.replace('unit = "V"', 'unit = "V"\nlag = { nominal = 5e-4 }'))
+    drive = load_axis(path).drive
+    assert drive.lag == 5e-4
+    assert drive.estimated == ("lag", Parameter("lag", "s", nominal=5e-4))

@@ -328,6 +328,7 @@ def test_the_force_of_its_drive_is_told_as_of_the_live_result(tmp_path: Path) ->
     file.write_text(json.dumps(result.to_dict()), encoding="utf-8")
     assert "Force: what the drive makes of the control" in " ".join(result.summary().split())
     assert load_result(file, axis).summary() == result.summary()
+    assert "what the drive makes of the control" in " ".join(load_result(file).summary().split())
 
 
 def test_another_axis_is_refused(pair: Pair) -> None:

@@ -26,6 +26,7 @@ class Asked:
     horizon: float
     bound: tuple[str, ...]
     prior: tuple[str, ...]
+    free: tuple[str, ...]
 
     def arguments(self) -> dict[str, Any]:
         """Arguments of `fit`.
@@ -46,6 +47,7 @@ class Asked:
             "horizon": self.horizon,
             "bounds": dict(map(_bound, self.bound)),
             "prior": read_fixed(self.prior),
+            "free": self.free,
         }
 
 
@@ -119,6 +121,12 @@ _OPTIONS = (
         metavar="NAME=VALUE+-SD",
         help="What was known of a parameter before, SI, which is weighed; again for each.",
     ),
+    click.option(
+        "--free",
+        multiple=True,
+        metavar="GAIN",
+        help="A gain of the control law that is searched with the parameters; again for each.",
+    ),
 )
 
 
@@ -136,6 +144,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
         horizon: float,
         bound: tuple[str, ...],
         prior: tuple[str, ...],
+        free: tuple[str, ...],
         **others: Any,
     ) -> None:
         asked = Asked(
@@ -147,6 +156,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
             horizon=horizon,
             bound=bound,
             prior=prior,
+            free=free,
         )
         command(asked=asked, **others)
 

@@ -1,7 +1,7 @@
 """What commands make of their arguments: the axis, its record, and the files that they name."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -64,6 +64,7 @@ def axis_and_records(
     no_native: bool,
     skip_bad: bool = False,
     own_columns: Mapping[int, str] | None = None,
+    drive_time: str | None = None,
 ) -> Inputs:
     """The axis that was named, and its records or its twin's.
 
@@ -78,6 +79,8 @@ def axis_and_records(
     no_native, skip_bad : bool
     own_columns : mapping of int to str, optional
         Columns of single logs, by their place, as ``--columns`` takes them.
+    drive_time : str, optional
+        The drive's time that is estimated, ``lag`` or ``delay``.
     """
     named = f"the twin of {axis}" if not logs else " and ".join(logs)
     with ProgressLine(f"reading {named}"):
@@ -90,6 +93,8 @@ def axis_and_records(
         if is_log(axis):
             raise UsageError(f"{axis} is a log by its ending; the axis comes first: AXIS RECORD.")
         whole = fix(load_axis(axis), **read_fixed(fixed))
+        if drive_time is not None:
+            whole = replace(whole, drive=whole.drive.estimating(drive_time))
         generated = build(leave_out(whole, *left_out), native=not no_native)
         if logs:
             return _read(generated, logs, reading, own_columns or {}, skip_bad=skip_bad)

@@ -8,7 +8,7 @@ from msgspec import UNSET, UnsetType
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.estimates import Estimate, Physical, Value
-from axisid.estimation.identification import Identification
+from axisid.estimation.identification import DriveTime, Identification
 from axisid.estimation.problems import Held
 from axisid.estimation.records import Record
 from axisid.estimation.regression import DrawSummary
@@ -20,6 +20,7 @@ from axisid.presentation.schema import (
     Matrix,
     WrittenDirectValue,
     WrittenDrawn,
+    WrittenDriveTime,
     WrittenEstimate,
     WrittenHeld,
     WrittenIdentification,
@@ -56,13 +57,16 @@ def identification_dict(result: Identification, draws: int = 0) -> dict[str, Any
 def identification_document(result: Identification, draws: int = 0) -> WrittenIdentification:
     """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
+    drive = result.axis.axis.drive
     return WrittenIdentification(
         axis=result.axis.axis.name,
         signature=result.axis.signature,
         left_out=left_out(result.axis),
         held={each.name: _held(each) for each in result.held} or UNSET,
         signals=tuple(map(_signal, result.axis.axis.signals)) or UNSET,
-        drive=_response(result.axis.axis.drive),
+        drive=_response(drive, result.drive_time),
+        drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
+        drive_remark=drive.remark or UNSET,
         record=record_document(result.record),
         prefilter=prefilter_document(result.data.sampling),
         requested=None if result.requested is None else request_document(result.requested),
@@ -96,10 +100,26 @@ def _held(held: Held) -> WrittenHeld:
     )
 
 
-def _response(drive: Drive) -> WrittenResponse | UnsetType:
-    if drive.is_immediate:
+def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
+    if not drive.of_held_commands and found is None:
         return UNSET
-    return WrittenResponse(lag=drive.lag, delay=drive.delay, logged=cast(Any, drive.logged))
+    path: dict[str, Any] = {**drive.path.declared}
+    if path:
+        path["unit"] = drive.unit
+    if found is not None:
+        path["estimated"] = _drive_time(found)
+    return WrittenResponse(lag=drive.lag, delay=drive.delay, logged=cast(Any, drive.logged), **path)
+
+
+def _drive_time(found: DriveTime) -> WrittenDriveTime:
+    return WrittenDriveTime(
+        name=found.parameter.name,
+        of=cast(Any, found.name),
+        nominal=found.parameter.nominal,
+        value=found.value,
+        sd=found.deviation,
+        interval_95=found.interval,
+    )
 
 
 def _signal(signal: Signal) -> WrittenSignal:
@@ -211,8 +231,8 @@ def estimate_document(
         else None,
         iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
         started=cast(Any, estimate.started or UNSET),
-        loss=UNSET if estimate.loss_weights is None else cast(Any, estimate.loss),
-        light_rows=UNSET if estimate.loss_weights is None else int(estimate.light_rows.sum()),
+        loss=UNSET if estimate.counts is None else cast(Any, estimate.loss),
+        light_rows=UNSET if estimate.counts is None else int(estimate.light_rows.sum()),
         curvatures={
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },

@@ -111,7 +111,7 @@ def _around(axis: Axis) -> list[Section]:
     facts = [f"{FORCE} = {drive.force_text(axis.coordinate, digits=10)}"]
     facts += [f"the control is clipped at {drive.limit:g} {unit}"] if drive.limit < math.inf else []
     facts += [f"the gain is known to {100 * drive.relative_sd:g} %"] if drive.relative_sd else []
-    facts += [drive.timing_text] if drive.timing_text else []
+    facts += filter(None, (drive.timing_text, drive.remark))
     columns = tuple(f"{role} = {name}" for role, name in axis.columns.items())
     return [
         Section(title="Drive", lines=tuple(facts)),
@@ -142,6 +142,8 @@ def _experiment(axis: Axis, experiment: Experiment) -> Section:
     seconds = sum(move.duration for move in experiment.moves)
     truth = [f"{p.name} = {experiment.truth.get(p.name, p.nominal):g}" for p in axis.parameters]
     noise = f"{experiment.position_noise:g} {axis.coordinate.unit}"
+    if experiment.resolution:
+        noise += f", counts of {experiment.resolution:g} {axis.coordinate.unit}"
     signals = tuple(Formula(name=name, value=x) for name, x in experiment.signals.items())
     return Section(
         title="Experiment of the twin",

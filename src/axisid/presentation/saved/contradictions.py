@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.methods import METHODS
+from axisid.modeling.declaration import Drive
 from axisid.presentation.schema import (
     Matrix,
     WrittenEstimate,
@@ -15,8 +16,9 @@ from axisid.presentation.schema import (
     WrittenStream,
     WrittenStreamRecord,
     WrittenValue,
+    plain,
 )
-from axisid.support.errors import DataError
+from axisid.support.errors import DataError, ModelError
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.user_values import quoted
 
@@ -81,8 +83,11 @@ def _identified(document: WrittenIdentification) -> Iterator[str]:
             yield from _record(document.record, document.prefilter, estimate.rows)
         elif estimate.rows != sum(member.rows for member in document.records):
             yield f"the rows of {estimate.method} are not those of its records"
-    if isinstance(drive := document.drive, WrittenResponse) and min(drive.lag, drive.delay) < 0:
-        yield f"its drive has a lag of {drive.lag:g} s and a delay of {drive.delay:g} s"
+    if isinstance(drive := document.drive, WrittenResponse):
+        try:
+            Drive(gain=1.0, **plain(drive))
+        except ModelError as error:
+            yield f"its drive cannot be: {error}"
     yield from _several(document)
     for first, end in (*document.record.segments, *document.record.masked):
         if not 0 <= first < end <= document.record.samples:

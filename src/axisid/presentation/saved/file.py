@@ -4,15 +4,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from msgspec import UNSET
+
 from axisid.codegen.artefacts import signature
 from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.text import load_axis
 from axisid.presentation.schema import (
+    WrittenDriveTime,
     WrittenIdentification,
     WrittenKnown,
     WrittenOutputFit,
+    WrittenResponse,
     WrittenStream,
     read_document,
     schema_of,
@@ -160,7 +164,14 @@ def joined_model(
 
 
 def _as_identified(document: WrittenIdentification | WrittenStream, axis: Axis) -> Axis:
-    """The axis without what was left out, and with what was fixed where it fixes nothing itself."""
+    """The axis without what was left out, and with what was fixed where it fixes nothing itself.
+
+    A time of its drive that was estimated is what was found.
+    """
+    drive = document.drive if isinstance(document, WrittenIdentification) else UNSET
+    if isinstance(drive, WrittenResponse) and isinstance(drive.estimated, WrittenDriveTime):
+        found = drive.estimated
+        axis = replace(axis, drive=axis.drive.with_time(found.of, found.value))
     left = leave_out(axis, **(document.left_out or {}))
     free = {p.name for p in left.parameters if p.known is None}
     fixed = {n: (v.value, v.sd) for n, v in _fixed(document).items() if n in free}

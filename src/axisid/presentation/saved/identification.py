@@ -5,13 +5,14 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
+from msgspec import UnsetType
 from msgspec.structs import asdict
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import NamedValues
-from axisid.estimation.identification import OfRecord, record_place
+from axisid.estimation.identification import DriveTime, OfRecord, record_place
 from axisid.estimation.joint import JointForm
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
@@ -210,6 +211,21 @@ class SavedIdentification(Presentable):
                 code="axis-not-saved",
             )
         return self.declared
+
+    @cached_property
+    def drive_time(self) -> DriveTime | None:
+        """The drive's lag or delay where it was estimated."""
+        drive = self.document.drive
+        if isinstance(drive, UnsetType) or isinstance(drive.estimated, UnsetType):
+            return None
+        written = drive.estimated
+        return DriveTime(
+            name=written.of,
+            parameter=Parameter(written.name, "s", nominal=written.nominal),
+            value=written.value,
+            deviation=written.sd,
+            interval=written.interval_95,
+        )
 
     @cached_property
     def estimates(self) -> Mapping[str, SavedEstimate]:

@@ -17,7 +17,7 @@ from axisid.presentation.plots import (
     convergence_plot,
     mean_residual_plot,
 )
-from axisid.presentation.schema import WrittenResponse
+from axisid.presentation.schema import WrittenResponse, plain
 from axisid.presentation.text import estimate_document, identification_document
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
@@ -115,11 +115,13 @@ def _axis(saved: SavedIdentification) -> _Like:
     units = {name: v.unit for name, v in first.parameters.items()}
     combined = {name: made for p in saved.physical.values() for name, made in _made(p).items()}
     declared = saved.declared
-    # The file alone does not tell the drive's force; a gain is what TOML and the library have.
+    # The file alone has the drive's force in words.
     written = saved.document.drive
     drive = Drive(gain=1.0) if declared is None else declared.drive
     if declared is None and isinstance(written, WrittenResponse):
-        drive = Drive(gain=1.0, lag=written.lag, delay=written.delay, logged=written.logged)
+        drive = Drive(gain=1.0, **plain(written))
+    if declared is None:
+        drive = cast(Drive, _told(saved, drive))
     if declared is None:
         left_out = tuple(
             Parameter(name, "1", known=value)
@@ -135,6 +137,12 @@ def _axis(saved: SavedIdentification) -> _Like:
         parameters=first.quantities,
         signature=saved.signature,
     )
+
+
+def _told(saved: SavedIdentification, drive: Drive) -> _Like:
+    """A drive as far as the file has it."""
+    force, remark = saved.document.drive_force, saved.document.drive_remark
+    return _Like(drive, is_gain=not force, remark=remark or "")
 
 
 def _made(physical: Any) -> Mapping[str, tuple[Parameter, str]]:

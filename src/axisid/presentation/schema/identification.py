@@ -138,9 +138,15 @@ class WrittenIdentification(
         tuple[WrittenSignal, ...] | UnsetType,
         about("Recorded signals that the axis declares, if there are any."),
     ] = UNSET
-    drive: Annotated[WrittenResponse | UnsetType, about("Of a drive with a lag or a delay.")] = (
-        UNSET
-    )
+    drive: Annotated[
+        WrittenResponse | UnsetType, about("Of one that does not act as commanded.")
+    ] = UNSET
+    drive_force: Annotated[
+        str | UnsetType, about("What the drive makes of the control, where it is no gain alone.")
+    ] = UNSET
+    drive_remark: Annotated[
+        str | UnsetType, about("What of the motor is not in the drive's force, if anything.")
+    ] = UNSET
     record: WrittenRecord
     prefilter: WrittenPrefilter
     requested: Annotated[

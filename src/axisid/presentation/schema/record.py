@@ -95,6 +95,17 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
     ] = UNSET
 
 
+class WrittenDriveTime(JsonObject, frozen=True, kw_only=True):
+    """A drive's lag or delay that was estimated, s."""
+
+    name: str
+    of: Annotated[Literal["lag", "delay"], about("Which of the drive's times it is.")]
+    nominal: Annotated[float, about("Where the search started.")]
+    value: float
+    sd: Annotated[float, about("HAC; what it adds is in the deviations of the parameters.")]
+    interval_95: tuple[float, float]
+
+
 class WrittenResponse(JsonObject, frozen=True, kw_only=True):
     """How the drive follows a command, and where the control was recorded."""
 
@@ -104,6 +115,20 @@ class WrittenResponse(JsonObject, frozen=True, kw_only=True):
         Literal["command", "applied", "current"],
         about("What the recorded control is: what acts after the delay, what is left by the lag."),
     ]
+    unit: Annotated[
+        str | UnsetType, about("Of the control, where one of the following is declared.")
+    ] = UNSET
+    rate_limit: Annotated[
+        float | UnsetType, about("Most that the acting control changes in a second, unit/s.")
+    ] = UNSET
+    quantisation: Annotated[
+        float | UnsetType, about("Step to which a command is rounded, in its unit.")
+    ] = UNSET
+    deadband: Annotated[
+        float | UnsetType,
+        about("Half width of the commands that make no force, in their unit; taken off others."),
+    ] = UNSET
+    estimated: WrittenDriveTime | UnsetType = UNSET
 
 
 class WrittenSignal(JsonObject, frozen=True, kw_only=True):

@@ -7,7 +7,7 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Estimate, Physical, Value
-from axisid.estimation.identification import Identification
+from axisid.estimation.identification import DriveTime, Identification
 from axisid.estimation.moves import Band
 from axisid.estimation.noise import NoiseBias
 from axisid.modeling.declaration import left_out_text
@@ -116,10 +116,22 @@ def _heading(result: Identification, wording: Wording) -> Heading:
         "left out": left_out_text(axis.declared),
         **(several_facts(result, wording) if result.of_records else record_facts(record, wording)),
         **set_aside_facts(result.set_aside, wording),
+        "drive": _drive_time(result.drive_time),
         "truth": _truth(axis.declared.parameters, truth),
         "": _truth([] if result.of_records else [p for p, _ in axis.base.combined], truth),
     }
     return Heading(facts=tuple(facts.items()))
+
+
+def _drive_time(found: DriveTime | None) -> str:
+    """The drive's lag or delay where it was estimated."""
+    if found is None:
+        return ""
+    low, high = (1e3 * end for end in found.interval)
+    return (
+        f"{found}, estimated, 95 % interval {low:.4g} to {high:.4g} ms; it is in the deviations of "
+        "the parameters"
+    )
 
 
 def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:

@@ -52,7 +52,8 @@ def filter_text(sampling: Sampling, drive: Drive, *, measured: bool, motion: Seq
     f = sampling.prefilter
     commanded = "drive gain x control" if drive.is_gain else "what the drive makes of the control"
     force = "force column" if measured else commanded
-    timing = "" if measured or not drive.timing_text else f"; {drive.timing_text}"
+    said = () if measured else filter(None, (drive.timing_text, drive.remark))
+    timing = "".join(f"; {each}" for each in said)
     return (
         f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
         f"forward and backward. Force: {force}, hold {f.hold}{timing}."

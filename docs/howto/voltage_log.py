@@ -1,0 +1,106 @@
+# %% [markdown]
+# # My log has PWM or voltage, not current
+#
+# A current makes a torque, whatever the speed. A voltage does not: the motor's own motion takes `ke` times its speed
+# of it, and what is left drives a current through the winding. Declared as a plain gain, `Drive(gain=kt*n/R)`, such an
+# axis fits its log as well as before; its viscous friction is then that of the bearings *and* `kt*ke*n^2/R`, which is
+# often the larger. Say what the drive is, and the friction is the axis's own.
+#
+# ## From the data sheet
+#
+# A servo of a robot's hand logs the duty of its PWM, from -885 to 885. Its data sheet says: 12 V, stall torque 4.1 N m
+# at 2.3 A, 46 rpm without load, a gear of 353.5. The resistance is `12/2.3`; the speed without load, where hardly any
+# current flows, gives `ke`; `kt` is the same number in SI; and what the stall torque is short of `kt*n*2.3` is the gear.
+
+# %%
+import math
+from dataclasses import replace
+
+from axisid import Coordinate, Parameter, identify, newton, twin_record
+from axisid.control import dynamixel_position
+from axisid.elements import Drive, back_emf, coulomb, gravity_moment, viscous, voltage_drive
+from axisid.modeling import Experiment, back_and_forth
+
+volts, amperes, ratio = 12.0, 2.3, 353.5
+resistance = volts / amperes
+ke = volts / (ratio * 46 * 2 * math.pi / 60)
+efficiency = 4.1 / (ke * ratio * amperes)
+print(f"R = {resistance:.3g} V/A, ke = kt = {1e3 * ke:.3g} mN m/A, efficiency {efficiency:.2f}")
+
+motor = {"kt": ke, "resistance": resistance, "ratio": ratio, "volts": volts / 885}
+drive = voltage_drive(ke=ke, efficiency=efficiency, unit="1", limit=885.0, **motor)
+
+q = Coordinate("q", "rad")
+J = Parameter("J", "kg m^2", nominal=0.02, lower=0.0, description="finger and rotor")
+mgl = Parameter("mgl", "N m", description="weight, level at 0")
+fv = Parameter("fv", "N m/(rad/s)", lower=0.0)
+fc = Parameter("fc", "N m", lower=0.0)
+
+axis = newton(
+    "finger",
+    coordinate=q,
+    parameters=(J, mgl, fv, fc),
+    inertia=J,
+    resistance=(gravity_moment(0, mgl, q), viscous(fv, q), coulomb(fc, q)),
+    drive=drive,
+    control=dynamixel_position(p=800.0, d=100.0, period=1e-3),
+    experiment=Experiment(
+        moves=back_and_forth(speeds=(0.5, 1.2, 2.5), acceleration=25.0, seconds=0.6, repeat=3),
+        truth={"J": 0.024, "mgl": 0.4, "fv": 0.03, "fc": 0.12},
+        position_noise=1e-5,
+    ),
+)
+record = twin_record(axis)
+right = identify(axis, record)
+print(right["idm-iv"].parameters.listed())
+
+# %% [markdown]
+# The same record under a plain gain. The viscous friction is forty times the axis's, and the gear's losses have gone into
+# every parameter:
+
+# %%
+gain = replace(axis, drive=Drive(gain=drive.gain, unit="1", limit=885.0))
+wrong = identify(gain, record, methods=["idm-ls"])
+print(wrong["idm-ls"].parameters.listed())
+
+# %% [markdown]
+# `volts` is the voltage for a control of 1: the supply for a duty from -1 to 1, `supply/255` of an 8-bit PWM. A supply
+# that varies and is recorded is `scaled_by=supply/12`, see [Recorded signals](recorded_signals). In TOML:
+#
+# ```toml
+# drive = { kind = "voltage_drive", kt = 7.05e-3, ke = 7.05e-3, resistance = 5.22, ratio = 353.5, efficiency = 0.72, volts = 0.01356, unit = "1", limit = 885 }
+# ```
+#
+# ## Without `ke`
+#
+# Leave it out, and the drive is a gain: what is identified as viscous friction is `fv + kt*ke*n^2/R`, and the text of
+# every result says so. No motion tells the two apart, as both are in proportion to the speed: one column of the
+# regression. If the friction is known (from a run with the motor's terminals open), the back-EMF can be identified as a
+# parameter of the equation of motion; if neither is, `show` says which sum is.
+
+# %%
+KE = Parameter("ke", "V/(rad/s)", lower=0.0)
+emf = back_emf(KE, q, kt=ke, resistance=resistance, ratio=ratio)
+both = replace(
+    axis,
+    drive=voltage_drive(unit="1", limit=885.0, **motor),
+    parameters=(J, mgl, fv, fc, KE),
+    force=axis.force + emf,
+    experiment=replace(axis.experiment, truth={**axis.experiment.truth, "ke": ke}),
+)
+told = identify(both, twin_record(both), methods=["idm-iv"])
+print(told["idm-iv"].parameters.listed())
+
+# %% [markdown]
+# ## Which one do I have?
+#
+# | the log has | declare |
+# |---|---|
+# | current, measured or commanded in a current loop | `Drive(gain=kt*n, unit="A")`, or `current_drive(kt=, ratio=, ...)` |
+# | current, near the end of what the supply allows | `current_drive(kt=, ratio=, supply=, resistance=, ke=)`: the torque falls with the speed there |
+# | voltage, or the duty of a PWM | `voltage_drive(kt=, ke=, resistance=, ratio=, volts=)` |
+# | the same, `L/R` of the winding above a tenth of the sampling period | the same with `inductance=` |
+# | either, behind a worm or a high gear | the same with `efficiency=` |
+# | something else | `formula_drive(force, inverse)` |
+#
+# [Drives](../drives) has the equations, what was measured of each, and what no record tells.

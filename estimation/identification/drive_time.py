@@ -1,0 +1,216 @@
+"""A drive's lag or delay from a record: what makes the force act where the motion shows it.
+
+The loop is simulated with a lag, and the delay that the alignment finds beside it is added to the
+lag, until there is none. A lag, a delay and the half sample of the hold move the force alike at the
+frequencies of a motion: a record shows their sum, so that at most one of them can be estimated, and
+the others are to be known.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.estimation.diagnostics.loop import Alignment
+from axisid.estimation.estimates import Estimate, student_interval
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds.estimates import MAX_TIMING_STEP
+from axisid.modeling.declaration import HIDDEN_FROM, Axis
+from axisid.modeling.quantities import Parameter
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.missing import Missing
+from axisid.support.user_values import quoted
+
+from .result import DriveTime, Identification
+
+_STEPS = 10
+_FEW = 100_000  # samples, of which a virtual machine is done before a compiler
+_BY = "idm-iv"  # the method that a time is found by
+
+#: Identifies an axis by methods; None for all that axis and record allow.
+Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundTime:
+    """Where the search for a lag or a delay ended.
+
+    Attributes
+    ----------
+    axis : Axis
+        With it.
+    value, deviation : float
+        s; the deviation is HAC, that of the delay between force and motion.
+    identification : Identification
+        Of that axis.
+    moved : mapping of str to float
+        What a deviation moves each parameter by.
+    """
+
+    axis: Axis
+    value: float
+    deviation: float
+    identification: Identification
+    moved: Mapping[str, float]
+
+
+def searched_time(declared: Axis, record: Record, name: str, run: Identify) -> FoundTime:
+    """The lag or the delay with which force and motion are aligned.
+
+    Parameters
+    ----------
+    declared : Axis
+        With a sampled control law; its own time is where the search starts.
+    record : Record
+    name : str
+        ``lag`` or ``delay``.
+    run : callable
+
+    Raises
+    ------
+    UsageError
+        There is no such time, or the control was recorded where nothing shows it.
+    EstimationError
+        The record does not show it, or the force acts before its command.
+    """
+    check_time(declared, record, name)
+    value = float(getattr(declared.drive, name))
+    for _ in range(_STEPS):
+        tried = with_time(declared, name, value)
+        result = run(build(tried, native=len(record) > _FEW), [_BY])
+        found = _alignment(declared, result, name)
+        step = (found.best - result.data.hold_delay) * record.period
+        deviation = found.deviation * record.period
+        if abs(step) < MAX_TIMING_STEP.value * deviation or (value == 0 and step <= 0):
+            break
+        value = max(value + step, 0.0)
+    else:
+        raise EstimationError(
+            f"axis {declared.name!r}: the estimate of the drive's {name} does not settle; it is "
+            f"about {value:.3g} s. See whether the law and the model are right.",
+            code="drive-timing-unsettled",
+        )
+    if step < -2 * deviation:
+        raise EstimationError(
+            f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
+            f"no {name} to estimate; see whether the control is logged late, and its hold.",
+            code="drive-timing-early",
+        )
+    moved = dict(zip(found.names, found.sensitivity * found.deviation, strict=True))
+    return FoundTime(
+        axis=tried, value=value, deviation=deviation, identification=result, moved=moved
+    )
+
+
+def with_time(declared: Axis, name: str, value: float) -> Axis:
+    """An axis whose drive has a lag or a delay, s, which is then known."""
+    return replace(declared, drive=declared.drive.with_time(name, value))
+
+
+def identified_with_time(
+    axis: GeneratedAxis, records: Sequence[Record], run: Identify, methods: Sequence[str] | None
+) -> Identification:
+    """Identify an axis whose drive has a lag or a delay that is estimated too.
+
+    Every deviation of the parameters has in it what that of the time adds: the estimates are made
+    once more with the time a deviation longer.
+
+    Raises
+    ------
+    UsageError
+        There are several records, or as `searched_time`.
+    EstimationError
+        As `searched_time`.
+    """
+    declared = axis.declared
+    name, parameter = declared.drive.estimated or ("lag", Parameter("lag", "s"))
+    if len(records) > 1:
+        raise UsageError(
+            f"axis {declared.name!r}: the drive's {name} is to be estimated, which one record "
+            f"tells, and {len(records)} are given; identify it from one of them, and declare it as "
+            "a number for all.",
+            code="drive-timing-several",
+        )
+    found = searched_time(declared, records[0], name, run)
+    result = run(_built(axis, found.axis), methods)
+    later = with_time(declared, name, found.value + found.deviation)
+    moved = run(_built(axis, later), [*result.estimates])
+    freedom = float(len(result.preferred.y) - len(result.preferred.theta))
+    return replace(
+        result,
+        estimates={n: _widened(e, moved.estimates[n]) for n, e in result.estimates.items()},
+        drive_time=DriveTime(
+            name=name,
+            parameter=parameter,
+            value=found.value,
+            deviation=found.deviation,
+            interval=_from_zero(student_interval(found.value, found.deviation, freedom)),
+        ),
+    )
+
+
+def _built(axis: GeneratedAxis, declared: Axis) -> GeneratedAxis:
+    return build(declared, native=axis.native.enabled)
+
+
+def _from_zero(interval: tuple[float, float]) -> tuple[float, float]:
+    return max(interval[0], 0.0), interval[1]
+
+
+def _widened(estimate: Estimate, moved: Estimate) -> Estimate:
+    """An estimate whose covariances have in them that a time may be a deviation longer."""
+    changed: dict[str, dict[str, Array]] = {
+        "covariances": _beside(estimate.covariances, moved.physical - estimate.physical)
+    }
+    if estimate.is_direct:
+        by = moved.theta_ddm - estimate.theta_ddm
+        changed["ddm_covariances"] = _beside(estimate.ddm_covariances, by)
+    return estimate.with_inference(**changed)
+
+
+def _beside(covariances: Mapping[str, Array], moved: Array) -> dict[str, Array]:
+    return {name: matrix + np.outer(moved, moved) for name, matrix in covariances.items()}
+
+
+def check_time(declared: Axis, record: Record, name: str) -> None:
+    """Refuse a time that a record cannot show.
+
+    Raises
+    ------
+    UsageError
+        There is no such time, or the control was recorded where nothing shows it.
+    """
+    if name not in HIDDEN_FROM:
+        raise UsageError(
+            f"{quoted(name)} is no time of a drive; give 'lag' or 'delay', one of them: a record "
+            "shows their sum.",
+            code="drive-timing-name",
+        )
+    law = declared.control
+    if law is None or law.continuous or record.force is not None or record.control is None:
+        raise UsageError(
+            f"axis {declared.name!r}: the drive's {name} is told by a recorded control of a "
+            "sampled law, and by no force that was measured.",
+            code="drive-timing-record",
+        )
+    if declared.drive.logged in HIDDEN_FROM[name]:
+        raise UsageError(
+            f"axis {declared.name!r}: the control was recorded behind the drive's {name} "
+            f"(logged={declared.drive.logged!r}), so that the motion does not show it.",
+            code="drive-timing-logged",
+        )
+
+
+def _alignment(declared: Axis, result: Identification, name: str) -> Alignment:
+    """The alignment of an identification, where it tells the time."""
+    found = result.diagnosis.alignment
+    if isinstance(found, Missing) or found.at_the_end:
+        why = "the record tells no delay between force and motion"
+        raise EstimationError(
+            f"axis {declared.name!r}: the drive's {name} cannot be estimated: "
+            f"{found if isinstance(found, Missing) else why}.",
+            code="drive-timing-unknown",
+        )
+    return found

@@ -1,0 +1,147 @@
+"""Figures of a data sheet: numbers, or constants whose units are checked along the gear."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from axisid.modeling.quantities import (
+    Constant,
+    ConstantSymbol,
+    Coordinate,
+    Unit,
+    number,
+    parse_unit,
+)
+from axisid.support.errors import ModelError
+from axisid.support.user_values import quoted
+
+#: What a drive is told: a plain number has the unit of its place, a `Constant` its own.
+Figure: TypeAlias = float | Constant | ConstantSymbol
+
+
+def figure(value: Figure, what: str, *, positive: bool = True) -> float:
+    """The number of a figure.
+
+    Raises
+    ------
+    ModelError
+        It is none, or negative, or 0 where that is no figure.
+    """
+    found = number(_number(value), what)
+    if found < 0 or (positive and not found):
+        said = "a positive number" if positive else "0 or more"
+        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive-figure")
+    return found
+
+
+def gear_ratio(value: Figure) -> float:
+    """The number of a gear ratio, negative for a motor that turns the other way.
+
+    Raises
+    ------
+    ModelError
+        It is none, or 0.
+    """
+    found = number(_number(value), "the gear ratio")
+    return math.copysign(figure(abs(found), "the gear ratio"), found)
+
+
+def check_dimension(value: Figure | None, what: str, *units: str) -> None:
+    """Refuse a constant in another unit than those.
+
+    Raises
+    ------
+    ModelError
+        It is in another.
+    """
+    own = _unit(value)
+    if own is None:
+        return
+    if not any(own.same_dimension(parse_unit(unit)) for unit in units):
+        raise ModelError(
+            f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive-figure-unit"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearedUnits:
+    """Whether figures of a motor and its gear fit an axis.
+
+    Attributes
+    ----------
+    kt, ke : Unit or None
+        Of the constants; None for plain numbers, which fit any axis.
+    ratio : Unit or None
+        Of the gear ratio; None for a plain number.
+    is_geared : bool
+        Whether there is a ratio other than 1.
+    """
+
+    kt: Unit | None = None
+    ke: Unit | None = None
+    ratio: Unit | None = None
+    is_geared: bool = False
+
+    @classmethod
+    def of(cls, kt: Figure, ke: Figure | None, ratio: Figure) -> "GearedUnits":
+        """Of the figures themselves.
+
+        Raises
+        ------
+        ModelError
+            One is in a unit that none of them has.
+        """
+        check_dimension(kt, "kt", "N m/A", "N/A")
+        check_dimension(ke, "ke", "V/(rad/s)", "V/(m/s)")
+        check_dimension(ratio, "the gear ratio", "1", "rad/m")
+        return cls(kt=_unit(kt), ke=_unit(ke), ratio=_unit(ratio), is_geared=_number(ratio) != 1)
+
+    def check_on(self, coordinate: Coordinate) -> None:
+        """Refuse what counts the gear twice, or not at all.
+
+        Raises
+        ------
+        ModelError
+            The figures are the coordinate's already and there is a ratio, or they are not and
+            there is none.
+        """
+        for name, unit, own in self._checked(coordinate):
+            is_own, ratio = unit.same_dimension(own), f"rad/{coordinate.unit}"
+            if is_own and self.is_geared and coordinate.unit == "m":
+                raise ModelError(
+                    f"the gear is in {name} already, which is in {unit}, and in the ratio too; "
+                    f"leave the ratio out, or give the motor's own {name}.",
+                    code="gear-twice",
+                )
+            if not is_own and not self.is_geared:
+                raise ModelError(
+                    f"{name} is in {unit}, and the coordinate in {coordinate.unit}; give the "
+                    f"motor's angle over the coordinate, ratio=..., in {ratio}.",
+                    code="gear-missing",
+                )
+            if self.ratio is not None and not self.ratio.same_dimension(parse_unit(ratio)):
+                raise ModelError(
+                    f"the gear ratio is in {self.ratio}; give the motor's angle over the "
+                    f"coordinate, in {ratio}.",
+                    code="gear-unit",
+                )
+
+    def _checked(self, coordinate: Coordinate) -> Iterator[tuple[str, Unit, Unit]]:
+        own = {
+            "kt": coordinate.force_unit / parse_unit("A"),
+            "ke": parse_unit("V") / coordinate.velocity_unit,
+        }
+        for name, unit in (("kt", self.kt), ("ke", self.ke)):
+            if unit is not None:
+                yield name, unit, own[name]
+
+
+def _unit(value: Figure | None) -> Unit | None:
+    if isinstance(value, Constant):
+        return parse_unit(str(value.unit))
+    return value.unit if isinstance(value, ConstantSymbol) else None
+
+
+def _number(value: Figure) -> float:
+    return value.value if isinstance(value, (Constant, ConstantSymbol)) else value

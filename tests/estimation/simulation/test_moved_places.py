@@ -1,0 +1,119 @@
+"""Kinks and jumps that recorded signals move are events: closed forms, and the virtual machine."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import Parameter, Signal, build, newton, simulate
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.elements import Drive, coulomb
+from axisid.estimation.simulation import simulate_batch
+from axisid.support.arrays import Array
+from tests.axes.bodies import force_law, x
+
+T = 1e-3
+TIME = T * np.arange(400)
+MASS, FRICTION, STIFFNESS = 2.0, 1.0, 3e6
+m, c = Parameter("m", "kg", nominal=1.0), Parameter("c", "N", nominal=1.0)
+
+
+@cache
+def axis(*, native: bool = True) -> GeneratedAxis:
+    """A mass with dry friction, and forces of several kinds whose places signals move."""
+    names = {"stop": "N/m", "jump": "N", "slip": "N/(m/s)", "gate": "N/m"}
+    sizes = {name: Parameter(name, unit, nominal=1.0) for name, unit in names.items()}
+    place, belt = Signal("place", "m"), Signal("belt", "m/s", "held")
+    forces = (
+        sizes["stop"] * sympy.Max(0, x.symbol - place),
+        sizes["jump"] * sympy.sign(x.symbol - place),
+        sizes["slip"] * sympy.Max(0, x.velocity - belt),
+        sizes["gate"] * sympy.Max(0, -place),
+    )
+    made = newton(
+        "moved",
+        coordinate=x,
+        parameters=(m, c, *sizes.values()),
+        signals=(place, belt),
+        inertia=m,
+        resistance=(coulomb(c, x), *forces),
+        drive=Drive(gain=1.0),
+        control=force_law(T),
+    )
+    return build(made, native=native)
+
+
+def theta(*, friction: float = 0.0, **sizes: float) -> list[float]:
+    return [MASS, friction, *(sizes.get(name, 0.0) for name in ("stop", "jump", "slip", "gate"))]
+
+
+def moved(parameters: list[float], place: Array, push: Array, **others: Any) -> Array:
+    signals = {"place": place, "belt": 0.03 * np.cos(17 * TIME)}
+    native = others.pop("native", True)
+    start = {"start": 0.0, **others}
+    return simulate(axis(native=native), parameters, push, T, signals=signals, **start).position
+
+
+def test_a_mass_bounces_off_a_stop_that_comes_towards_it() -> None:
+    """In the stop's frame contact is half a period of its spring: 2 w faster it comes back."""
+    speed, comes, first = 0.1, 0.3, 0.0213
+    place, start = first - comes * TIME, {"start_velocity": speed}
+    found = moved(theta(stop=STIFFNESS), place, 0 * TIME, **start)
+    meets = first / (speed + comes)
+    leaves = meets + np.pi * np.sqrt(MASS / STIFFNESS)
+    back = speed * meets - comes * (leaves - meets) - (speed + 2 * comes) * (TIME - leaves)
+    expected = np.where(meets > TIME, speed * TIME, back)
+    free = (meets > TIME) | (leaves < TIME)
+    assert free.sum() > 395
+    assert found[free] == pytest.approx(expected[free], abs=1e-9)
+
+
+def test_a_stop_that_meets_a_mass_at_rest_moves_it_within_the_sample() -> None:
+    """It is pushed from where the spring overcomes friction, at rest until then."""
+    comes, first = 0.05, 0.0100123
+    place = first - comes * TIME
+    found = moved(theta(friction=FRICTION, stop=STIFFNESS), place, 0 * TIME)
+    begins = (first + FRICTION / STIFFNESS) / comes
+    w = np.sqrt(STIFFNESS / MASS)
+    leaves, phase = begins, np.linspace(0, 2 * np.pi, 200_001)
+    depth = FRICTION / STIFFNESS + comes / w * np.sin(phase)  # of the spring; it ends at 0
+    leaves += phase[np.flatnonzero(depth < 0)[0]] / w
+    beyond = np.flatnonzero(leaves < TIME)[0]
+    assert np.all(found[begins > TIME] == 0)
+    velocity = -comes * (1 - np.cos(w * (leaves - begins)))
+    where = -comes * (leaves - begins) + comes / w * np.sin(w * (leaves - begins))
+    t = TIME[beyond] - leaves
+    slowed = where + velocity * t + FRICTION / MASS * t**2 / 2
+    assert found[beyond] == pytest.approx(slowed, abs=1e-9)
+
+
+#: What each kind of force is declared with.
+KINDS = {"stop": 2e4, "slip": 50.0, "jump": 1.5, "gate": 200.0}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_steps_lanes_and_the_virtual_machine_agree(kind: str) -> None:
+    parameters, push = theta(friction=FRICTION, **{kind: KINDS[kind]}), 3.0 * np.sin(9 * TIME)
+    place = 0.004 * np.cos(31 * TIME)
+    one, fine, virtual = (
+        moved(parameters, place, push, **how) for how in ({}, {"substeps": 32}, {"native": False})
+    )
+    signals = {"place": place, "belt": 0.03 * np.cos(17 * TIME)}
+    start = np.zeros(34)
+    lanes = simulate_batch(axis(), [parameters] * 34, push, T, start=start, signals=signals)
+    assert np.ptp(one) > 1e-4
+    assert one == pytest.approx(fine, abs=1e-9)
+    assert virtual == pytest.approx(one, abs=1e-12)
+    assert lanes["position"][:, 33] == pytest.approx(one, abs=1e-12)
+
+
+def test_an_axis_rests_in_a_jump_while_it_stands_still_and_not_while_it_moves() -> None:
+    push = np.where(TIME < 0.2, 1.0, 0.0)
+    assert np.all(moved(theta(jump=5.0), 0 * TIME, push) == 0)
+    leaps = moved(theta(jump=5.0), np.where(TIME < 0.1, 0.0, 0.01), push)
+    assert np.all(leaps[TIME < 0.0995] == 0)
+    assert leaps[150] > 1e-3
+    carried = moved(theta(friction=0.5, jump=5.0), 1e-3 * TIME, push)
+    assert carried == pytest.approx(1e-3 * TIME, abs=1e-6)  # the jump takes it along
