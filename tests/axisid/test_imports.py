@@ -33,6 +33,7 @@ def test_the_command_line_starts_without_the_stages() -> None:
     assert not modules & {"numpy", "scipy", "sympy", "casadi", "matplotlib", "rich"}
 
 
+@pytest.mark.slow
 def test_the_stages_leave_signal_processing_and_figures_to_their_use() -> None:
     rooms = ("modeling.wording", "modeling.text", "codegen.artefacts", "estimation.studies")
     modules = imported_by("import " + ", ".join(f"axisid.{room}" for room in rooms))
@@ -40,6 +41,7 @@ def test_the_stages_leave_signal_processing_and_figures_to_their_use() -> None:
     assert not modules & {"scipy.signal", "scipy.io", "matplotlib", "pytest"}
 
 
+@pytest.mark.slow
 def test_a_result_in_words_needs_no_figures() -> None:
     twin = "axisid.twin_record(axisid.load_axis('emps2015'))"
     modules = imported_by(f"import axisid, axisid.presentation.report\nstr({twin})")

@@ -25,6 +25,7 @@ def test_a_machine_with_a_tachometer_moves_as_the_papers_axis() -> None:
     np.testing.assert_allclose(columns["control"], loop.control, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_two_runs_are_counted_by_method() -> None:
     shares = study.written(study.figures_of("coarse encoder", runs=2, seed=1))
     assert shares["runs"] == 2

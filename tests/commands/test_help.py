@@ -47,6 +47,7 @@ def test_help_has_an_example_and_describes_every_option(run: Run, name: str) -> 
             assert str(parameter.name).upper() in str(command.help), f"{name} {parameter.name}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_examples_run_and_print_plain_ascii(
     run: Run, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, root: Path

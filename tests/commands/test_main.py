@@ -415,6 +415,7 @@ def test_json_never_replaces_an_input_or_what_is_no_file(
     assert stat.S_ISFIFO(pipe.stat().st_mode)
 
 
+@pytest.mark.slow
 def test_json_goes_through_the_pipe_of_a_shell() -> None:
     identify = f"{sys.executable} -m axisid identify emps2015 --method idm-ls --json /dev/fd/3"
     command = f"{identify} 3>&1 >/dev/null | cat"
@@ -433,6 +434,7 @@ def test_json_follows_links_and_keeps_modes(run: Run, tmp_path: Path) -> None:
     assert stat.S_IMODE(target.stat().st_mode) == 0o600
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("redirect", ["| true", "> /dev/full"])
 def test_result_file_is_written_even_if_standard_output_fails(
     tmp_path: Path, redirect: str
@@ -456,12 +458,14 @@ def test_full_standard_output_exits_2_with_one_sentence(arguments: str) -> None:
     assert "No space left on device" in done.stderr
 
 
+@pytest.mark.slow
 def test_full_standard_error_keeps_the_exit_code() -> None:
     command = f"{sys.executable} -m axisid identify emps2015 absent.csv 2> /dev/full"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
     assert (done.returncode, done.stdout, done.stderr) == (3, "", "")
 
 
+@pytest.mark.slow
 def test_nothing_that_is_printed_gets_into_a_file_where_streams_are_closed(tmp_path: Path) -> None:
     file = tmp_path / "result.json"
     command = (
@@ -472,6 +476,7 @@ def test_nothing_that_is_printed_gets_into_a_file_where_streams_are_closed(tmp_p
     assert json.loads(file.read_text())["axis"] == "emps2015"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -497,6 +502,7 @@ def test_matplotlib_that_does_not_start_is_told_before_anything_is_done(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_result_is_read_from_standard_input(tmp_path: Path, run: Run) -> None:
     file = tmp_path / "a.json"
     assert run("identify", "emps2015", "--method", "idm-ls", "--json", file)[0] == 0
@@ -578,6 +584,7 @@ def test_native_code_can_be_switched_off_and_gives_the_same(run: Run) -> None:
         assert value["value"] == pytest.approx(virtual[name]["value"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_closed_standard_output_is_no_fault() -> None:
     command = f"{sys.executable} -m axisid --version >&-"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602

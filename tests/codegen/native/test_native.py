@@ -157,6 +157,7 @@ def test_nothing_but_the_library_its_digest_and_its_lock_stay_in_the_cache(cache
     assert {p.suffix for p in cache.iterdir()} == {".so", ".sha256", ".lock"}
 
 
+@pytest.mark.slow
 def test_edited_axis_never_meets_old_code(cache: Path) -> None:
     axis = load_axis("emps")
     old = fresh().native.library()
@@ -304,6 +305,7 @@ def test_full_disk_means_the_virtual_machine(cache: Path) -> None:
     assert not list(cache.glob("*.so"))
 
 
+@pytest.mark.slow
 def test_unwritable_cache_means_one_folder_for_the_user_and_nothing_else(
     tmp_path: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -368,6 +370,7 @@ def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
     assert library.path != path
 
 
+@pytest.mark.slow
 def test_library_of_something_else_under_the_right_name_is_built_again(cache: Path) -> None:
     path = placed_library(text_of("emps"), cache)
     source = cache / "other.c"
@@ -447,6 +450,7 @@ def test_names_that_c_knows_are_harmless(name: str, cache: Path) -> None:
     assert built.native.library() is not None, built.native.refusal
 
 
+@pytest.mark.slow
 def test_what_is_not_a_number_loses_against_min_and_max_as_in_casadi(cache: Path) -> None:
     x, c = turn, Parameter("c", "N m")
     axis = rotor(
@@ -498,6 +502,7 @@ def test_senseless_time_limits_are_ignored(
     assert fresh().native.library() is not None
 
 
+@pytest.mark.slow
 def test_compiler_that_leaves_a_child_behind_does_not_hold_us_up(
     cache: Path, tmp_path: Path
 ) -> None:

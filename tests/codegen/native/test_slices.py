@@ -84,6 +84,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lanes", [0, 1, 64])
 def test_long_simulation_ends_at_once_at_an_interrupt(lanes: int) -> None:
     done = subprocess.run(
@@ -92,6 +93,7 @@ def test_long_simulation_ends_at_once_at_an_interrupt(lanes: int) -> None:
     assert float(done.stdout) < 1.0, done.stderr  # of two threads
 
 
+@pytest.mark.slow
 def test_long_evaluation_ends_at_once_at_an_interrupt() -> None:
     axis = build(load_axis("crank"))
     assert axis.native.library() is not None

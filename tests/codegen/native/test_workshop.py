@@ -87,6 +87,7 @@ def test_library_that_crashes_is_refused_and_never_kept(cache: Path, name: str) 
     assert not list(cache.glob("*.so"))
 
 
+@pytest.mark.slow
 def test_library_that_never_returns_is_refused(
     cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -69,6 +69,7 @@ def test_exports_are_written_anew(run: Run, here: Path, target: str) -> None:
     assert is_earlier(here / "exported", "export")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "form",
     [pytest.param(form, marks=() if form == "png" else pytest.mark.slow) for form in FORMATS],

@@ -43,6 +43,7 @@ def values(result: dict[str, Any]) -> list[float]:
     return [p["value"] for p in result["estimates"][0]["parameters"].values()]
 
 
+@pytest.mark.slow
 def test_a_column_whose_name_has_a_comma_is_quoted(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
@@ -55,6 +56,7 @@ def test_a_column_whose_name_has_a_comma_is_quoted(
     assert "quote a pair whose name has a comma" in " ".join(err.split())
 
 
+@pytest.mark.slow
 def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
@@ -75,6 +77,7 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
     ]
 
 
+@pytest.mark.slow
 def test_repairs_are_printed_and_in_the_json(
     run: Run, root: Path, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
@@ -103,6 +106,7 @@ def test_repairs_are_printed_and_in_the_json(
         assert "cut at 1 gap" in " ".join(out.split())
 
 
+@pytest.mark.slow
 def test_uneven_log_is_resampled(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray], rng: np.random.Generator
 ) -> None:
@@ -151,6 +155,7 @@ def test_repairs_without_a_record_are_refused(run: Run) -> None:
     assert "--gaps and --wrap describe a record; name its file" in err
 
 
+@pytest.mark.slow
 def test_log_is_streamed(
     run: Run, root: Path, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
@@ -185,6 +190,7 @@ def test_what_streaming_cannot_do_is_refused(
     assert "--stream" in err
 
 
+@pytest.mark.slow
 def test_windows_and_shifts_are_taken_and_told(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:

@@ -27,6 +27,7 @@ def _check(result: Identification) -> Check:
     return found
 
 
+@pytest.mark.slow
 def test_right_records_are_alike(plain: GeneratedAxis) -> None:
     found = _check(identify(plain, [stage_record(s) for s in (1, 2, 3)], methods=METHOD))
     assert found.status == "pass"
@@ -81,6 +82,7 @@ def test_an_own_mass_for_each_record_settles_it(plain: GeneratedAxis) -> None:
     assert _check(result).status == "pass"
 
 
+@pytest.mark.slow
 def test_a_load_that_makes_two_parameters_differ_names_both() -> None:
     """On a slope the payload is in the mass and in the weight."""
     axis = build(leave_out(stage(), "m_add"))
@@ -98,6 +100,7 @@ def test_a_difference_that_makes_no_force_is_a_note(plain: GeneratedAxis) -> Non
     assert "less than 1 %" in found.meaning
 
 
+@pytest.mark.slow
 def test_what_is_declared_as_each_records_own_speaks_against_none() -> None:
     records = [stage_record(s, tau0=10.0 * s) for s in (1, 2, 3)]
     axis = build(leave_out(stage(), "m_add"))

@@ -29,6 +29,7 @@ def off(result: Identification) -> float:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("methods", [None, ["idm-ls"], ["idm-iv"]])
 @pytest.mark.parametrize("share", [0.0, 0.01])
 def test_nothing_fails_on_a_record_that_is_right(

@@ -70,6 +70,7 @@ def test_bias_of_least_squares_is_found_under_the_inappropriate_filter_only(
             assert statuses(result)[name] == "pass", name
 
 
+@pytest.mark.slow
 def test_real_record_passes_but_for_its_residuals_and_what_raw_pairing_does(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:

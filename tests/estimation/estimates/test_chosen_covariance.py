@@ -13,6 +13,7 @@ from axisid.estimation.diagnostics.estimates.instruments import Endogeneity, end
 from tests.refusals import refuses
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chosen", ["hac", "robust", "iid"])
 def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
     emps2015: GeneratedAxis, twin: Record, chosen: str

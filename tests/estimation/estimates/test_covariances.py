@@ -98,6 +98,7 @@ def test_the_full_table_has_a_column_for_it(result: Identification) -> None:
     assert [float(cell) for cell in row.split()[-6:-2]] == pytest.approx(wanted, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_one_file_and_one_row_add_a_covariance_to_the_command(tmp_path: Path) -> None:
     done = commands_with(
         tmp_path,

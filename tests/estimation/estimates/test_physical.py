@@ -358,6 +358,7 @@ def test_all_methods_agree_and_the_summary_has_one_table(
     assert "m_l = 0.54 kg m, J_plus_m_l2 = 0.273 kg m^2" in words
 
 
+@pytest.mark.slow
 def test_products_beside_a_parameter_that_enters_nonlinearly(emps2015: GeneratedAxis) -> None:
     """The drive gain moves the sum of masses, not the Stribeck velocity."""
     axis = emps2015.axis

@@ -289,6 +289,7 @@ def test_records_that_begin_in_motion_begin_there(emps2015: GeneratedAxis) -> No
     np.testing.assert_allclose(result.physical, [*TRUTH.values()], rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_what_no_output_shows_is_named(twin: Record, found: OutputFit) -> None:
     """A force at a place where the axis never is; the others are what they are without it."""
     result = fit(with_bump(0.5), twin)

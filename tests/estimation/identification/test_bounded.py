@@ -40,6 +40,7 @@ def _free() -> Identification:
     return identify(_bounded(), _record(), _KEPT, ["idm-ls"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beyond", [(3.0, 0.2), (-1e-3, 0.2), (3.0, -0.05)])
 def test_least_squares_are_those_of_the_same_rows_within_the_bounds(
     beyond: tuple[float, float],
@@ -67,6 +68,7 @@ def test_nothing_changes_where_nothing_is_beyond() -> None:
     assert result.preferred == _free().preferred
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("deviations", "status"), [(1.0, "note"), (8.0, "fail")])
 def test_a_bound_that_the_record_contradicts_fails_and_one_by_chance_is_told(
     tmp_path: Path, deviations: float, status: str

@@ -33,6 +33,7 @@ def _identified(axis: Axis, record: Record | None = None) -> Identification:
     return identify(made, record, methods=["idm-ls", "idm-iv", "didim"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", CASES)
 def test_declared_lag_and_delay_leave_no_error(timing: dict[str, float]) -> None:
     result = _identified(lagging(**timing))
@@ -48,6 +49,7 @@ def test_declared_lag_and_delay_leave_no_error(timing: dict[str, float]) -> None
     assert result.preferred.simulation_error_percent < 0.1
 
 
+@pytest.mark.slow
 def test_undeclared_lag_moves_friction_and_is_seen_in_the_alignment() -> None:
     record = twin_record(build(lagging(lag=1e-3)))
     result = _identified(lagging(), record)
@@ -74,6 +76,7 @@ def _blocks(record: Record) -> list[dict[str, Array]]:
     ]
 
 
+@pytest.mark.slow
 def test_blocks_give_the_estimate_of_the_whole_record() -> None:
     axis = build(lagging(lag=1e-3, delay=3.5e-4))
     record = twin_record(axis)
@@ -91,6 +94,7 @@ def test_loops_follow_a_record_without_its_reference() -> None:
     assert np.sqrt(np.mean(away**2)) < 8e-7  # without lag and delay it is 4e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", [{}, {"lag": 8e-4, "delay": 3.5e-4, "logged": "current"}])
 def test_a_declared_path_leaves_parameters_within_their_deviations(timing: dict[str, Any]) -> None:
     axis = build(noisy(lagging(**PATH, **timing), 1e-6, seed=7))
@@ -120,6 +124,7 @@ def test_a_wrong_gain_is_found_behind_rate_limit_steps_and_dead_band() -> None:
     assert "kp is 0.909" in wrong.meaning
 
 
+@pytest.mark.slow
 def test_an_undeclared_dead_band_is_taken_for_friction_and_named_with_its_width() -> None:
     record = twin_record(build(noisy(lagging(deadband=0.05), 1e-6)))
     result = _identified(lagging(), record)

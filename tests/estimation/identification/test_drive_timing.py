@@ -36,6 +36,7 @@ def _record(seed: int = 1, noise: float = 1e-6, **timing: float) -> Record:
     return twin_record(build(_short(**timing)), position_noise=noise, seed=seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "known", "true"),
     [

@@ -114,6 +114,7 @@ def test_force_column_is_taken_instead_of_the_control(emps2015: GeneratedAxis) -
     assert "force column" in identify(emps2015, doubled, methods="idm-ls").summary()
 
 
+@pytest.mark.slow
 def test_hold_follows_from_what_the_force_is(emps2015: GeneratedAxis) -> None:
     """A drive holds its control over the period; a measured force and a continuous law do not."""
     record = twin_record(emps2015)

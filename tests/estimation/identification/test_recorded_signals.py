@@ -68,6 +68,7 @@ def test_intervals_of_thirty_twins_hold_the_truth(kind: str, between: str) -> No
     assert not failed
 
 
+@pytest.mark.slow
 def test_without_the_signal_the_verdict_says_what_is_missing() -> None:
     axis = build(recorded_axis("pressure"))
     record = twin(axis, "pressure", 3)
@@ -94,6 +95,7 @@ def test_a_feed_forward_of_the_wrong_sign_is_named() -> None:
     assert "feed times -1" in f"{check.meaning}{check.remedy}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [4, 5])
 def test_a_loop_at_a_clock_of_its_own_reads_the_signals_between_samples(every: int) -> None:
     """A loop at several times the log's rate, its pressure straight between the log's samples."""

@@ -63,6 +63,7 @@ def test_three_records_agree_with_each_and_are_more_precise(plain, three) -> Non
     assert len(together["idm-iv"].y) == sum(len(one["idm-iv"].y) for one in alone)
 
 
+@pytest.mark.slow
 def test_the_order_of_the_records_changes_nothing(plain, three) -> None:  # type: ignore[no-untyped-def]
     one = identify(plain, three, methods=METHOD)
     other = identify(plain, [three[2], three[0], three[1]], methods=METHOD)
@@ -108,6 +109,7 @@ def test_records_are_weighted_by_their_noise_which_pays(plain) -> None:  # type:
     assert "weights" in result.summary()
 
 
+@pytest.mark.slow
 def test_a_known_payload_tells_the_drive_gain(loaded: Identification) -> None:
     values = loaded["idm-iv"].parameters
     gain = values["drive_gain"]

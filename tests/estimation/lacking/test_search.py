@@ -69,6 +69,7 @@ def with_more_force(axis: GeneratedAxis, record: Record, term: str, values: Arra
     return replace(record, force=data.force + more, reference=None)
 
 
+@pytest.mark.slow
 def test_a_mass_that_changes_is_found_on_a_record_that_is_quiet() -> None:
     """The change is all that is left, and so is the covariance of a score test."""
     axis = build(load_axis("belt_axis"))

@@ -43,6 +43,7 @@ SOUGHT = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [n if n == "cascade_p_pi" else pytest.param(n, marks=pytest.mark.slow) for n in SOUGHT],

@@ -68,6 +68,7 @@ def run(folder: Path, *lines: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_one_file_and_one_row_add_a_format_to_the_command(
     folder: Path, emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -80,6 +81,7 @@ def test_one_file_and_one_row_add_a_format_to_the_command(
             assert parameter["value"] == pytest.approx(wanted[name].value, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_messages_know_the_new_format(folder: Path) -> None:
     done = run(
         folder,

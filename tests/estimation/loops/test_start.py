@@ -114,6 +114,7 @@ def test_an_axis_that_stands_has_no_velocity(count: int, rng: np.random.Generato
     assert first_velocity(1e-5 * np.round(rng.normal(size=count)), 1e-3) == 0.0
 
 
+@pytest.mark.slow
 def test_a_wrong_law_is_still_found_out() -> None:
     record, _ = carried(0)
     axis = vertical(0)
@@ -131,6 +132,7 @@ def test_without_a_control_the_memory_is_the_declared_one() -> None:
     assert start.memory is None
 
 
+@pytest.mark.slow
 def test_what_is_known_of_a_record_goes_with_it() -> None:
     record, _ = carried(0)
     gc.collect()

@@ -204,6 +204,7 @@ def test_instruments_are_within_a_fifth_of_a_percent(law: ControlLaw, log: float
     assert np.abs(loop.position - record.position).max() < 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law", [cascade(0.25e-3), cascade_p_pi(1 / 16e3)], ids=["4 kHz", "P-PI of 16 kHz"]
 )
@@ -226,6 +227,7 @@ def test_a_set_point_that_is_held_between_the_samples_misleads_nobody(law: Contr
     assert result.passed
 
 
+@pytest.mark.slow
 def test_the_law_check_says_what_the_log_leaves_open() -> None:
     axis = stage(cascade_p_pi(1 / 16e3))
     check = check_law(axis, logged(axis, 1e-3, noise=1e-8))
@@ -237,6 +239,7 @@ def test_the_law_check_says_what_the_log_leaves_open() -> None:
     assert "of its control open" in str(blurred.note)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["kp", "kv"])
 def test_a_wrong_law_between_the_samples_is_found_out(name: str) -> None:
     law = cascade_p_pi(1 / 16e3)

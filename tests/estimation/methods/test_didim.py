@@ -137,6 +137,7 @@ def test_encoder_steps_are_in_its_deviations(emps2015: GeneratedAxis, twin: Reco
     assert checks_of(judged)["residuals against the motion"] == "pass"
 
 
+@pytest.mark.slow
 def test_noise_that_shakes_friction_is_taken_off(emps2015: GeneratedAxis) -> None:
     """A loop of encoder differences makes more force of the noise than friction holds."""
     law = cascade_pd_difference(kp=160.18, kv=243.45, period=1e-3)
@@ -174,6 +175,7 @@ def test_its_equation_error_is_not_printed_beside_its_simulation_error(
     assert "simulated loop" not in [series.label for series in plot.panels[0].series]
 
 
+@pytest.mark.slow
 def test_a_nonlinear_axis_is_identified_on_its_twin() -> None:
     axis = build(stribeck_axis())
     record = twin_record(axis)
@@ -222,6 +224,7 @@ def test_least_squares_beside_it_is_told_of_noise_by_instruments(
     assert one == other
 
 
+@pytest.mark.slow
 def test_several_records_are_one_regression() -> None:
     """Permuting changes nothing; an offset of its own is each record's; weights are told."""
     records = [stage_record(1, tau0=3.0), stage_record(2, tau0=-2.0)]

@@ -67,6 +67,7 @@ def test_a_loop_that_jumps_ends_near_and_says_so() -> None:
     assert float(told.split("ends ")[1].split()[0]) <= NEARLY_CONVERGED.value
 
 
+@pytest.mark.slow
 def test_both_forms_end_at_the_same_estimate() -> None:
     axis, record = white("linear_motor", 1e-3, 1, noisy=True)
     result = identify(replace(axis.axis, name="linear_motor"), record)

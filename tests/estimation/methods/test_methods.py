@@ -95,6 +95,7 @@ def test_a_sweep_is_drawn_with_the_methods_that_are_there(
     assert "IDM-WLS M" in str(every)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("added")
 def test_the_sweep_of_a_report_has_the_new_method(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(emps2015, twin, Prefilter(), ["idm-ls", "ddm-ls", NAME])
@@ -109,6 +110,7 @@ def test_models_are_compared_by_methods_whose_row_says_so(
         compare([emps2015, emps2015.axis], twin, method=NAME)
 
 
+@pytest.mark.slow
 def test_one_file_and_one_row_add_a_method_to_the_command(tmp_path: Path) -> None:
     done = commands_with(
         tmp_path,

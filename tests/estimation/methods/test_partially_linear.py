@@ -120,6 +120,7 @@ def test_columns_are_finite_at_rest() -> None:
     assert np.isfinite(known).all()
 
 
+@pytest.mark.slow
 def test_search_finds_what_a_full_search_over_all_parameters_finds(
     axis: GeneratedAxis, record: Record, result: Identification
 ) -> None:
@@ -173,6 +174,7 @@ def test_gain_scales_forces_and_not_velocities(result: Identification) -> None:
     assert parameters["v"].sd_gain == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_everything_else_takes_such_an_axis(
     axis: GeneratedAxis, record: Record, result: Identification
 ) -> None:
@@ -240,6 +242,7 @@ def compared(axis: GeneratedAxis, record: Record) -> Comparison:
     return compare({"plain": build(plain), "Stribeck": axis}, record, FILTER)
 
 
+@pytest.mark.slow
 def test_no_p_value_where_only_the_larger_model_has_a_velocity(compared: Comparison) -> None:
     """Without an excess its velocity means nothing, so that no statistic is F distributed."""
     (test,) = compared.tests

@@ -47,6 +47,7 @@ def test_interval_that_noise_of_the_position_moves_is_said_to_miss(
         assert float(row.split()[3]) == pytest.approx(bias.difference, rel=0.01)
 
 
+@pytest.mark.slow
 def test_noise_of_the_recorded_control_moves_nothing(emps2015: GeneratedAxis) -> None:
     machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, control_noise=white(0.05))
     results = _results(emps2015, machine, 6)
@@ -58,6 +59,7 @@ def test_noise_of_the_recorded_control_moves_nothing(emps2015: GeneratedAxis) ->
     assert "moved by noise" not in results[0].summary()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [6, pytest.param(16, marks=pytest.mark.slow)])
 def test_deviation_of_the_difference_is_its_scatter(emps2015: GeneratedAxis, runs: int) -> None:
     """Noise of the position, over runs: what the difference scatters by, chance alone."""
@@ -114,6 +116,7 @@ def test_least_squares_alone_is_held_against_instruments(emps2015: GeneratedAxis
     assert "moved by noise" in found["noisy"].summary()
 
 
+@pytest.mark.slow
 def test_least_squares_alone_says_why_nothing_is_told_without_a_reference(
     emps2015: GeneratedAxis,
 ) -> None:

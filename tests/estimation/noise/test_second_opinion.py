@@ -1,6 +1,7 @@
 """Instruments less DIDIM against a resampling of its own."""
 
 import numpy as np
+import pytest
 
 from axisid import Record, identify, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
@@ -8,6 +9,7 @@ from axisid.estimation.noise import second_opinion
 from benchmarks.machines import Machine, records, white
 
 
+@pytest.mark.slow
 def test_deviation_of_the_difference_is_its_scatter(emps2015: GeneratedAxis, twin: Record) -> None:
     """Over runs of a right model, of which it tells none from chance."""
     assert twin.reference is not None

@@ -149,6 +149,7 @@ def test_noise_that_the_law_did_not_measure_is_none_to_follow_by() -> None:
     assert result["idm-ls"].filter_bias is None
 
 
+@pytest.mark.slow
 def test_what_noise_moves_without_a_reference_is_named() -> None:
     axis = build(load_axis("valve"))
     result = identify(axis, replace(twin_record(axis, seed=1), reference=None), methods="idm-ls")
@@ -179,6 +180,7 @@ def test_check_and_notes_name_what_is_moved(emps2015: GeneratedAxis, twin: Recor
     assert moved == pytest.approx(expected - mass.value / viscous.value, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_a_correction_that_the_corrected_loop_confirms_is_no_fault(valve: Identification) -> None:
     """The mass is moved by 2 %, and its interval holds the truth."""
     estimate, truth = valve.preferred, valve.record.provenance.truth

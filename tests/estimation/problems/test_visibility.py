@@ -88,6 +88,7 @@ def test_friction_in_few_slow_rows_is_never_believed(speed: float) -> None:
             assert not conclusion(result.verdict).startswith("Nothing")
 
 
+@pytest.mark.slow
 def test_without_it_the_others_are_found_and_what_stands_for_it_is_told() -> None:
     axis = with_stribeck(1e-3)
     record = twin_record(build(axis))
@@ -127,6 +128,7 @@ def test_streamed_without_it_gives_what_the_whole_gives() -> None:
     assert streamed.to_dict()["left_out"] == {"Fs": 0.0}
 
 
+@pytest.mark.slow
 def test_a_frozen_estimate_is_held_against_a_record_that_shows_more() -> None:
     """What was left out is told by the error on a motion that has it."""
     axis = with_stribeck(0.03)

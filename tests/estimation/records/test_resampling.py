@@ -36,6 +36,7 @@ def laid(
     return resample("log", samples, masks, rate, split=split, **more)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @given(
     lost=st.sets(st.integers(1, 298), max_size=40),
     late=st.floats(0.0, 0.9),

@@ -118,6 +118,7 @@ def with_gaps(rng: np.random.Generator, rows: int) -> Neighbours:
     return Neighbours(np.array(places[:rows]))
 
 
+@pytest.mark.slow
 def test_runs_with_gaps_vary_as_over_all_orders_of_the_signs(rng: np.random.Generator) -> None:
     """The mean and the deviation of its z over orders drawn at random."""
     order = with_gaps(rng, 60)

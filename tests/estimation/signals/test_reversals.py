@@ -124,6 +124,7 @@ def test_instruments_are_weighted_as_the_regressor_is(
     assert iv.physical == pytest.approx(direct.physical, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_candidates_of_a_comparison_share_their_rows(twin: Record) -> None:
     axis = load_axis("emps2015")
     bent = stribeck_axis()

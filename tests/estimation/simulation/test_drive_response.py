@@ -54,6 +54,7 @@ def test_loop_moves_as_an_independent_integrator_does(
         assert np.max(np.abs(loop.force - force)) < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", [{}, {"lag": 8e-4, "delay": 3.5e-4}])
 def test_a_command_passes_rate_limit_steps_and_dead_band_before_it_acts(
     timing: dict[str, float],
@@ -104,6 +105,7 @@ def test_lanes_of_a_batch_are_the_single_simulations(lag: float, delay: float) -
                 )
 
 
+@pytest.mark.slow
 def test_a_delay_of_whole_samples_is_that_of_the_law() -> None:
     plain = lagging()
     assert plain.control is not None
@@ -139,6 +141,7 @@ def test_a_simulation_goes_on_from_what_the_drive_remembers() -> None:
     assert loop.position[2] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", [{"lag": 6e-4}, {"delay": 4e-4}, {"lag": 6e-4, "delay": 1.4e-3}])
 @pytest.mark.parametrize("kind", ["pressure", "supply", "feed"])
 def test_with_recorded_signals_native_code_and_virtual_machine_agree(
@@ -157,6 +160,7 @@ def test_with_recorded_signals_native_code_and_virtual_machine_agree(
     assert np.ptp(native) > 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", [{"lag": 6e-4}, {"delay": 4e-4}, {"lag": 6e-4, "delay": 1.4e-3}])
 def test_an_end_stop_under_a_force_with_a_lag_is_met_where_the_closed_form_says(
     timing: dict[str, float],

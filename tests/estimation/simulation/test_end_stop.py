@@ -48,6 +48,7 @@ def test_impact_without_dissipation_is_half_a_period_of_the_contact_spring(nativ
     assert loop.position[after] == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dissipation", [0.5, 4.0])
 def test_impact_with_dissipation_is_that_of_scipy_with_events(dissipation: float) -> None:
     loop = simulate(bouncing(dissipation), [MASS], FORCE, PERIOD, start=0.0)
@@ -72,6 +73,7 @@ def test_impact_with_dissipation_is_that_of_scipy_with_events(dissipation: float
     assert 0 < -speed < SPEED
 
 
+@pytest.mark.slow
 def test_restitution_is_what_the_docstring_says_for_small_dissipation() -> None:
     loop = simulate(bouncing(0.05), [MASS], FORCE, PERIOD, start=0.0, substeps=64)
     lost = 1 + loop.velocity[-1] / SPEED  # 1 - e
@@ -89,6 +91,7 @@ def test_stop_is_known_and_silent_between_its_ends() -> None:
     assert known[2, 0] > 0
 
 
+@pytest.mark.slow
 def test_record_that_stays_off_the_stops_gives_the_estimates_of_an_axis_without() -> None:
     from dataclasses import replace
 

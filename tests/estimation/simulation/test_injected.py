@@ -65,6 +65,7 @@ def test_one_signal_for_all_lanes_is_that_of_each(loop_axis: GeneratedAxis) -> N
     assert np.array_equal(shared[:, 0], single.position)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_a_continuous_law_has_it_held_over_the_sample(*, native: bool) -> None:
     axis = load_axis("emps")

@@ -56,6 +56,7 @@ def moved(parameters: list[float], place: Array, push: Array, **others: Any) -> 
     return simulate(axis(native=native), parameters, push, T, signals=signals, **start).position
 
 
+@pytest.mark.slow
 def test_a_mass_bounces_off_a_stop_that_comes_towards_it() -> None:
     """In the stop's frame contact is half a period of its spring: 2 w faster it comes back."""
     speed, comes, first = 0.1, 0.3, 0.0213

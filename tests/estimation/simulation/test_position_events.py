@@ -89,6 +89,7 @@ def random_stops(rng: np.random.Generator) -> tuple[list[float], np.ndarray]:
     return theta, sine(STOP * rng.uniform(1.01, 1.6), 10 ** rng.uniform(-0.3, 0.7), 800)
 
 
+@pytest.mark.slow
 def test_random_stops_are_met_within_a_micrometre_or_refused_with_a_sentence() -> None:
     rng, met = np.random.default_rng(1), 0
     for _ in range(40):
@@ -119,6 +120,7 @@ def random_jumps(rng: np.random.Generator) -> tuple[list[float], np.ndarray]:
     return theta, [motion, steps][rng.integers(2)]
 
 
+@pytest.mark.slow
 def test_random_jumps_are_crossed_or_rested_in_as_in_closed_form() -> None:
     """With friction, so that the motion is not chaotic."""
     rng, rested = np.random.default_rng(2), 0.0
@@ -147,6 +149,7 @@ def without_feedback(name: str, *resistance: sympy.Expr) -> GeneratedAxis:
     return build(body(*resistance, coordinate=x, parameters=offered, name=name, control=law))
 
 
+@pytest.mark.slow
 def test_axis_without_coulomb_friction_oscillates_through_a_jump_ever_faster_into_rest() -> None:
     """Its velocity falls by half in 23 ms and would never be nothing."""
     made = without_feedback("swing", viscous(Fv, x), J * sympy.sign(q))
@@ -164,6 +167,7 @@ def test_axis_without_coulomb_friction_oscillates_through_a_jump_ever_faster_int
     assert np.abs(loop.position[-100:]).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("other", "kind"), [("bumper", "stop"), ("leap", "jump"), ("choice", "jump")]
 )
@@ -207,6 +211,7 @@ def test_contact_that_no_step_resolves_is_refused_by_name_alone_and_in_a_batch()
         simulate(axis("stop", native=False), theta[0], reference, PERIOD)
 
 
+@pytest.mark.slow
 def test_continuous_law_meets_the_stop_at_the_same_time_whatever_the_period() -> None:
     law = cascade_pd(kp=KP, kv=KV, period=PERIOD, continuous=True)
     stop = 1e7 * sympy.Max(0, q - sympy.Float(STOP))
@@ -259,6 +264,7 @@ def test_wave_of_the_position_is_resolved_however_fast_it_passes(name: str) -> N
     assert np.abs(chosen.force - exact.force).max() < 1e-6 * np.abs(exact.force).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stopped", [False, True])
 def test_wave_too_short_for_the_speed_is_refused(*, stopped: bool) -> None:
     made = wavy(

@@ -77,6 +77,7 @@ def test_recorded_signals_are_taken_to_the_law_s_clock(ratio: float, between: st
     assert np.allclose(batch["position"].T, with_signal.position, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [4.0, 16.0, 2.5, 0.4, 0.25])
 def test_a_twin_of_two_clocks_is_identified(ratio: float) -> None:
     axis = twin_axis(ratio)

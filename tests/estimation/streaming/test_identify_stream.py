@@ -109,6 +109,7 @@ class Endless:
             yield {"time": t, "position": q, "control": np.cos(7 * t) + np.sin(3 * t)}
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_log(emps2015: GeneratedAxis) -> None:
     peaks = {}
     for samples in (50_000, 400_000):

@@ -219,6 +219,7 @@ def test_without_a_loop_only_the_equation_is_compared(
         compare(free, twin, ZOH, "idm-iv")
 
 
+@pytest.mark.slow
 def test_one_law_in_two_parametrisations_is_told(
     ladder: dict[str, GeneratedAxis], twin: Record
 ) -> None:
@@ -344,6 +345,7 @@ def test_a_record_without_any_noise_is_compared(ladder: dict[str, GeneratedAxis]
     json.dumps(found.to_dict(), allow_nan=False)
 
 
+@pytest.mark.slow
 def test_real_record_gives_the_published_directional_friction(
     run: Run, emps_file: Path, tmp_path: Path
 ) -> None:

@@ -40,6 +40,7 @@ def _failed(result: Identification) -> list[str]:
     return [check.name for check in result.verdict if check.status == "fail"]
 
 
+@pytest.mark.slow
 def test_steps_that_the_log_alone_has_are_named_with_what_they_move(
     emps2015: GeneratedAxis,
 ) -> None:
@@ -59,12 +60,14 @@ def test_a_few_steps_are_more_than_can_be_reckoned(emps2015: GeneratedAxis) -> N
     assert "fewer than 64 in the whole motion" in _checks(result)["coarse positions"].meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.0, 1e-8])
 def test_fine_positions_are_no_fault(emps2015: GeneratedAxis, step: float) -> None:
     result = _without_reference(emps2015, STAGE, step=step)
     assert "coarse positions" not in _failed(result)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [1e-6, 5e-6])
 def test_noise_that_is_reckoned_with_is_no_fault_of_timing_or_model(
     emps2015: GeneratedAxis, noise: float

@@ -140,6 +140,7 @@ def test_a_wrong_law_parts_the_two(
         assert check.meaning.endswith(f"so believe the {believed}")
 
 
+@pytest.mark.slow
 def test_the_verdict_is_of_didim_where_the_law_passes_and_of_instruments_elsewhere(
     emps2015: GeneratedAxis, both: Identification
 ) -> None:

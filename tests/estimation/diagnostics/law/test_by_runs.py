@@ -83,6 +83,7 @@ def test_a_gain_that_is_wrong_alone_is_named_with_its_value(
     assert check.fitted_residual_percent < 1e-3
 
 
+@pytest.mark.slow
 def test_two_wrong_gains_are_named_together() -> None:
     check = _checked(P_PI, {"kp": 1.1, "tn": 0.9})
     assert "kp is 1.1 times" in check.meaning
@@ -95,6 +96,7 @@ def test_a_law_that_saturates_is_told_by_its_anti_windup() -> None:
     assert "tracking_time is 1.1 times" in check.meaning
 
 
+@pytest.mark.slow
 def test_what_no_gain_explains_is_said_to_be_something_else() -> None:
     """The drive averages its velocity; the law that is declared does not."""
     name = "cascade_p_pi, feed-forward"

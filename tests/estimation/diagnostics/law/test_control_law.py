@@ -34,6 +34,7 @@ def test_emps_law_reproduces_the_record_to_a_quarter_percent(
     assert check.factors == pytest.approx({"kp*kv": 1.0, "kv": 1.0}, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_plain_backward_difference_is_told_from_the_drives_own_filter(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
@@ -151,6 +152,7 @@ def test_short_record_is_said_to_be_short(emps: GeneratedAxis, emps_record: Reco
     assert "12 samples" in check.reason
 
 
+@pytest.mark.slow
 def test_a_gain_that_is_wrong_alone_is_named_with_its_value(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
@@ -278,6 +280,7 @@ def test_a_scale_near_one_is_found_on_the_twin(
     assert "scal" in check.meaning
 
 
+@pytest.mark.slow
 def test_a_scale_near_one_is_found_on_the_real_record(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
@@ -288,6 +291,7 @@ def test_a_scale_near_one_is_found_on_the_real_record(
     assert "check the control's scaling" in check.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drives", ["cascade_pd", "cascade_pd_difference", "cascade_pd_averaged"])
 def test_the_velocity_that_the_drive_forms_is_found(emps2015: GeneratedAxis, drives: str) -> None:
     gains = {"kp": 160.18, "kv": 243.45, "period": 1e-3}

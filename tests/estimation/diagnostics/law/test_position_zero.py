@@ -24,6 +24,7 @@ def _checked(axis: GeneratedAxis, record: Record) -> LawCheck:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AXES)
 def test_a_zero_apart_is_told_with_its_size_and_taken_off(name: str) -> None:
     axis = build(load_axis(name))
@@ -79,6 +80,7 @@ def test_a_small_one_is_told_beside_the_offset() -> None:
     assert "Or the position is +9.9e-07 m from its zero" in found.meaning
 
 
+@pytest.mark.slow
 def test_a_law_that_integrates_is_told_the_position_alone() -> None:
     record, _ = carried(0)
     found = _checked(vertical(BALANCED), replace(record, position=record.position + 1e-3))

@@ -74,6 +74,7 @@ def said(found: Identification, name: str) -> str:
     return f"{check.status}: {told}"
 
 
+@pytest.mark.slow
 def test_a_control_logged_as_it_is_computed_is_to_be_shifted_not_the_delay() -> None:
     """Told to declare no delay, and obeying, one had b a sixth too low, with care."""
     found = result(1, 1, 1)
@@ -116,6 +117,7 @@ def test_of_a_right_log_nothing_is_said(delay: int) -> None:
     assert said(found, "alignment").startswith("pass")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("role", ["reference", "position"])
 @pytest.mark.parametrize("samples", [1, -1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_reference_or_position_at_another_time_is_named(role: str, samples: int) -> None:

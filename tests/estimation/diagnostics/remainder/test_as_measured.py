@@ -25,6 +25,7 @@ def _status(result: Identification, name: str) -> tuple[str, str]:
     return check.status, str(check.note)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["emps", pytest.param("pendulum", marks=pytest.mark.slow), "rotary_table"]
 )

@@ -103,6 +103,7 @@ def test_a_ripple_that_the_filter_takes_off_is_not_told(
     assert found(result, "ripple").status == "pass"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["emps2015", "pendulum", "belt_axis", "rotary_table", "crank"])
 def test_nothing_is_left_by_right_models(name: str, seed: int) -> None:

@@ -232,6 +232,7 @@ def test_random_dialects_are_read_to_the_last_bit(how: dict[str, Any]) -> None:
         assert column.unit == ("mm" if how["units"] else "")
 
 
+@pytest.mark.slow
 @given(content=st.one_of(st.binary(max_size=300), st.text(max_size=300).map(str.encode)))
 def test_any_bytes_are_read_or_refused(content: bytes) -> None:
     try:

@@ -87,6 +87,7 @@ def test_every_unit_is_known_exactly(unit: str) -> None:
     assert exact.factor.denominator <= 10**10
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.fractions(Fraction(1, 9), 99, max_denominator=9), min_size=1, max_size=5),
     st.sampled_from(["mm", "deg", "counts", "V"]),
@@ -279,6 +280,7 @@ def test_a_position_of_whole_numbers_is_not_believed_to_be_radians() -> None:
     assert len(read_record(log(), columns={"position": "position:rad"})) == len(TIME)
 
 
+@pytest.mark.slow
 def test_right_logs_are_not_told_to_be_counts() -> None:
     """Rounded to an encoder's steps, to decimals, at rest, of few samples."""
     for position in (

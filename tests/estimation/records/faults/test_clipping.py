@@ -122,6 +122,7 @@ def test_control_at_rest_is_not_cut_off(emps: GeneratedAxis) -> None:
     assert not masked(loop.control + at_rest, loop.measured_position).any()
 
 
+@pytest.mark.slow
 def test_law_check_leaves_out_what_is_masked(emps: GeneratedAxis) -> None:
     record = twin_record(emps)
     control = np.clip(np.asarray(record.control), -2.0, 2.0)
