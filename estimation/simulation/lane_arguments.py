@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS
 from axisid.codegen.native import Native
+from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_whole, real_array
@@ -122,14 +123,34 @@ def gains_by_lane(
     found, names = np.tile([*law.gains.values()], (lanes, 1)), [*law.gains]
     for name, given in gains.items():
         values = real_array(given, f"the gain {name}")
-        if values.shape not in ((), (lanes,)) or not np.all(np.isfinite(values)):
+        if values.shape not in ((), (lanes,)) or np.asarray(given).dtype == bool:
+            said = f"has the shape {values.shape}" if values.shape else f"is {quoted(given)}"
             raise UsageError(
-                f"the gain {name} has the shape {values.shape}; give a number, or one for each of "
-                f"{lanes} lanes, all finite.",
+                f"the gain {name} {said}; give a number, or one for each of {lanes} lanes.",
                 code="batch-gains",
             )
+        _check_gain(law, name, values)
         found[:, names.index(name)] = values
     return found
+
+
+def _check_gain(law: ControlLaw, name: str, values: Array) -> None:
+    """Refuse the first lane's value that the law cannot have.
+
+    Raises
+    ------
+    UsageError
+        There is one.
+    """
+    positive = name in law.positive
+    bad = np.flatnonzero(~np.isfinite(values) | (positive & (values <= 0)))
+    if bad.size:
+        where = f" of lane {bad[0]}" if values.shape else ""
+        raise UsageError(
+            f"the gain {name}{where} is {float(values.flat[bad[0]]):g}; give "
+            f"{'a finite number above 0' if positive else 'a finite number'}.",
+            code="batch-gain-value",
+        )
 
 
 def axes_by_gains(axis: GeneratedAxis, gains: Array | None, lanes: int) -> list[GeneratedAxis]:

@@ -11,13 +11,13 @@ from .axis import check_axis as check_axis
 from .axis import equation_of_motion as equation_of_motion
 from .column import Column as Column
 from .column import column_texts as column_texts
+from .command_path import HIDDEN_FROM as HIDDEN_FROM
 from .command_path import CommandPath as CommandPath
 from .control import ControlLaw as ControlLaw
 from .control import Memory as Memory
 from .control import gain as gain
 from .drive import DRIVE_GAIN as DRIVE_GAIN
 from .drive import FORCE_TARGET as FORCE_TARGET
-from .drive import HIDDEN_FROM as HIDDEN_FROM
 from .drive import Drive as Drive
 from .drive import Response as Response
 from .elements import ELEMENTS as ELEMENTS

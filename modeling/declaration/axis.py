@@ -108,11 +108,11 @@ class Axis:
                 f"axis {self.name!r}: the title {self.title!r} is not one line of text.",
                 code="axis-title",
             )
+        self._check_response()  # first: what it refuses may be a line of any number of commands
         object.__setattr__(self, "columns", FrozenMapping(column_texts(self.columns)))
         self._check_names()
         self._check_signals()
         self._check_symbols()
-        self._check_response()
         self._check_columns()
         self._check_truth()
         self._check_units()
@@ -235,6 +235,9 @@ class Axis:
         q = self.coordinate
         names = [(str(s), "the coordinate") for s in (q.symbol, q.velocity, q.acceleration)]
         names += [(p.name, "parameter") for p in self.parameters]
+        if self.drive.estimated is not None:
+            time, parameter = self.drive.estimated
+            names.append((parameter.name, f"the drive's {time}"))
         law = self.control.names if self.control else ()
         names += [(name, "the control law's symbol") for name in law]
         if self.signals:

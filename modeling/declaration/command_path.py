@@ -1,11 +1,19 @@
-"""What a drive makes of a command before it acts: a limited rate, steps, a dead band."""
+"""From a command to what acts: a limited rate, steps, a dead band, and the times of a drive."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from typing import TypeGuard
 
-from axisid.modeling.quantities import number
+from axisid.modeling.quantities import Parameter, number
 from axisid.support.errors import ModelError
-from axisid.support.user_values import quoted
+from axisid.support.user_values import is_among, quoted
+
+#: Where a recorded control may have been taken, first what it is by default.
+LOGGED = ("command", "applied", "current")
+#: Times of a drive, and what of `LOGGED` is recorded behind each, where no motion shows it.
+HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
+_PAIR = 2  # a name and a parameter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,3 +114,125 @@ def check_within(path: CommandPath, limit: float) -> None:
         f"command makes a force; give a {what} below the limit, both in the control's unit.",
         code="drive-band-and-limit",
     )
+
+
+def estimated_time(
+    given: Mapping[str, object], before: object, logged: object
+) -> tuple[str, Parameter] | None:
+    """Which time of a drive is estimated, and as what it is declared; None for neither.
+
+    Parameters
+    ----------
+    given : mapping
+        Its lag and its delay, as numbers or parameters.
+    before : (str, Parameter) or None
+        What was estimated of the drive that this one is made of; a time given anew comes first.
+    logged : str
+
+    Raises
+    ------
+    ModelError
+        Both are parameters, or one says what the search for it does not hold, or cannot be seen in
+        what was recorded.
+    """
+    found = {name: p for name, p in given.items() if isinstance(p, Parameter)}
+    if len(found) > 1:
+        raise ModelError(
+            "both lag and delay of the drive are to be estimated, and a record shows their sum "
+            "alone: at the frequencies of a motion they, and the half sample of the hold, move the "
+            "force alike; give one of them as a number.",
+            code="drive-times-both",
+        )
+    one: object = next(iter(found.items()), before)
+    if one is None:
+        return None
+    if not _is_time(one):
+        raise ModelError(
+            f"the drive's estimated is {quoted(one)}; leave it out, and give the lag or the delay "
+            "that is to be estimated as a Parameter.",
+            code="drive-estimated",
+        )
+    name, parameter = one
+    _check_searched(name, parameter)
+    if logged in HIDDEN_FROM[name]:
+        raise ModelError(
+            f"the drive's {name} is to be estimated, and the control was recorded behind it "
+            f"(logged={logged!r}), so that no motion shows it; give it as a number.",
+            code="drive-time-hidden",
+        )
+    return name, parameter
+
+
+def _is_time(one: object) -> TypeGuard[tuple[str, Parameter]]:
+    """Whether it is the name of a time with a parameter."""
+    if not isinstance(one, tuple) or len(one) != _PAIR:
+        return False
+    return is_among(one[0], HIDDEN_FROM) and isinstance(one[1], Parameter)
+
+
+def _check_searched(name: str, p: Parameter) -> None:
+    """Refuse a parameter that says of a time what the search for it does not hold."""
+    if p.unit != "s" or p.nominal < 0:
+        raise ModelError(
+            f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}; give "
+            "one in s, with a nominal value of 0 or more.",
+            code="drive-time-parameter",
+        )
+    if p.known is not None:
+        raise ModelError(
+            f"the drive's {name} is the parameter {p.name!r} with the known value {p.known:g} s, "
+            "which the search for it would not hold; give what is known as a number, "
+            f"{name}={p.known:g}.",
+            code="drive-time-known",
+        )
+    if p.lower not in (0.0, -math.inf) or p.upper != math.inf:
+        raise ModelError(
+            f"the drive's {name} is the parameter {p.name!r} with the bounds [{p.lower:g}, "
+            f"{p.upper:g}] s, and the search for it holds none but 0; leave them out.",
+            code="drive-time-bounds",
+        )
+
+
+def checked_time(value: float, what: str) -> float:
+    """A time that is not negative, s.
+
+    Raises
+    ------
+    ModelError
+        It is, or it is no finite number.
+    """
+    time = number(value, what)
+    if time < 0:
+        raise ModelError(
+            f"{what} is {quoted(value)} s; give a time of 0 or more: a force follows its command.",
+            code="drive-time",
+        )
+    return time
+
+
+def check_logged(logged: object, lag: float, delay: float, path: CommandPath) -> None:
+    """Refuse a place of the recorded control that nothing declared tells from another.
+
+    Raises
+    ------
+    ModelError
+        There is no such place, or what it lies behind is not declared.
+    """
+    if logged not in LOGGED:
+        raise ModelError(
+            f"logged is {quoted(logged)}; give {', '.join(LOGGED[:-1])} or {LOGGED[-1]}: where the "
+            "recorded control was taken.",
+            code="drive-logged",
+        )
+    if logged == "applied" and not delay and path.is_plain:
+        raise ModelError(
+            "logged='applied' is what acts after the drive's delay, rate limit, quantisation and "
+            "dead band, and none is declared; declare delay=..., or what is, or logged='command'.",
+            code="no-drive-delay",
+        )
+    if logged == "current" and not lag:
+        raise ModelError(
+            "logged='current' is what is there after the drive's lag, and no lag is declared; "
+            "declare lag=..., or logged='command'.",
+            code="no-drive-lag",
+        )

@@ -28,7 +28,7 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import ModelError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import quoted
+from axisid.support.user_values import is_among, quoted
 
 #: Samples of a delay, at most.
 LONGEST_DELAY = 100
@@ -105,6 +105,8 @@ class ControlLaw:
         (7) as they are written. It has no memory, no delay and no period in it. It should be smooth
         within a sample: an edge of saturation costs accuracy there, and an axis that sticks is
         asked at the sample's end whether it has left rest.
+    positive : tuple of str
+        Gains that are above 0 whatever they change to: times, limits, what is divided by.
     """
 
     name: str
@@ -115,12 +117,14 @@ class ControlLaw:
     delay: int = 0
     continuous: bool = False
     reference_between: str = ""
+    positive: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self._check_types()
         object.__setattr__(self, "period", number(self.period, f"{self.name!r}: the period"))
         gains = {name: number(v, f"{self.name!r}: gain {name!r}") for name, v in self.gains.items()}
         object.__setattr__(self, "gains", FrozenMapping(gains))
+        self._check_positive()
         if not self.period > 0:
             raise ModelError(f"control law {self.name!r}: period {self.period!r} is not positive.")
         object.__setattr__(self, "memory", several(self.memory))
@@ -219,6 +223,17 @@ class ControlLaw:
                 "Memory objects.",
                 code="memory-type",
             )
+
+    def _check_positive(self) -> None:
+        object.__setattr__(self, "positive", several(self.positive))
+        for name in self.positive:
+            if not is_among(name, self.gains) or not self.gains[name] > 0:
+                said = f"{self.gains[name]:g}" if is_among(name, self.gains) else "not declared"
+                raise ModelError(
+                    f"control law {self.name!r}: the gain {quoted(name)}, which is positive, is "
+                    f"{said}; give a number above 0.",
+                    code="gain-positive",
+                )
 
     def _check_timing(self) -> None:
         if not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY):

@@ -25,18 +25,22 @@ from axisid.modeling.quantities import (
     written,
 )
 from axisid.support.errors import ModelError
-from axisid.support.user_values import quoted
 
-from .command_path import CommandPath, check_within, command_path
+from .command_path import (
+    HIDDEN_FROM,
+    LOGGED,
+    CommandPath,
+    check_logged,
+    check_within,
+    checked_time,
+    command_path,
+    estimated_time,
+)
 
 #: The gain in the force of a drive: a symbol and not its number, whose reciprocal is rounded again.
 DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
 #: What the force of a drive with a lag goes to, in generated code.
 FORCE_TARGET = "force_target"
-#: Where a recorded control may have been taken, first what it is by default.
-LOGGED = ("command", "applied", "current")
-#: Times of a drive, and what of `LOGGED` is recorded behind each, where no motion shows it.
-HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
 #: What a drive of a limited rate remembers.
 LAST_CONTROL = "control_before"
 _WHOLE = 1e-6  # of a sample: what a delay may be off whole samples by its rounding
@@ -162,8 +166,8 @@ class Drive:
         amplifier without a supply of its own. A sampled law's force keeps that of its last sample.
     lag : float or Parameter
         Time constant of the first-order lag between the command and the force, s, as a current loop
-        has: ``lag * dtau/dt = force of the command - tau``. 0 for none. A parameter, in s, is
-        estimated from the record; the drive has its nominal value until then.
+        has: ``lag * dtau/dt = force of the command - tau``. 0 for none. A parameter, in s, without
+        bounds and known value, is estimated from the record; until then its nominal value stands.
     delay : float or Parameter
         Time from the command to when it acts, before the lag, s: of a bus, of the drive's own
         cycle. It need not be whole samples; 0 for none. Estimated as a lag is, but one of them.
@@ -212,7 +216,7 @@ class Drive:
     estimated: tuple[str, Parameter] | None = None
 
     def __post_init__(self) -> None:
-        _take_estimated(self)
+        self._take_estimated()
         parse_unit(self.unit)
         object.__setattr__(self, "gain", number(self.gain, "the drive gain"))
         object.__setattr__(self, "limit", number(self.limit, "the drive limit", finite=False))
@@ -239,14 +243,22 @@ class Drive:
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")
         for name in ("lag", "delay"):
-            object.__setattr__(
-                self, name, _checked_time(getattr(self, name), f"the drive's {name}")
-            )
+            object.__setattr__(self, name, checked_time(getattr(self, name), f"the drive's {name}"))
         path = command_path(self.rate_limit, self.quantisation, self.deadband)
         for name in ("rate_limit", "quantisation", "deadband"):
             object.__setattr__(self, name, getattr(path, name))
         check_within(path, self.limit)
-        _check_logged(self.logged, self.lag, self.delay, path)
+        check_logged(self.logged, self.lag, self.delay, path)
+
+    def _take_estimated(self) -> None:
+        """Put a parameter's nominal value in its place, and remember which time it is."""
+        given = {name: getattr(self, name) for name in HIDDEN_FROM}
+        found = estimated_time(given, self.estimated, self.logged)
+        if found is not None:
+            object.__setattr__(self, "estimated", found)
+            name, parameter = found
+            if isinstance(given[name], Parameter):
+                object.__setattr__(self, name, parameter.nominal)
 
     @property
     def force(self) -> sympy.Expr:
@@ -354,8 +366,12 @@ class Drive:
         if not self.of_held_commands:
             return ""
         path = self.path.text(self.unit)
-        delay = f"{self.delay:g} s after its command" if self.delay else ""
-        lag = f"with a lag of {self.lag:g} s" if self.lag else ""
+        said = {name: f"{getattr(self, name):g} s" for name in HIDDEN_FROM if getattr(self, name)}
+        if self.estimated is not None:
+            name, parameter = self.estimated
+            said[name] = f"{parameter.nominal:g} s (where the search for {parameter.name} starts)"
+        delay = f"{said['delay']} after its command" if "delay" in said else ""
+        lag = f"with a lag of {said['lag']}" if "lag" in said else ""
         where = {
             "command": "the recorded control is the command",
             "applied": "the recorded control is what acts" + " after the delay" * bool(self.delay),
@@ -376,83 +392,3 @@ class Drive:
         constants = "".join(f", {s} = {x:.{digits}g}" for s, x in self.constants.items())
         formula = written(rounded(self.force.xreplace(self.along(coordinate))), coordinate)
         return f"{formula} in {coordinate.force_unit}, the control in {self.unit}{constants}"
-
-
-def _take_estimated(drive: Drive) -> None:
-    """Put the nominal value of a time that is a parameter in its place, and remember which it is.
-
-    Raises
-    ------
-    ModelError
-        Both are parameters, or one is of another unit, may be negative, or cannot be seen in what
-        was recorded.
-    """
-    given: dict[str, object] = {name: getattr(drive, name) for name in HIDDEN_FROM}
-    found = {name: p for name, p in given.items() if isinstance(p, Parameter)}
-    if len(found) > 1:
-        raise ModelError(
-            "both lag and delay of the drive are to be estimated, and a record shows their sum "
-            "alone: at the frequencies of a motion they, and the half sample of the hold, move the "
-            "force alike; give one of them as a number.",
-            code="drive-times-both",
-        )
-    for name, p in found.items():
-        if p.unit != "s" or p.nominal < 0:
-            raise ModelError(
-                f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}; give "
-                "one in s, with a nominal value of 0 or more.",
-                code="drive-time-parameter",
-            )
-        if drive.logged in HIDDEN_FROM[name]:
-            raise ModelError(
-                f"the drive's {name} is to be estimated, and the control was recorded behind it "
-                f"(logged={drive.logged!r}), so that no motion shows it; give it as a number.",
-                code="drive-time-hidden",
-            )
-        object.__setattr__(drive, name, p.nominal)
-        object.__setattr__(drive, "estimated", (name, p))
-
-
-def _checked_time(value: float, what: str) -> float:
-    """A time that is not negative, s.
-
-    Raises
-    ------
-    ModelError
-        It is, or it is no finite number.
-    """
-    time = number(value, what)
-    if time < 0:
-        raise ModelError(
-            f"{what} is {quoted(value)} s; give a time of 0 or more: a force follows its command.",
-            code="drive-time",
-        )
-    return time
-
-
-def _check_logged(logged: object, lag: float, delay: float, path: CommandPath) -> None:
-    """Refuse a place of the recorded control that nothing declared tells from another.
-
-    Raises
-    ------
-    ModelError
-        There is no such place, or what it lies behind is not declared.
-    """
-    if logged not in LOGGED:
-        raise ModelError(
-            f"logged is {quoted(logged)}; give {', '.join(LOGGED[:-1])} or {LOGGED[-1]}: where the "
-            "recorded control was taken.",
-            code="drive-logged",
-        )
-    if logged == "applied" and not delay and path.is_plain:
-        raise ModelError(
-            "logged='applied' is what acts after the drive's delay, rate limit, quantisation and "
-            "dead band, and none is declared; declare delay=..., or what is, or logged='command'.",
-            code="no-drive-delay",
-        )
-    if logged == "current" and not lag:
-        raise ModelError(
-            "logged='current' is what is there after the drive's lag, and no lag is declared; "
-            "declare lag=..., or logged='command'.",
-            code="no-drive-lag",
-        )

@@ -1,10 +1,11 @@
 """Figures of a data sheet: numbers, or constants whose units are checked along the gear."""
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, TypeAlias
 
+from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import (
     Constant,
     ConstantSymbol,
@@ -20,7 +21,7 @@ from axisid.support.user_values import quoted
 Figure: TypeAlias = float | Constant | ConstantSymbol
 
 
-def figure(value: Figure, what: str, *, positive: bool = True) -> float:
+def figure(value: Figure, what: str, *, positive: bool = True, finite: bool = True) -> float:
     """The number of a figure.
 
     Raises
@@ -28,7 +29,7 @@ def figure(value: Figure, what: str, *, positive: bool = True) -> float:
     ModelError
         It is none, or negative, or 0 where that is no figure.
     """
-    found = number(_number(value), what)
+    found = number(_number(value), what, finite=finite)
     if found < 0 or (positive and not found):
         said = "a positive number" if positive else "0 or more"
         raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive-figure")
@@ -61,6 +62,64 @@ def check_dimension(value: Figure | None, what: str, *units: str) -> None:
     if not any(own.same_dimension(parse_unit(unit)) for unit in units):
         raise ModelError(
             f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive-figure-unit"
+        )
+
+
+def check_control(unit: str, volts: Figure) -> None:
+    """Refuse a control that no voltage is made of by so many volts for a control of 1.
+
+    Raises
+    ------
+    ModelError
+        The volts are in another unit than V over the control's, or a plain number where the
+        control is neither a voltage nor a duty.
+    """
+    control, volt = parse_unit(unit), parse_unit("V")
+    own = _unit(volts)
+    if own is not None and not own.same_dimension(volt / control):
+        raise ModelError(
+            f"volts is in {own}; give the voltage for a control of 1 {unit}, in {volt / control}.",
+            code="drive-figure-unit",
+        )
+    if own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))):
+        raise ModelError(
+            f"the control of a voltage drive is in {unit}; give a voltage, unit='V', or a duty, "
+            "unit='1', or volts as a Constant in V over the control's unit; of a current, "
+            "current_drive(...).",
+            code="drive-control-unit",
+        )
+
+
+def check_current(unit: str) -> None:
+    """Refuse a control that is no current.
+
+    Raises
+    ------
+    ModelError
+        It is none.
+    """
+    if not parse_unit(unit).same_dimension(parse_unit("A")):
+        raise ModelError(
+            f"the control of a current drive is in {unit}; give a current, unit='A', or declare "
+            "Drive(gain=..., unit=...) with the force for a control of 1.",
+            code="drive-control-unit",
+        )
+
+
+def check_others(made_by: str, others: Mapping[str, Any]) -> None:
+    """Refuse an argument that a drive has not.
+
+    Raises
+    ------
+    ModelError
+        There is one.
+    """
+    known = [f.name for f in fields(Drive) if f.name not in ("gain", "unit", "estimated")]
+    if unknown := [name for name in others if name not in known]:
+        raise ModelError(
+            f"{made_by} has no argument {unknown[0]!r}; beside its own it takes "
+            f"{', '.join(known)}.",
+            code="drive-argument",
         )
 
 

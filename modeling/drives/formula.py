@@ -23,6 +23,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 
+from .figures import check_others
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormulaDrive(Drive):
@@ -104,6 +106,7 @@ def formula_drive(
     ModelError
         There is no inverse, and none follows; or a deviation of a gain that stands nowhere.
     """
+    check_others("formula_drive", others)
     made = expression(force, "the drive's force")
     undone = _solved(made) if inverse is None else expression(inverse, "the drive's inverse")
     if others.get("relative_sd") and DRIVE_GAIN not in made.free_symbols:

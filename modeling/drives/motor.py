@@ -26,6 +26,8 @@ from axisid.support.user_values import quoted
 from .figures import GearedUnits
 from .formula import check_formula
 
+#: Of a gear; a worm that holds itself passes on some tenths.
+LEAST_EFFICIENCY = 0.01
 _BACK_EMF = sympy.Symbol("back_emf", real=True)
 
 
@@ -43,7 +45,7 @@ class MotorDrive(Drive):
         `VELOCITY` or the coordinate's; backwards it is as large at the opposite velocity. Infinite
         for none.
     efficiency : float
-        Of the gear, above 0 to 1. Where the motor drives, the load gets `efficiency` times its
+        Of the gear, 0.01 to 1. Where the motor drives, the load gets `efficiency` times its
         force; where the load drives the motor, its force over `efficiency`.
     unknown_back_emf : bool
         Whether the motor has a back-EMF that is not declared here.
@@ -67,7 +69,7 @@ class MotorDrive(Drive):
     def __post_init__(self) -> None:
         object.__setattr__(self, "back_emf", number(self.back_emf, "the drive's back-EMF"))
         object.__setattr__(self, "efficiency", checked_efficiency(self.efficiency))
-        object.__setattr__(self, "reach", expression(self.reach, "the drive's reach"))
+        object.__setattr__(self, "reach", checked_reach(self.reach))
         Drive.__post_init__(self)  # it looks at the force
         if self.logged == "current" and self.back_emf:
             raise ModelError(
@@ -161,7 +163,7 @@ class MotorDrive(Drive):
 
 
 def checked_efficiency(value: float) -> float:
-    """An efficiency, above 0 to 1.
+    """An efficiency, from the least that a gear has to 1.
 
     Raises
     ------
@@ -169,10 +171,30 @@ def checked_efficiency(value: float) -> float:
         It is none.
     """
     efficiency = number(value, "the gear's efficiency")
-    if not 0 < efficiency <= 1:
+    if not LEAST_EFFICIENCY <= efficiency <= 1:
         raise ModelError(
-            f"the gear's efficiency is {quoted(value)}; give a number above 0 and at most 1, such "
-            "as 0.7: the share of the motor's power that the load gets.",
+            f"the gear's efficiency is {quoted(value)}; give a number from {LEAST_EFFICIENCY:g} to "
+            "1, such as 0.7: the share of the motor's power that the load gets.",
             code="gear-efficiency",
         )
     return efficiency
+
+
+def checked_reach(value: sympy.Expr | float) -> sympy.Expr:
+    """A largest force that is above 0 at rest, as far as numbers tell it.
+
+    Raises
+    ------
+    ModelError
+        It is none.
+    """
+    reach = expression(value, "the drive's reach")
+    plain = with_numbers(reach)
+    at_rest = plain.xreplace(dict.fromkeys(plain.free_symbols - signals_in(plain), sympy.S.Zero))
+    if at_rest.is_number and at_rest.evalf().is_extended_positive is not True:
+        raise ModelError(
+            f"the drive's reach {reach} is {at_rest} at rest; give the largest force of the motor "
+            "forwards, above 0 there.",
+            code="drive-reach-at-rest",
+        )
+    return reach

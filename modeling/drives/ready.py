@@ -11,7 +11,16 @@ from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import VELOCITY, expression
 from axisid.support.errors import ModelError
 
-from .figures import Figure, GearedUnits, check_dimension, figure, gear_ratio
+from .figures import (
+    Figure,
+    GearedUnits,
+    check_control,
+    check_current,
+    check_dimension,
+    check_others,
+    figure,
+    gear_ratio,
+)
 from .motor import MotorDrive
 
 
@@ -23,7 +32,7 @@ def voltage_drive(
     ratio: Figure = 1.0,
     efficiency: float = 1.0,
     inductance: Figure = 0.0,
-    volts: float = 1.0,
+    volts: Figure = 1.0,
     unit: str = "V",
     **others: Any,
 ) -> Drive:
@@ -43,14 +52,14 @@ def voltage_drive(
         n, the motor's angle over the coordinate: rad/m, or a plain number on a rotary axis;
         negative where the motor turns the other way.
     efficiency : float
-        Of the gear, above 0 to 1: where the motor drives, the load gets so much of its force; where
+        Of the gear, 0.01 to 1: where the motor drives, the load gets so much of its force; where
         the load drives the motor, it feels the motor's force over this.
     inductance : float or Constant
         L of the winding, V s/A: the current follows with a lag ``L / R``.
-    volts : float
+    volts : float or Constant
         Voltage for a control of 1: 1 for a voltage, the supply for a duty from -1 to 1.
     unit : str
-        Of the control.
+        Of the control: a voltage's, or 1; another where volts is a `Constant` in V over it.
     **others
         Of `Drive`: limit, relative_sd, scaled_by (a recorded supply over its nominal value), delay,
         logged, profile.
@@ -70,12 +79,14 @@ def voltage_drive(
     ----------
     [Krishnan2001]_, section 2.3.
     """
+    _check_free(others, gain="kt, ratio and resistance", lag="inductance and resistance")
+    check_others("voltage_drive", others)
+    check_control(unit, volts)
     check_dimension(resistance, "the resistance", "V/A")
     check_dimension(inductance, "the inductance", "V s/A")
     geared = GearedUnits.of(kt, ke, ratio)
     n, ohms = gear_ratio(ratio), figure(resistance, "the resistance")
     scale = figure(volts, "volts")
-    _check_free(others, gain="kt, ratio and resistance", lag="inductance and resistance")
     return MotorDrive(
         gain=figure(kt, "kt") * n * scale / ohms,
         unit=unit,
@@ -93,7 +104,7 @@ def current_drive(
     kt: Figure,
     ratio: Figure = 1.0,
     efficiency: float = 1.0,
-    supply: float = math.inf,
+    supply: Figure = math.inf,
     resistance: Figure | None = None,
     ke: Figure | None = None,
     reach: sympy.Expr | float | None = None,
@@ -106,16 +117,17 @@ def current_drive(
     ----------
     kt, ratio, efficiency
         As of `voltage_drive`.
-    supply : float
+    supply : float or Constant
         Largest voltage at the winding, V: forwards the force is at most ``kt n (supply - ke n dq) /
         R``, backwards as much at the opposite velocity. Infinite for none.
     resistance, ke : float or Constant, optional
-        As of `voltage_drive`, for the supply's limit; ke is kt by default.
+        As of `voltage_drive`, for the supply's limit, without which there is neither; ke is kt by
+        default.
     reach : expression, optional
         In place of the last three: the largest force forwards by the velocity, such as the torque
-        curve of a data sheet, of `VELOCITY` or the coordinate's.
+        curve of a data sheet, of `VELOCITY` or the coordinate's; above 0 at rest.
     unit : str
-        Of the control.
+        Of the control, a current's.
     **others
         Of `Drive`: limit, relative_sd, lag, delay, logged, profile.
 
@@ -132,24 +144,27 @@ def current_drive(
     ----------
     [Krishnan2001]_, section 2.3.
     """
+    _check_free(others, gain="kt and ratio")
+    check_others("current_drive", others)
+    check_current(unit)
     geared = GearedUnits.of(kt, ke, ratio)
     n = gear_ratio(ratio)
-    _check_free(others, gain="kt and ratio")
     gain = figure(kt, "kt") * n
-    limits = [
-        name for name, given in (("supply", math.isfinite(supply)), ("reach", reach)) if given
-    ]
-    if len(limits) > 1 or (resistance is None) != (not math.isfinite(supply)):
+    check_dimension(supply, "the supply", "V")
+    volts = figure(supply, "the supply", finite=False)
+    has_supply, has_reach = math.isfinite(volts), reach is not None
+    of_supply = (has_supply, resistance is not None)
+    if (has_supply and has_reach) or len({*of_supply, has_supply or ke is not None}) > 1:
         raise ModelError(
             "the force that the supply allows is given "
-            + ("twice, by supply and by reach" if len(limits) > 1 else "in part")
+            + ("twice, by supply and by reach" if has_supply and has_reach else "in part")
             + "; give supply and resistance (and ke where it is not kt), or reach alone.",
             code="drive-reach",
         )
     most = sympy.oo if reach is None else expression(reach, "the drive's reach")
     if resistance is not None:
         check_dimension(resistance, "the resistance", "V/A")
-        ohms, volts = figure(resistance, "the resistance"), figure(supply, "the supply")
+        ohms = figure(resistance, "the resistance")
         emf = n * figure(kt if ke is None else ke, "kt" if ke is None else "ke")
         most = sympy.Float(abs(gain) / ohms * volts) - sympy.Float(gain / ohms * emf) * VELOCITY
     return MotorDrive(

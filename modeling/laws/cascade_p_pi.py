@@ -3,9 +3,9 @@
 import math
 
 from axisid.modeling.declaration import ControlLaw, gain
-from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, within
+from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, number, within
 
-from .numbers import Amount, added, in_range
+from .numbers import Amount, added, in_range, positive_among
 from .velocity import (
     Velocity,
     commanded_acceleration,
@@ -111,7 +111,7 @@ def cascade_p_pi(
         accelerated = commanded_acceleration(reference_acceleration)
         further += gain("acceleration_feed_forward") * accelerated.value
         memory.append(accelerated.memory)
-    if not math.isinf(speed_limit):
+    if number(speed_limit, "the speed limit of a law", finite=False) != math.inf:
         gains["speed_limit"] = in_range(speed_limit, "the speed limit of a law", positive=True)
         wanted = within(wanted, gain("speed_limit"))
     error = wanted - formed.block.value
@@ -127,4 +127,11 @@ def cascade_p_pi(
         tracking = gain("tn") / gain("kv") / held.time_or(gain("tn"))
         memory.append((held.integral(error, output, tracking=tracking),))
         name = "cascade P-PI"
-    return ControlLaw(name=name, period=period, output=output, gains=gains, memory=joined(*memory))
+    return ControlLaw(
+        name=name,
+        period=period,
+        output=output,
+        gains=gains,
+        memory=joined(*memory),
+        positive=positive_among(gains),
+    )

@@ -3,7 +3,7 @@
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE
 
-from .numbers import Amount, added
+from .numbers import Amount, added, positive_among
 from .velocity import Velocity, commanded_velocity, joined
 
 
@@ -57,4 +57,5 @@ def impedance(
         output=spring + damper + added(feed_forward),
         gains={"kp": kp, "kd": kd, **formed.gains},
         memory=joined(formed.block.memory, along.memory),
+        positive=positive_among(formed.gains),
     )

@@ -13,6 +13,24 @@ from axisid.support.user_values import is_among, quoted
 Amount: TypeAlias = sympy.Expr | Symbolic | float
 
 
+#: Numbers of ready laws that are above 0 where they are among the gains: a time or a limit of 0
+#: makes another law, or none.
+_POSITIVE = (
+    "tn",
+    "ti",
+    "tracking_time",
+    "speed_limit",
+    "filter_time",
+    "velocity_filter",
+    "pll_bandwidth",
+)
+
+
+def positive_among(gains: Collection[str]) -> tuple[str, ...]:
+    """Which gains of a ready law are above 0 whatever they change to."""
+    return tuple(name for name in _POSITIVE if name in gains)
+
+
 def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
     """A number or an expression; a number is 0 or more, or positive.
 
@@ -21,7 +39,7 @@ def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
     ModelError
         It is no number or expression, or out of range.
     """
-    found = expression(value, what)
+    found = _finite(value, what)
     if found.is_Number and not (found > 0 if positive else found >= 0):
         said = "a positive number" if positive else "0 or more"
         raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="law-number")
@@ -52,4 +70,21 @@ def chosen(value: str, what: str, among: Collection[str]) -> str:
 
 def added(signal: Amount | None) -> sympy.Expr:
     """What is added to a control: a recorded signal or an expression, else nothing."""
-    return sympy.S.Zero if signal is None else expression(signal, "the feed-forward of a law")
+    return sympy.S.Zero if signal is None else _finite(signal, "the feed-forward of a law")
+
+
+def _finite(value: Amount, what: str) -> sympy.Expr:
+    """An expression without what is no finite number.
+
+    Raises
+    ------
+    ModelError
+        It has some.
+    """
+    found = expression(value, what)
+    if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
+        raise ModelError(
+            f"{what} is {found}; give a finite number, a recorded signal or an expression of them.",
+            code="law-number",
+        )
+    return found

@@ -6,7 +6,7 @@ from axisid.modeling.declaration import ControlLaw, Memory, gain
 from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
 from .blocks import Block
-from .numbers import Amount, added, chosen, in_range
+from .numbers import Amount, added, chosen, in_range, positive_among
 from .windup import Windup, windup_of_none
 
 #: Of what the derivative may be.
@@ -77,7 +77,14 @@ def pid(
         output += gain("ki") * gain("integral")
         tracking = 1 / (gain("ki") * held.time_or(gain("kp") / gain("ki")))
         memory = (*memory, held.integral(_ERROR, output, tracking=tracking))
-    return ControlLaw(name=_name(ki, kd), period=period, output=output, gains=gains, memory=memory)
+    return ControlLaw(
+        name=_name(ki, kd),
+        period=period,
+        output=output,
+        gains=gains,
+        memory=memory,
+        positive=positive_among(gains),
+    )
 
 
 def pid_ideal(
@@ -134,7 +141,14 @@ def pid_ideal(
         tracking = gain("ti") / gain("k") / held.time_or(gain("ti"))
         memory = (*memory, held.integral(_ERROR, output, tracking=tracking))
     name = f"{_name(0 if ti is None else 1, td)}, ideal form"
-    return ControlLaw(name=name, period=period, output=output, gains=gains, memory=memory)
+    return ControlLaw(
+        name=name,
+        period=period,
+        output=output,
+        gains=gains,
+        memory=memory,
+        positive=positive_among(gains),
+    )
 
 
 def _of_derivative(value: float, filter_time: float, name: str = "kd") -> dict[str, float]:

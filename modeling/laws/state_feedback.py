@@ -3,7 +3,7 @@
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE
 
-from .numbers import Amount, added
+from .numbers import Amount, added, positive_among
 from .velocity import Velocity, joined
 from .windup import Windup, windup_of_none
 
@@ -72,5 +72,10 @@ def state_feedback(
         tracking = 1 / (gain("k_integral") * time)
         memory = joined(memory, (held.integral(error, output, tracking=tracking),))
     return ControlLaw(
-        name="state feedback", period=period, output=output, gains=gains, memory=memory
+        name="state feedback",
+        period=period,
+        output=output,
+        gains=gains,
+        memory=memory,
+        positive=positive_among(gains),
     )

@@ -39,11 +39,11 @@ def read_drive(root: Table, symbols: Symbols) -> Drive | None:
     table.only(*keys, *_DRIVEN_BY, "kind", *_FORMULAS)
     table.needs(_GAIN)
     fields = _plain(table, keys) | _expressions(table, _DRIVEN_BY, symbols)
-    fields |= {
-        key: read_parameter(table, key, unit="s")
-        for key in HIDDEN_FROM
-        if isinstance(table.values.get(key), Mapping)
-    }
+    for key in HIDDEN_FROM:
+        if isinstance(table.values.get(key), Mapping):
+            time = read_parameter(table, key, unit="s")
+            # What is wrong with a table is said of it, and not of the drive too.
+            fields |= {key: 0.0 if time is None else time}
     # Where the control was logged is told by lag and delay, so that it is not tried alone.
     alone = [key for key in keys if key != "logged"]
     return table.made(Drive, fields, {_GAIN: 1.0}, apart=alone)

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.methods import METHODS
-from axisid.modeling.declaration import Drive
 from axisid.presentation.schema import (
     Matrix,
     WrittenEstimate,
@@ -16,12 +15,12 @@ from axisid.presentation.schema import (
     WrittenStream,
     WrittenStreamRecord,
     WrittenValue,
-    plain,
 )
 from axisid.support.errors import DataError, ModelError
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.user_values import quoted
 
+from .drive import written_drive
 from .estimate import (
     written_covariances,
     written_ddm_covariances,
@@ -85,7 +84,7 @@ def _identified(document: WrittenIdentification) -> Iterator[str]:
             yield f"the rows of {estimate.method} are not those of its records"
     if isinstance(drive := document.drive, WrittenResponse):
         try:
-            Drive(gain=1.0, **plain(drive))
+            written_drive(drive)
         except ModelError as error:
             yield f"its drive cannot be: {error}"
     yield from _several(document)

@@ -27,6 +27,7 @@ from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .contradictions import contradiction, refuse_contradictions
+from .drive import refuse_other_drive
 from .identification import SavedIdentification
 
 _REFUSED = {
@@ -151,6 +152,8 @@ def joined_model(
     if made == document.signature:
         _check_parameters(document, file, model)
         _check_fixed(document, file, model)
+        if given is not None:
+            refuse_other_drive(document, file, axis)
         return model
     if given is None:
         return None

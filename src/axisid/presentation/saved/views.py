@@ -17,13 +17,14 @@ from axisid.presentation.plots import (
     convergence_plot,
     mean_residual_plot,
 )
-from axisid.presentation.schema import WrittenResponse, plain
+from axisid.presentation.schema import WrittenResponse
 from axisid.presentation.text import estimate_document, identification_document
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.user_values import is_among, quoted
 
+from .drive import written_drive
 from .estimate import SavedEstimate
 from .identification import SavedIdentification
 
@@ -119,7 +120,7 @@ def _axis(saved: SavedIdentification) -> _Like:
     written = saved.document.drive
     drive = Drive(gain=1.0) if declared is None else declared.drive
     if declared is None and isinstance(written, WrittenResponse):
-        drive = Drive(gain=1.0, **plain(written))
+        drive = written_drive(written)
     if declared is None:
         drive = cast(Drive, _told(saved, drive))
     if declared is None:
