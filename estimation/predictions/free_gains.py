@@ -16,6 +16,8 @@ from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
+_NEXT_TO_0 = 1e-9  # of what a gain is declared as
+
 
 @dataclass(frozen=True, slots=True)
 class FormByGains(InverseForm):
@@ -89,11 +91,16 @@ class FormByGains(InverseForm):
 
 
 def gains_in(form: Form, physical: Array) -> dict[str, Array]:
-    """The free gains among physical parameters (P,) or (B, P), by name."""
+    """The free gains among physical parameters (P,) or (B, P), by name.
+
+    One that a law has above 0 alone, such as a time, stays there where a search steps to 0.
+    """
     if not isinstance(form, FormByGains):
         return {}
-    count = len(form.gains)
-    return dict(zip(form.gains, np.moveaxis(physical[..., -count:], -1, 0), strict=True))
+    law = form.axis.loop_with(form.gains)[1]
+    least = [_NEXT_TO_0 * law.gains[n] if n in law.positive else -np.inf for n in form.gains]
+    values = np.maximum(physical[..., -len(form.gains) :], least)
+    return dict(zip(form.gains, np.moveaxis(values, -1, 0), strict=True))
 
 
 def axis_at(axis: GeneratedAxis, form: Form, physical: Array) -> GeneratedAxis:
