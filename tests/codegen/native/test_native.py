@@ -165,7 +165,9 @@ def test_edited_axis_never_meets_old_code(cache: Path) -> None:
     assert old is not None
     assert edited is not None
     assert old.path != edited.path
-    step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((4, 1)), np.ones(1), np.ones(4)]
+    gains = [*axis.control.gains.values()] if axis.control else []
+    step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((4, 1)), np.ones(1)]
+    step.append(np.array([1.0, 1.0, 1.0, 1.0, *gains]))
     step[3] = np.array([1e-5])
     forces = [
         lib.evaluate("closed_loop_step", [*step, np.array([1e-3])])[4][0, 0]

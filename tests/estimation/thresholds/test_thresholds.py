@@ -38,6 +38,7 @@ IMPLEMENTATION = {
     "position_zero._STEP": "step of a difference",
     "window_predictions._STEP": "step of a difference",
     "assembly._EXPONENTIAL": "where a normal's tail is an exponential to rounding",
+    "forms._TRACKING": "where a search of a law's filters begins",
     "forms._FILTERS": "where a search of a law's filters begins",
     "measured_motion._STILL": "where a search ends",
     "autoregressive._RESOLVED": "where a search ends",
