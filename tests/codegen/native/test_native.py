@@ -235,6 +235,7 @@ def test_kill_during_a_build_leaves_nothing_that_is_loaded(cache: Path, tmp_path
     assert out.strip().endswith(".so")
 
 
+@pytest.mark.slow
 def test_hanging_compiler_is_ended_and_the_virtual_machine_serves(
     cache: Path, tmp_path: Path
 ) -> None:
@@ -268,6 +269,7 @@ def test_no_working_compiler_means_no_library_and_a_reason(
     assert not list(cache.glob("*.so"))
 
 
+@pytest.mark.slow
 def test_no_working_compiler_means_the_virtual_machine_and_one_line(
     cache: Path,
     run: Callable[..., tuple[int, str, str]],

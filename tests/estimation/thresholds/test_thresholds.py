@@ -182,6 +182,7 @@ def test_a_name_stands_for_one_row() -> None:
     assert sorted(names) == sorted({*names})
 
 
+@pytest.mark.slow
 def test_every_row_is_used_somewhere() -> None:
     assert set(ROWS) - set(users()) == set()
 
@@ -236,6 +237,7 @@ def _is_own(node: ast.AST) -> bool:
     return type(value) is float and value not in (0.0, 1.0)
 
 
+@pytest.mark.slow
 def test_every_exception_is_still_there(root: Path) -> None:
     there = {
         f"{file.stem}.{name}"
