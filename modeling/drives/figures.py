@@ -79,7 +79,7 @@ def check_control(unit: str, volts: Figure) -> None:
     if own is not None and not own.same_dimension(volt / control):
         raise ModelError(
             f"volts is in {own}; give the voltage for a control of 1 {unit}, in {volt / control}.",
-            code="drive-figure-unit",
+            code="drive-volts-unit",
         )
     if own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))):
         raise ModelError(
@@ -102,7 +102,7 @@ def check_current(unit: str) -> None:
         raise ModelError(
             f"the control of a current drive is in {unit}; give a current, unit='A', or declare "
             "Drive(gain=..., unit=...) with the force for a control of 1.",
-            code="drive-control-unit",
+            code="drive-current-unit",
         )
 
 

@@ -85,6 +85,6 @@ def _finite(value: Amount, what: str) -> sympy.Expr:
     if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
         raise ModelError(
             f"{what} is {found}; give a finite number, a recorded signal or an expression of them.",
-            code="law-number",
+            code="law-number-finite",
         )
     return found

@@ -55,14 +55,14 @@ def _timed(name: str = "Tc", **declared: float) -> Axis:
         ("drive-argument", lambda: voltage_drive(**WOUND, reach=3.0)),
         ("drive-argument", lambda: current_drive(**KT, gear=3.0)),
         ("drive-argument", lambda: formula_drive(sympy.Symbol("u"), friction=1.0)),
-        ("drive-figure-unit", lambda: voltage_drive(**WOUND, volts=Constant(24.0, "V"))),
+        ("drive-volts-unit", lambda: voltage_drive(**WOUND, volts=Constant(24.0, "V"))),
         ("drive-control-unit", lambda: voltage_drive(**WOUND, unit="A")),
-        ("drive-control-unit", lambda: current_drive(**KT, unit="V")),
+        ("drive-current-unit", lambda: current_drive(**KT, unit="V")),
         ("gear-efficiency", lambda: current_drive(**KT, efficiency=1e-9)),
         ("not-a-number", lambda: cascade_p_pi(**GAINS, speed_limit="1")),  # type: ignore[arg-type]
         ("not-a-number", lambda: cascade_p_pi(**GAINS, speed_limit=None)),  # type: ignore[arg-type]
         ("number-not-finite", lambda: cascade_p_pi(**GAINS, speed_limit=-math.inf)),
-        ("law-number", lambda: cascade_p_pi(**GAINS, feed_forward=math.nan)),
+        ("law-number-finite", lambda: cascade_p_pi(**GAINS, feed_forward=math.nan)),
         ("gain-positive", lambda: replace(cascade_p_pi(**GAINS, tn=0.1), positive=("ki",))),
     ],
 )
