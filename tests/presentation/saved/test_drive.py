@@ -29,7 +29,7 @@ def test_an_axis_with_another_drive_is_refused(given: dict[str, Any], says: str)
     held = SimpleNamespace(drive=written, estimates=[SimpleNamespace(gain_relative_sd=0.005)])
     drive = Drive(**{"gain": 35.0, "lag": 1e-3, "relative_sd": 0.005, **given})
     axis = replace(load_axis("emps2015"), drive=drive)
-    with refuses("other-drive", says) if says else nullcontext():
+    with refuses("other-saved-drive", says) if says else nullcontext():
         refuse_other_drive(cast(Any, held), "result.json", axis)
 
 
@@ -42,5 +42,5 @@ def test_the_start_of_a_found_lag_is_part_of_the_drive() -> None:
     for lag, is_same in ((1e-4, True), (1e-3, True), (5e-4, False)):
         parameter = Parameter("Tc", "s", nominal=lag)
         axis = replace(load_axis("emps2015"), drive=Drive(gain=35.0, lag=parameter))
-        with nullcontext() if is_same else refuses("other-drive", "estimated from 0.0001"):
+        with nullcontext() if is_same else refuses("other-saved-drive", "estimated from 0.0001"):
             refuse_other_drive(cast(Any, held), "result.json", axis)

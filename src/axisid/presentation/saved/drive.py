@@ -47,7 +47,7 @@ def refuse_other_drive(
         raise UsageError(
             f"{file} was identified with the drive's {name} {then}, but {axis.name!r} as it is "
             f"declared now has {now}; give the axis as it was then, or identify again.",
-            code="other-drive",
+            code="other-saved-drive",
         )
 
 
