@@ -5,7 +5,7 @@ where its threshold comes from.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -253,7 +253,11 @@ def _ripple(case: Case) -> Check | Missing:
 
 
 def _missing_terms(case: Case) -> Check | Missing:
-    return terms_check(case.lacking, case.preferred)
+    found, coarse = terms_check(case.lacking, case.preferred), case.coarse
+    moved = isinstance(coarse, Check) and coarse.status == "fail"
+    if moved and isinstance(found, Check) and found.status == "fail":
+        return replace(found, status="note")  # what the steps move is left, and counts once
+    return found
 
 
 def _changes_in_time(case: Case) -> Check | Missing:

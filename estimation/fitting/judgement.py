@@ -75,13 +75,11 @@ def _moved(of: Judged) -> Iterator[Check]:
         f"the law as its control is recorded, in place of the declared one, moves {name} by "
         f"{share:.2g} % ({far[worst]:.2g} deviations)"
     )
-    remedy = None
     if beyond:
-        advice = "correct the gains of the declared law"
-        instead = ", or follow the control" if of.output == POSITION else ""
-        said, remedy = (
-            f"{said}: {advice}{instead}, or take instruments, ",
-            Remedy.of("which ask for no exact law: ", Setting("method", "idm-iv"), "."),
+        instead = ", follow the control" if of.output == POSITION else ""
+        said += (
+            f": correct the gains of the declared law, free them{instead}, or identify by "
+            "instruments, which ask for no exact law"
         )
     yield Check(
         name="law's factors",
@@ -90,7 +88,6 @@ def _moved(of: Judged) -> Iterator[Check]:
         threshold=most,
         source=MAX_LAW_SHIFT.source,
         meaning=said,
-        remedy=remedy,
     )
 
 

@@ -69,7 +69,7 @@ def known_of(told: Mapping[str, Sequence[Told]] | None, records: int) -> tuple[K
         raise UsageError(
             f"known is {quoted(told)}; give values by name, one for each record in their order: "
             "{'m_add': [0.0, (20.0, 0.01)]}.",
-            code="known-type",
+            code="known-not-by-name",
         )
     return tuple(_known(name, values, records) for name, values in (told or {}).items())
 

@@ -104,6 +104,7 @@ def test_commands_know_nothing_of_the_command_line_that_gathers_them(root: Path)
     assert "click.option" not in files["main"]
 
 
+@pytest.mark.slow
 def test_no_function_that_evaluates_text_is_called(root: Path) -> None:
     banned = {"sympify", "parse_expr", "lambdify", "eval", "S", "simplify"}
     for stage in STAGES:

@@ -93,6 +93,7 @@ def test_mistakes_of_a_toml_file_are_listed_under_one_headline(run: Run, here: P
         "      b*v",
         "        ^",
         "  drive.gian: there is no such key; the keys here are gain, unit, limit, relative_sd, "
-        "lag, delay, logged, profile, scaled_by. Did you mean 'gain'?",
+        "delay, logged, rate_limit, quantisation, deadband, lag, profile, scaled_by, kind, force, "
+        "inverse. Did you mean 'gain'?",
         "  drive.gain: it is missing; add it.",
     ]

@@ -165,6 +165,7 @@ def test_digits_are_those_that_the_deviation_warrants(value: float, sd: float, t
     assert with_deviation(made) == text
 
 
+@pytest.mark.slow
 def test_partially_linear_axes_are_exported_too() -> None:
     axis = stribeck_axis()
     found = identify(axis, twin_record(axis), methods=["idm-ls"])
@@ -303,6 +304,7 @@ position_noise = 1e-6
 """
 
 
+@pytest.mark.slow
 def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> None:
     file = tmp_path / "arm.toml"
     file.write_text(PENDULUM)
@@ -341,6 +343,7 @@ def test_deviations_are_those_that_the_intervals_are_of(
     ] == ("iid")
 
 
+@pytest.mark.slow
 def test_exported_python_takes_numbers_and_arrays_of_numpy(library_axis: GeneratedAxis) -> None:
     """Scalars of any kind, arrays of any shape, and none of them changed."""
     result = identify(library_axis, twin_record(library_axis), methods=["idm-ls"])

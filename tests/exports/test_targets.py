@@ -74,6 +74,7 @@ def test_every_row_names_a_writer() -> None:
         TARGETS[0].__class__(name="x", writer="axisid.codegen.printers.absent:f").write()
 
 
+@pytest.mark.slow
 def test_one_file_and_one_row_add_a_target_to_the_command(folder: Path) -> None:
     # An earlier export is known and written anew.
     text = run(folder, commands(EXPORT, *[f"{EXPORT} -o emps2015.js"] * 2))
@@ -85,12 +86,14 @@ def test_one_file_and_one_row_add_a_target_to_the_command(folder: Path) -> None:
     assert (folder / "emps2015.js").read_text() == text
 
 
+@pytest.mark.slow
 def test_one_file_and_one_row_add_a_target_to_the_function(folder: Path) -> None:
     then = "from axisid import export; print(export('result.json', 'js', axis='emps2015'), end='')"
     text = run(folder, f"{commands(EXPORT)}\n{then}")
     assert text == 2 * text[: len(text) // 2]
 
 
+@pytest.mark.slow
 def test_help_and_messages_name_the_new_target(folder: Path) -> None:
     said = run(folder, commands("export --help"))
     assert "[c|st|python|json|toml|csv|latex|js]" in said

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from axisid import AxisidError, build, identify, load_axis, twin_record
 from benchmarks.random_axes import RandomAxis, Term, random_axis
@@ -56,6 +57,7 @@ def _smaller(axis: RandomAxis) -> Iterator[RandomAxis]:
     yield from (axis.without(k) for k in range(len(axis.terms)))
 
 
+@pytest.mark.slow
 def test_sound_axes_are_identified(tmp_path: Path) -> None:
     Fuzz(
         name="sound axes",
@@ -67,6 +69,7 @@ def test_sound_axes_are_identified(tmp_path: Path) -> None:
     ).run()
 
 
+@pytest.mark.slow
 def test_axes_with_any_force_are_identified_or_objected_to(tmp_path: Path) -> None:
     Fuzz(
         name="wild axes",

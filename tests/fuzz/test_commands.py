@@ -30,6 +30,7 @@ def log(declaration: Path) -> bytes:
     return "\n".join([",".join(columns), *rows, ""]).encode()
 
 
+@pytest.mark.slow
 def test_damaged_logs_are_identified_or_refused(
     declaration: Path, log: bytes, tmp_path: Path
 ) -> None:

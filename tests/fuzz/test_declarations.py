@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from axisid import build, derive, load_axis
 from axisid.presentation.formulas.axis_page import FORMATS, axis_page
 from tests.fuzz.cases import Fuzz, WrongError
@@ -20,6 +22,7 @@ def _use(text: str, file: Path) -> None:
     build(axis, native=False)
 
 
+@pytest.mark.slow
 def test_changed_declarations_are_used_or_refused(tmp_path: Path) -> None:
     Fuzz(
         name="declarations",
@@ -31,6 +34,7 @@ def test_changed_declarations_are_used_or_refused(tmp_path: Path) -> None:
     ).run()
 
 
+@pytest.mark.slow
 def test_declarations_in_order_are_used(tmp_path: Path) -> None:
     def check(text: str) -> None:
         try:

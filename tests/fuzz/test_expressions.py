@@ -71,6 +71,7 @@ def _check(text: str, file: Path) -> None:
             raise WrongError(f"value: {got!r} for {right!r} at x = {x!r}, v = {v!r}")
 
 
+@pytest.mark.slow
 def test_forces_are_those_of_the_text(tmp_path: Path) -> None:
     Fuzz(
         name="expressions",

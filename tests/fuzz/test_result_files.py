@@ -33,6 +33,7 @@ def _text(text: str) -> str:
     return text if len(text) < 3000 else f"{text[:1500]} ... {text[-1500:]}"
 
 
+@pytest.mark.slow
 def test_changed_results_are_compared_or_refused(result: Any, tmp_path: Path) -> None:
     first, second, output = (tmp_path / name for name in ("a.json", "b.json", "out.json"))
     first.write_text(json.dumps(result), encoding="utf-8")

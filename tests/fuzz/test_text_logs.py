@@ -55,6 +55,7 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "log.csv"
 
 
+@pytest.mark.slow
 def test_what_is_read_is_what_was_written(file: Path) -> None:
     def check(log: TextLog) -> None:
         places = _places(log)
@@ -73,6 +74,7 @@ def test_what_is_read_is_what_was_written(file: Path) -> None:
     ).run()
 
 
+@pytest.mark.slow
 def test_blocks_are_read_as_the_whole_is(file: Path) -> None:
     def check(log: TextLog) -> None:
         whole = _columns(log, file)
@@ -96,6 +98,7 @@ def test_blocks_are_read_as_the_whole_is(file: Path) -> None:
     ).run()
 
 
+@pytest.mark.slow
 def test_damaged_bytes_are_read_or_refused(file: Path) -> None:
     def check(text: str) -> None:
         file.write_bytes(text.encode("latin-1"))

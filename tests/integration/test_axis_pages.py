@@ -22,6 +22,7 @@ def test_there_is_no_page_of_an_axis_that_is_gone(root: Path) -> None:
     assert {file.stem for file in (root / "docs" / "axes").glob("*.md")} == set(LIBRARY)
 
 
+@pytest.mark.slow
 def test_command_of_a_page_runs_as_printed(root: Path, run: Callable[..., object]) -> None:
     text = (root / "docs" / "axes" / "pendulum.md").read_text()
     (command,) = re.findall(r"^\$ axisid (.*)$", text, re.MULTILINE)

@@ -204,6 +204,7 @@ def test_stretch_at_the_default_ends_is_what_identify_gives(
     assert deviation[:2] == pytest.approx(hac, rel=0.02)
 
 
+@pytest.mark.slow
 def test_document_has_the_frozen_estimates(study: ModuleType, data: Any) -> None:
     rows = study.validation_table(data)
     for row in rows:
@@ -262,6 +263,7 @@ def test_spike_at_the_start_of_what_is_kept_does_not_move_the_estimate(
     assert cut > 1.25 * whole
 
 
+@pytest.mark.slow
 def test_sweep_recommends_what_the_document_says(study: ModuleType, data: Any) -> None:
     base = Prefilter(hold="raw", reversals="keep")
     by_default = sweep(study.axis, data.run, prefilter=base)
@@ -276,6 +278,7 @@ def test_sweep_recommends_what_the_document_says(study: ModuleType, data: Any) -
     assert study.check_of(highest, "alignment").status == "not evaluated"
 
 
+@pytest.mark.slow
 def test_what_should_complain_complains(
     study: ModuleType, swept: dict[float, Identification]
 ) -> None:
@@ -336,6 +339,7 @@ def test_shaking_alone_pulls_the_recipe_down_and_not_the_instruments(
     assert np.all(moved < [v.sd_hac for v in list(swept[15.0]["idm-iv"].parameters.values())[:2]])
 
 
+@pytest.mark.slow
 def test_command_line_reads_the_joined_and_the_measured_file(
     run: Callable[..., tuple[int, str, str]],
     study: ModuleType,

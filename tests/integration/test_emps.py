@@ -24,6 +24,7 @@ RECIPE = (
 ).split()
 
 
+@pytest.mark.slow
 def test_published_least_squares_to_every_printed_digit(
     run: Callable[..., tuple[int, str, str]], emps_file: Path
 ) -> None:

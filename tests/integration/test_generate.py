@@ -85,6 +85,7 @@ def test_committed_module_is_the_program_that_runs(root: Path, name: str) -> Non
             assert np.array_equal(a.full(), b.full())
 
 
+@pytest.mark.slow
 def test_manifest_ties_the_files_together(folder: Path) -> None:
     for name in LIBRARY:
         manifest = json.loads((folder / name / "manifest.json").read_text())
@@ -94,6 +95,7 @@ def test_manifest_ties_the_files_together(folder: Path) -> None:
             assert manifest["signature"] in (folder / name / file).read_text()
 
 
+@pytest.mark.slow
 def test_check_tells_stale_missing_and_orphan_files_and_the_command(run: Run, folder: Path) -> None:
     assert run("generate", "--check", "--output", folder)[0] == 0
     stale = folder / "emps" / "functions.py"
@@ -170,6 +172,7 @@ def _full_disk(_: int) -> None:
     raise OSError(28, "No space left on device")
 
 
+@pytest.mark.slow
 def test_file_size_limit_leaves_the_old_file_whole(folder: Path) -> None:
     """A real limit in a real process: the write is cut in the middle."""
     target = folder / "emps" / "functions.py"

@@ -87,6 +87,7 @@ def plain(stage: GeneratedAxis) -> Identification:
     return identify(stage, read_record(driven("", seed=4), stage))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", PLACES)
 def test_instruments_give_the_truth_and_the_law_is_the_drives(
     place: str, stage: GeneratedAxis
@@ -117,6 +118,7 @@ def test_without_its_column_the_law_fails_and_names_what_may_be_missing(
     assert "name a test signal that was added to the control or to the reference" in str(law.note)
 
 
+@pytest.mark.slow
 def test_a_wrong_place_sign_or_unit_is_told(stage: GeneratedAxis) -> None:
     right = record_of("control", stage)
     assert right.injected is not None
@@ -133,6 +135,7 @@ def test_a_wrong_place_sign_or_unit_is_told(stage: GeneratedAxis) -> None:
         assert words in str(law.note)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", PLACES)
 def test_validation_reckons_with_it_and_misses_it(
     place: str, stage: GeneratedAxis, plain: Identification
@@ -161,6 +164,7 @@ def test_a_force_without_a_control_shows_a_missing_signal_in_the_position(
     assert "the force fits the motion, but the simulated position" in missed
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_it_and_the_file_says_where_it_entered(
     run: Callable[..., tuple[int, str, str]], emps2015: GeneratedAxis, tmp_path: Path
 ) -> None:

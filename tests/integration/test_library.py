@@ -66,6 +66,7 @@ def test_axes_with_an_inertia_of_the_position_do_without_the_direct_model(name: 
     assert error < 10
 
 
+@pytest.mark.slow
 def test_every_library_axis_derives_and_generates_within_its_bound() -> None:
     for name in LIBRARY:
         with within(1_500_000):

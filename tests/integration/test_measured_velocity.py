@@ -134,6 +134,7 @@ class TestVelocityAlone:
         assert "fail" not in {check.status for check in result.verdict}
 
 
+@pytest.mark.slow
 def test_a_log_is_identified_from_the_command_line(run: Run, log: Path, tmp_path: Path) -> None:
     file, page = tmp_path / "result.json", tmp_path / "page.html"
     columns = "time=t,position=qm,velocity=v:mm/s,reference=qg,control=vir"
@@ -148,6 +149,7 @@ def test_a_log_is_identified_from_the_command_line(run: Run, log: Path, tmp_path
     assert "Position and measured velocity low-passed" in saved
 
 
+@pytest.mark.slow
 def test_a_wrong_velocity_is_named_first_with_what_to_do(run: Run, log: Path) -> None:
     columns = "time=t,position=qm,velocity=v:mm/s,reference=qg,control=vir"
     given = ("identify", "emps", str(log), "--columns", columns, "--shift", "velocity=3")

@@ -43,6 +43,7 @@ position_noise = 1e-6
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("potential", "unit", "truth"),
     [

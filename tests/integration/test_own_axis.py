@@ -150,6 +150,7 @@ def _with_experiment(axis: Axis) -> Axis:
     return replace(axis, experiment=experiment)
 
 
+@pytest.mark.slow
 def test_axis_without_law_is_identified_by_least_squares_and_says_what_it_left_out() -> None:
     from dataclasses import replace
 
@@ -162,6 +163,7 @@ def test_axis_without_law_is_identified_by_least_squares_and_says_what_it_left_o
     assert "without idm-iv, ddm-iv: axis" in result.summary()
 
 
+@pytest.mark.slow
 def test_crank_is_identified_by_the_inverse_model_only() -> None:
     phi = Coordinate("phi", unit="rad")
     j0 = Parameter("j0", "kg m^2", nominal=0.1)

@@ -182,7 +182,7 @@ KINDS = (
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
     "fit,comparison,simulation,batch,law check,"
-    "law search,block,drive timing,streamed estimate,log blocks,feed-forward,"
+    "law search,block,drive timing,drive time,streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")

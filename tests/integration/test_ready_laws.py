@@ -10,6 +10,7 @@ from tests.axes.ready_laws import LAWS, with_law
 _QUICK = ("cascade_p_pi, clamped",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [name if name in _QUICK else pytest.param(name, marks=pytest.mark.slow) for name in LAWS],

@@ -220,6 +220,7 @@ ELEMENTS: dict[str, Callable[[Any], object]] = {
     "stribeck": lambda q: elements.stribeck(FV, q, velocity=0.1),
     "periodic_coulomb": lambda q: elements.periodic_coulomb(FV, FV, q, period=0.1),
     "cogging": lambda q: elements.cogging(FV, FV, q, period=0.1),
+    "back_emf": lambda q: elements.back_emf(FV, q, kt=0.1, resistance=1.0),
     "motor_inertia": lambda q: elements.motor_inertia(FV, q, ratio=3.0),
     "end_stop": lambda q: elements.end_stop(q, lower=0, upper=1, stiffness=1e3),
 }

@@ -37,6 +37,7 @@ def test_twins_have_the_encoder_in_the_loop_and_in_the_record(emps2015: Generate
     assert np.array_equal(one.position, again.position)
 
 
+@pytest.mark.slow
 def test_output_error_bears_an_encoder_that_biases_least_squares(study: EncoderStudy) -> None:
     fine, coarse = study.under("inappropriate")
     assert (fine.counts, coarse.counts) == (1000, 20)

@@ -92,6 +92,7 @@ def test_comparison_validation_and_diagnosis_are_dataframes(
     assert list(checks["status"]) == [check.status for check in result.verdict]
 
 
+@pytest.mark.slow
 def test_comparison_sweep_and_validation_have_tables_in_notebooks(
     result: Identification, emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -28,6 +28,7 @@ def record(emps2015: GeneratedAxis) -> Record:
     return twin_record(emps2015.axis)
 
 
+@pytest.mark.slow
 def test_every_result_has_text_plain_data_and_a_page(
     emps2015: GeneratedAxis, record: Record
 ) -> None:

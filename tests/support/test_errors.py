@@ -139,6 +139,7 @@ def test_errors_of_several_parts_survive_a_pickle(error: AxisidError) -> None:
     assert vars(kept) == vars(error)
 
 
+@pytest.mark.slow
 def test_every_setting_in_the_library_is_one_of_the_table(root: Path) -> None:
     named = {
         node.args[0].value
@@ -150,6 +151,7 @@ def test_every_setting_in_the_library_is_one_of_the_table(root: Path) -> None:
     assert named == {*ARGUMENTS}
 
 
+@pytest.mark.slow
 def test_a_code_means_one_fault() -> None:
     """It is written once, or is a constant's where several places refuse the same."""
     written = Counter(error.code for error in coded_errors() if error.is_literal)

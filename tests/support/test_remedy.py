@@ -109,6 +109,7 @@ def test_notes_go_on_in_one_another() -> None:
     assert pickle.loads(pickle.dumps(whole)) == whole  # noqa: S301
 
 
+@pytest.mark.slow
 def test_no_sentence_of_the_library_speaks_in_options(root: Path) -> None:
     """Docstrings may: whoever reads them has the code before them."""
     folders = (root / "modeling", root / "codegen", root / "estimation")

@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate, physical_parameters
+from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.problems import Held
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.quantities import Parameter
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note
+from axisid.support.remedy import Note, Remedy, Setting
 
 
 def within_bounds(
@@ -36,6 +36,11 @@ def within_bounds(
         return _held_check(held, cause)
     if not declared:
         return Missing("no parameter is declared with bounds")
+    if outside and all(_may_be_inside(p, values[p.name]) for p in outside):
+        cause = Note(
+            f"the 95 % interval of {'each' if len(outside) > 1 else 'it'} reaches within; ",
+            Remedy.of("to hold it at the bound, ", Setting("bounded")),
+        )
     within = Note("every parameter is within its declared bounds")
     said = bounds_note({p: values[p.name].corrected for p in outside}, cause) if outside else within
     return Check(
@@ -53,6 +58,11 @@ def bounds_note(values: Mapping[Parameter, float], cause: Note | None = None) ->
     """What to say of values that are not inside the bounds of their parameters."""
     said = "; ".join(p.out_of_bounds(value) for p, value in values.items())
     return Note.of(f"{said}: ", cause or "check the signs and units of the record")
+
+
+def _may_be_inside(parameter: Parameter, value: Value) -> bool:
+    low, high = value.interval
+    return low < parameter.upper and high > parameter.lower
 
 
 def _held_check(held: Sequence[Held], cause: Note | None) -> Check:

@@ -111,6 +111,16 @@ class GainsBeside:
         off = (relative_error_percent(each, control) for each in self.left_open(self.point))
         return max(off, default=0.0)
 
+    def unless_rounded(self) -> "GainsBeside":
+        """The same without a rounding that the record refutes.
+
+        A reference that its maker computes in whole steps looks like one that the log rounded. By
+        any gains the law would then leave of the control what such steps do.
+        """
+        least = self._changed(tuple(range(len(self.along.law.gains)))).percent
+        refuted = least < self.open_percent / MIN_DISTANCE_FROM_NOISE.value
+        return replace(self, rounded=()) if refuted else self
+
     def left_open(self, point: LawPoint) -> list[Array]:
         """By how much the output may differ for that, drawn at random, (n,) each."""
         undisturbed = self.along.output(point)

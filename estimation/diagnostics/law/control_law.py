@@ -257,12 +257,12 @@ def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
     axis, law, record = of.axis, of.law, of.record
     beside = GainsBeside.of(axis, law, record, of.used, compared_as(law, record))
     declared, left = beside.percent(beside.point), beside.left(beside.point)
-    rounded = beside.open_percent
-    hidden = MAX_LAW_RESIDUAL.value <= declared < MIN_DISTANCE_FROM_NOISE.value * rounded
-    if hidden or rounded > MAX_LAW_RESIDUAL.value:
+    if _is_hidden(declared, beside):
+        beside = beside.unless_rounded()
+    if _is_hidden(declared, beside):
         return Missing(
             "what the log rounds of position and reference leaves "
-            f"{rounded:.2g} % of the declared law's control open"
+            f"{beside.open_percent:.2g} % of the declared law's control open"
         )
     times = beside.times(beside.point)
     off = {name: value for name, (value, clear) in times.items() if clear}
@@ -306,6 +306,13 @@ def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
         fitted_residual_percent=change.percent,
         meaning=fault,
     )
+
+
+def _is_hidden(declared: float, beside: GainsBeside) -> bool:
+    """Whether what the log rounds hides whether the law is right."""
+    rounded = beside.open_percent
+    hidden = MAX_LAW_RESIDUAL.value <= declared < MIN_DISTANCE_FROM_NOISE.value * rounded
+    return hidden or rounded > MAX_LAW_RESIDUAL.value
 
 
 def _reproduced(declared: float, left_open: float) -> str:

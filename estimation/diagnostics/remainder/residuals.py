@@ -19,6 +19,7 @@ from axisid.estimation.thresholds.lacking import MIN_STEPS_EXCESS
 from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
 
 from .as_measured import is_apart, tails
 
@@ -216,7 +217,11 @@ def normality(
             else "intervals rest on the number of rows"
         )
         + (_largest(estimate, away) if tests.excess_kurtosis > 0 else ""),
+        remedy=_LESS if heavy and not by_steps and estimate.counts is None else None,
     )
+
+
+_LESS = Remedy.of("; to let such rows count for less, ", Setting("loss", "huber"))
 
 
 def _largest(estimate: Estimate, away: NDArray[np.bool_] | None) -> str:

@@ -198,6 +198,8 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "local": Argument(of="identify", name="local", written=_names("local")),
         "known": Argument(of="identify", name="known", written=_by_record("known")),
         "start": Argument(of="identify", name="start", written=_text("start")),
+        "loss": Argument(of="identify", name="loss", written=_text("loss")),
+        "bounded": Argument(of="identify", name="bounded", written=lambda _: "bounded=True"),
         "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
         "leave-out": Argument(of="leave_out", call="leave_out(axis, {})", written=_each_quoted),
         "ladder": Argument(of="friction_ladder", call="friction_ladder(axis)", written="".join),

@@ -170,6 +170,7 @@ def test_every_target_has_the_declared_force_where_terms_cancel(name: str) -> No
             assert check(axis, values, (x, v, 0.7), what)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*UNRECORDED, "stribeck"])
 def test_every_target_of_the_library_has_the_declared_force(
     name: str, rng: np.random.Generator

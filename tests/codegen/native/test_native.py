@@ -165,7 +165,9 @@ def test_edited_axis_never_meets_old_code(cache: Path) -> None:
     assert old is not None
     assert edited is not None
     assert old.path != edited.path
-    step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((4, 1)), np.ones(1), np.ones(4)]
+    gains = [*axis.control.gains.values()] if axis.control else []
+    step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((4, 1)), np.ones(1)]
+    step.append(np.array([1.0, 1.0, 1.0, 1.0, *gains]))
     step[3] = np.array([1e-5])
     forces = [
         lib.evaluate("closed_loop_step", [*step, np.array([1e-3])])[4][0, 0]
@@ -233,6 +235,7 @@ def test_kill_during_a_build_leaves_nothing_that_is_loaded(cache: Path, tmp_path
     assert out.strip().endswith(".so")
 
 
+@pytest.mark.slow
 def test_hanging_compiler_is_ended_and_the_virtual_machine_serves(
     cache: Path, tmp_path: Path
 ) -> None:
@@ -266,6 +269,7 @@ def test_no_working_compiler_means_no_library_and_a_reason(
     assert not list(cache.glob("*.so"))
 
 
+@pytest.mark.slow
 def test_no_working_compiler_means_the_virtual_machine_and_one_line(
     cache: Path,
     run: Callable[..., tuple[int, str, str]],

@@ -120,12 +120,13 @@ def test_library_without_a_trial_is_built_again(cache: Path) -> None:
     """A digest is the mark of a trial: one of the content alone is none."""
     import hashlib
 
-    path = placed_library(text(), cache)
+    compiled = build(load_axis("emps")).native.text
+    path = placed_library(compiled, cache)
     digest = path.with_suffix(".sha256")
     assert digest.read_text() == _digest(path, path.name)
     plain = hashlib.sha256(path.name.encode() + path.read_bytes()).hexdigest()
     digest.write_text(plain)
-    assert cached_library(text()) is None
+    assert cached_library(compiled) is None
     assert build(load_axis("emps")).native.library() is not None
     assert digest.read_text() != plain
 
@@ -148,7 +149,7 @@ def test_other_systems_mean_the_virtual_machine(monkeypatch: pytest.MonkeyPatch)
 # Whoever starts the tests may have had a signal ignored.
 PROGRAM = """
 import signal
-from axisid import build, load_axis
+from axisid import build, derive, load_axis
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 signal.signal(signal.SIGINT, signal.default_int_handler)
 build(load_axis("emps")).native.{call}()

@@ -86,6 +86,7 @@ def test_without_the_signal_the_verdict_says_what_is_missing() -> None:
     assert [c.name for c in result.verdict if c.status == "fail"]
 
 
+@pytest.mark.slow
 def test_a_feed_forward_of_the_wrong_sign_is_named() -> None:
     axis = build(recorded_axis("feed"))
     record = twin(axis, "feed", 2)

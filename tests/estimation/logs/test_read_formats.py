@@ -289,6 +289,7 @@ def test_mdf_samples_marked_as_invalid_are_told_and_counted(tmp_path: Path) -> N
     assert "q: 2 samples are marked as invalid" in record.provenance.assumed
 
 
+@pytest.mark.slow
 def test_damaged_mdf_is_explained_in_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -135,6 +135,7 @@ def by_events(reference: np.ndarray, period: float, times: np.ndarray) -> np.nda
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [4.0, 2.5, 0.4, 0.25])
 def test_any_two_clocks_follow_an_independent_integrator(ratio: float) -> None:
     law = cascade_p_pi(LOG / ratio)
@@ -280,6 +281,7 @@ def test_a_period_that_nobody_confirms_is_still_refused() -> None:
     assert estimate.physical == pytest.approx(THETA, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_continuous_law_takes_any_log() -> None:
     law = cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)
     axis = stage(law)

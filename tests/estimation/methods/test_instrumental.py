@@ -95,6 +95,7 @@ def test_an_estimate_that_cannot_be_simulated_is_an_objection(fitted: Estimate) 
     assert following(untried, 0.0) == filter_bias(untried, has_reversals=True) == untried.simulated
 
 
+@pytest.mark.slow
 def test_estimates_without_inertia_fail_the_simulation() -> None:
     """Least squares needs no simulation, and yet says that there can be none."""
     axis = load_axis("emps2015")

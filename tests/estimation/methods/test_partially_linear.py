@@ -196,6 +196,7 @@ def bounded(lower: float, upper: float, nominal: float) -> GeneratedAxis:
     return build(replace(stribeck_axis(), parameters=(m, b, c, s, v_bounded)))
 
 
+@pytest.mark.slow
 def test_instruments_that_lead_beyond_a_bound_are_refused_with_its_name(record: Record) -> None:
     """Least squares ends at the bound; that is not where the instruments' equations hold."""
     axis = bounded(1e-4, 0.09, nominal=0.05)

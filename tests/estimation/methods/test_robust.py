@@ -40,6 +40,7 @@ def test_estimate_is_that_of_another_program(loss: str) -> None:
     assert found.loss_weights == pytest.approx(oracle.weights, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loss", LOSSES)
 def test_intervals_of_contaminated_rows_hold_the_truth(loss: str) -> None:
     held, truth = np.zeros((2, 3)), np.array([2.0, -0.3, 500.0])

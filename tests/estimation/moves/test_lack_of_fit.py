@@ -94,6 +94,7 @@ def test_nothing_is_said_without_a_reference(emps: GeneratedAxis) -> None:
     assert all(check.name != "lack of fit" for check in found.verdict)
 
 
+@pytest.mark.slow
 def test_the_public_record_is_left_by_the_model(emps: GeneratedAxis, emps_record: Record) -> None:
     prefilter = Prefilter(cutoff=100, drop=(49, 0), hold="raw", reversals="keep")
     result = identify(emps, emps_record, prefilter, methods=["idm-iv"])

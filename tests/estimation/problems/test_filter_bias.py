@@ -108,6 +108,7 @@ def test_it_is_not_told_without_a_loop(emps2015: GeneratedAxis, twin: Record) ->
     assert check.status == "not evaluated"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("source", ["control", "force"])
 @pytest.mark.parametrize("name", ["emps", "vertical_screw", "linear_motor", "rotary_table"])
 def test_without_a_reference_it_is_found_by_a_loop_that_follows(name: str, source: str) -> None:

@@ -99,6 +99,7 @@ def test_without_it_the_others_are_found_and_what_stands_for_it_is_told() -> Non
     assert result.to_dict()["left_out"] == {"Fs": 0.0}
 
 
+@pytest.mark.slow
 def test_streams_sweeps_and_comparisons_name_it_too() -> None:
     axis = build(with_stribeck(1e-3))
     record = twin_record(axis)

@@ -80,6 +80,7 @@ def test_segments_part_their_rows_whatever_their_lengths(
     assert np.diff(data.neighbours.places)[breaks - 1].min() >= len(data.row_numbers)
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 60), min_size=1, max_size=40, unique=True))
 def test_zeros_stand_where_rows_are_missing(numbers: list[int]) -> None:
     places = np.array(sorted(numbers), dtype=np.int64)

@@ -109,6 +109,7 @@ def test_coulomb_friction_that_would_be_hardly_told_keeps_them_too() -> None:
     assert [each.prefilter.reversals for each in chosen] == ["leave-out", "keep"]
 
 
+@pytest.mark.slow
 def test_friction_near_rest_is_no_reason_to_keep_what_the_filter_rounds() -> None:
     axis = build(with_stribeck(1e-3))
     record = twin_record(axis)

@@ -45,6 +45,7 @@ def test_what_is_added_is_within_the_limit_with_the_law(loop_axis: GeneratedAxis
     assert np.abs(loop.control).max() == limit
 
 
+@pytest.mark.slow
 def test_what_is_added_comes_as_late_as_the_law_itself(loop_axis: GeneratedAxis) -> None:
     law = loop_axis.axis.control
     assert law is not None

@@ -249,6 +249,7 @@ WAVES: dict[str, Callable[[sympy.Expr], sympy.Expr]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WAVES)
 def test_wave_of_the_position_is_resolved_however_fast_it_passes(name: str) -> None:
     """As far as the steps are meant to: a wave is right within 2e-6 of its size (`PASSED`).
@@ -275,6 +276,7 @@ def test_wave_too_short_for_the_speed_is_refused(*, stopped: bool) -> None:
         simulate(made, [2.0, 20.0, 1.0], reference, PERIOD)
 
 
+@pytest.mark.slow
 def test_bounce_under_a_constant_force_keeps_its_energy() -> None:
     """Without friction or control: 100 bounces of a ball on a stiff spring, 0.03 ms each."""
     made = without_feedback("ball", k * sympy.Max(0, q))

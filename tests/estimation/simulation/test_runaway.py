@@ -36,6 +36,7 @@ def vertical(sign: float = 1.0, kind: str = "cascade") -> GeneratedAxis:
     return build(body(*resistance, parameters=(b,), name="vertical", drive=drive, control=law))
 
 
+@pytest.mark.slow
 def test_an_axis_that_sags_further_than_its_reference_moves_is_simulated() -> None:
     loop = simulate(vertical(), THETA, SMALL, PERIOD)
     assert np.abs(loop.position - SMALL).max() > allowed_distance(np.ptp(SMALL), 0.0)

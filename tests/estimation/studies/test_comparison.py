@@ -489,6 +489,7 @@ def test_ladder_and_axes_together(run: Run, files: Path) -> None:
     assert result["same"] == [["Coulomb", "stage"]]
 
 
+@pytest.mark.slow
 def test_least_squares_that_noise_moves_is_told(ladder: dict[str, GeneratedAxis]) -> None:
     axis = ladder["Coulomb"]
     rough = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))

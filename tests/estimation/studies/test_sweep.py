@@ -62,6 +62,7 @@ def off(result: Sweep, truth: dict[str, float]) -> dict[float, float]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("has_law", [False, True])
 def test_without_instruments_the_steadiest_cutoff_is_recommended(
     emps2015: GeneratedAxis, twin: Record, *, has_law: bool
@@ -79,6 +80,7 @@ def test_without_instruments_the_steadiest_cutoff_is_recommended(
     assert f"{result.recommended:g} Hz, where" in result.summary()
 
 
+@pytest.mark.slow
 def test_a_log_on_which_least_squares_stands_still_nowhere_has_no_recommendation(
     emps2015: GeneratedAxis, twin: Record, tmp_path: Path
 ) -> None:
@@ -127,6 +129,7 @@ def test_default_cutoffs_are_in_equal_ratios() -> None:
             default_cutoffs(1000.0, **bad)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_command_prints_a_table_and_writes_json_and_a_figure(run: Run, tmp_path: Path) -> None:
     figure, file = tmp_path / "sweep.png", tmp_path / "sweep.json"
     options = ("--from", 30, "--to", 300, "--points", 3, "--hold", "zoh")

@@ -82,6 +82,7 @@ def test_record_without_reference_has_an_equation_error_only(emps2015: Generated
     assert "no reference column" in str(validation.reason)
 
 
+@pytest.mark.slow
 def test_a_validation_prints_its_table_and_names_its_record(emps2015: GeneratedAxis) -> None:
     result = identify(emps2015, twin_record(emps2015), methods=["idm-ls", "idm-iv"])
     held = validate(result, twin_record(emps2015, seed=3))

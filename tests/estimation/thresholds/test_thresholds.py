@@ -38,6 +38,7 @@ IMPLEMENTATION = {
     "position_zero._STEP": "step of a difference",
     "window_predictions._STEP": "step of a difference",
     "assembly._EXPONENTIAL": "where a normal's tail is an exponential to rounding",
+    "forms._TRACKING": "where a search of a law's filters begins",
     "forms._FILTERS": "where a search of a law's filters begins",
     "measured_motion._STILL": "where a search ends",
     "autoregressive._RESOLVED": "where a search ends",
@@ -181,6 +182,7 @@ def test_a_name_stands_for_one_row() -> None:
     assert sorted(names) == sorted({*names})
 
 
+@pytest.mark.slow
 def test_every_row_is_used_somewhere() -> None:
     assert set(ROWS) - set(users()) == set()
 
@@ -235,6 +237,7 @@ def _is_own(node: ast.AST) -> bool:
     return type(value) is float and value not in (0.0, 1.0)
 
 
+@pytest.mark.slow
 def test_every_exception_is_still_there(root: Path) -> None:
     there = {
         f"{file.stem}.{name}"

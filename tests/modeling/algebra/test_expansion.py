@@ -177,6 +177,7 @@ def test_what_is_no_real_number_is_said(expression: sympy.Expr) -> None:
         Expansion(dq, {a: 2})(expression)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "expression",
     [

@@ -37,6 +37,7 @@ def written(polynomial: Polynomial) -> sympy.Expr:
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(ROWS, st.sets(st.integers(0, SIZE - 1), min_size=1))
 def test_directions_are_those_of_the_jacobian(rows: list[Polynomial], columns: set[int]) -> None:

@@ -97,6 +97,7 @@ def test_values_are_those_of_a_side() -> None:
         value_at(q * p, {q: 1})
 
 
+@pytest.mark.slow
 def test_a_deep_expression_takes_no_time() -> None:
     deep = q
     for _ in range(30):

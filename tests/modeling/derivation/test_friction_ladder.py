@@ -110,6 +110,7 @@ def test_friction_whose_amount_is_known_but_not_its_velocity_gives_way() -> None
     assert names(friction_ladder(axis)["viscous"]) == ["m", "k", "b"]
 
 
+@pytest.mark.slow
 def test_velocity_terms_of_a_moving_inertia_stay() -> None:
     crank = friction_ladder(AXES["crank"])["viscous"]
     kept = AXES["crank"].force.subs(sympy.Symbol("fc", real=True), 0)

@@ -234,6 +234,7 @@ MUTATED = st.tuples(TREES, st.integers(0, 60), st.integers(0, 4), st.text(max_si
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=400)
 @given(st.one_of(st.text(max_size=40), NEARLY.map("".join), TREES, MUTATED))
 def test_any_text_is_an_expression_of_declared_names_that_lowers_or_is_refused(text: str) -> None:

@@ -70,6 +70,7 @@ def in_terminal(*arguments: str, columns: int = 120, **environment: str) -> str:
     return drawn.decode().replace("\r\n", "\n")
 
 
+@pytest.mark.slow
 def test_on_a_terminal_the_verdict_is_coloured_and_the_text_the_same(
     result: Identification,
 ) -> None:
@@ -173,6 +174,7 @@ def test_sweep_and_compare_announce_their_steps(emps2015: GeneratedAxis, twin: R
     assert all(a[0] < b[0] or b[0] == 0 for a, b in pairwise(said))
 
 
+@pytest.mark.slow
 def test_a_title_that_the_locale_cannot_print_is_no_fault(tmp_path: Path) -> None:
     axis = tmp_path / "mine.py"
     axis.write_text(

@@ -28,6 +28,7 @@ def without_superscripts(folder: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["png", "pdf", "svg"])
 def test_exponents_are_drawn_where_the_chosen_font_lacks_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, form: str

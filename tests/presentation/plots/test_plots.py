@@ -343,6 +343,7 @@ def test_without_a_loop_there_is_no_tracking(emps2015: GeneratedAxis, twin: Reco
         result.plot_tracking()
 
 
+@pytest.mark.slow
 def test_matplotlib_draws_the_same_bytes_twice(result: Identification) -> None:
     plot = autocorrelation_plot(result.preferred)
     for form, magic in (("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")):

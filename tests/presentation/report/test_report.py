@@ -308,6 +308,7 @@ def test_arrays_are_stored_once(result: Identification) -> None:
     assert first == second
 
 
+@pytest.mark.slow
 def test_what_cannot_be_drawn_is_said_in_its_place(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(build(replace(emps2015.axis, control=None), native=False), twin)
     page = Page(report_html(result, report_sweep(result)))
@@ -391,10 +392,12 @@ def test_sentences_keep_the_case_of_names_and_end_once() -> None:
     assert "bounds.." not in text
 
 
+@pytest.mark.slow
 def test_a_real_record_fits_into_three_megabytes(emps: GeneratedAxis, emps_record: Record) -> None:
     assert len(report_html(identify(emps, emps_record))) < 1_500_000
 
 
+@pytest.mark.slow
 def test_command_writes_page_and_figures(run: Run, tmp_path: Path) -> None:
     report, figures = tmp_path / "report.html", tmp_path / "figures"
     code, out, _ = run(

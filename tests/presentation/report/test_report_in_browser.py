@@ -271,6 +271,7 @@ def test_paper_is_light_and_holds_every_figure(fresh: Browser, tmp_path: Path) -
     fresh.send("Emulation.setEmulatedMedia", media="")
 
 
+@pytest.mark.slow
 def test_the_reader_picks_the_record_whose_figures_are_seen(
     page: Browser, tmp_path: Path, emps2015: GeneratedAxis
 ) -> None:

@@ -110,6 +110,7 @@ def test_what_needs_one_set_of_the_axis_parameters_is_refused_and_a_part_serves(
     assert "M_plus_m_add" in export(loaded.parts[1], "csv")
 
 
+@pytest.mark.slow
 def test_one_of_several_records_is_exported_with_its_own_parameters(
     emps2015: GeneratedAxis, tmp_path: Path
 ) -> None:
@@ -193,6 +194,7 @@ def test_the_command_line_takes_several_logs(logs: list[str], tmp_path: Path) ->
     assert written["declared_gain"] == 35.15
 
 
+@pytest.mark.slow
 def test_a_log_that_cannot_be_read_is_named_and_can_be_skipped(logs: list[str]) -> None:
     axis, first, second, bad = logs
     refused = _run(axis, first, bad, second)
@@ -238,6 +240,7 @@ def test_columns_may_be_named_for_one_log(logs: list[str], tmp_path: Path) -> No
     assert "columns 2  time = zeit" in told
 
 
+@pytest.mark.slow
 def test_sweep_and_compare_take_several_logs_without_the_bad_ones(logs: list[str]) -> None:
     axis, first, second, bad = logs
     options = ["--skip-bad", "--columns", "time=t,position=q,reference=r,control=u"]
@@ -255,6 +258,7 @@ def test_sweep_and_compare_take_several_logs_without_the_bad_ones(logs: list[str
     assert "record 2   run1.csv" in compared.output
 
 
+@pytest.mark.slow
 def test_candidates_are_compared_with_what_is_known_and_local(
     logs: list[str], tmp_path: Path
 ) -> None:
@@ -284,6 +288,7 @@ def test_two_results_of_several_are_set_side_by_side(file: Path) -> None:
     assert "run 1, run 2" in result.output
 
 
+@pytest.mark.slow
 def test_estimates_are_held_against_several_further_records(
     logs: list[str], tmp_path: Path
 ) -> None:

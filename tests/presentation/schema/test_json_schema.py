@@ -71,6 +71,7 @@ def test_what_was_written_is_read_and_written_again_as_it_was(
     assert json.dumps(plain(read)) == json.dumps(written)
 
 
+@pytest.mark.slow
 def test_schema_and_classes_refuse_the_same(schema: dict[str, Any]) -> None:
     checker = Draft202012Validator({**schema["$defs"]["identification"], "$defs": schema["$defs"]})
     whole = _short(json.loads((FOLDER / "twin-linear_motor.json").read_text(encoding="utf-8")))
@@ -111,6 +112,7 @@ def test_identification_with_everything(checker: Draft202012Validator, run: Any)
     checker.validate(json.loads(out))
 
 
+@pytest.mark.slow
 def test_identification_with_a_second_record(
     checker: Draft202012Validator, run: Any, tmp_path: Path, twin: Record
 ) -> None:
@@ -127,6 +129,7 @@ def test_identification_with_a_second_record(
     assert written["validation"]["methods"]
 
 
+@pytest.mark.slow
 def test_identification_that_lacks_what_can_be_lacking(
     checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -155,6 +158,7 @@ def test_direct_model_has_a_further_covariance_where_it_is_chosen(
     }
 
 
+@pytest.mark.slow
 def test_physical_parameters_by_known_values(
     checker: Draft202012Validator, run: Any, root: Path, tmp_path: Path
 ) -> None:
@@ -192,6 +196,7 @@ def test_sweep(checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Rec
     checker.validate(sweep(emps2015, twin, (30.0, 90.0)).to_dict())
 
 
+@pytest.mark.slow
 def test_law(checker: Draft202012Validator, run: Any) -> None:
     _, out, _ = run("law", "emps2015", "--json", "-")
     written = json.loads(out)

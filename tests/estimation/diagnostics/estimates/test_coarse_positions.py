@@ -54,6 +54,7 @@ def test_steps_that_the_log_alone_has_are_named_with_what_they_move(
     assert told == pytest.approx(mass.value - 100.2, rel=0.35)
 
 
+@pytest.mark.slow
 def test_a_few_steps_are_more_than_can_be_reckoned(emps2015: GeneratedAxis) -> None:
     result = _without_reference(emps2015, STAGE, step=0.045 / 30)
     assert "coarse positions" in _failed(result)
@@ -79,6 +80,7 @@ def test_noise_that_is_reckoned_with_is_no_fault_of_timing_or_model(
     assert not _checks(result)["alignment"].meaning.endswith("which noise may bias)")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [1e-6, 5e-6])
 def test_a_control_that_is_logged_late_is_told_all_the_same(
     emps2015: GeneratedAxis, noise: float

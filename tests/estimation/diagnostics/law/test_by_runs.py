@@ -91,6 +91,7 @@ def test_two_wrong_gains_are_named_together() -> None:
     assert "kv" not in check.meaning
 
 
+@pytest.mark.slow
 def test_a_law_that_saturates_is_told_by_its_anti_windup() -> None:
     check = _checked("cascade_p_pi, back-calculation", {"tracking_time": 1.1}, 3.0)
     assert "tracking_time is 1.1 times" in check.meaning

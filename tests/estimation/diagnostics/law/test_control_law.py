@@ -96,6 +96,7 @@ FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_of_the_record_are_recognised(
     emps: GeneratedAxis, emps_record: Record, fault: str
@@ -164,6 +165,7 @@ def test_a_gain_that_is_wrong_alone_is_named_with_its_value(
     assert "kp is 2 times the declared one, 160.1" in check.meaning
 
 
+@pytest.mark.slow
 def test_one_wrong_gain_among_right_ones_is_named() -> None:
     """The others' factors are 1, and so is their median."""
     last = Memory("last", following=MEASURED_POSITION, start=MEASURED_POSITION)
@@ -188,6 +190,7 @@ def test_one_wrong_gain_among_right_ones_is_named() -> None:
     assert "d is 0.81 times the declared one, 243 for 300," in check.meaning
 
 
+@pytest.mark.slow
 def test_one_position_gain_that_is_10_percent_low_is_no_scale_of_the_control() -> None:
     axis = load_axis("emps2015")
     record = twin_record(axis)
@@ -228,6 +231,7 @@ def test_control_that_is_logged_two_samples_late_is_named(emps2015: GeneratedAxi
     assert "not in time" in check.meaning
 
 
+@pytest.mark.slow
 def test_wrong_law_is_said_beside_the_estimates() -> None:
     axis = load_axis("emps2015")
     record = twin_record(axis)

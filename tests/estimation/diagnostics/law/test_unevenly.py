@@ -48,6 +48,7 @@ def test_a_right_law_passes_whatever_of_a_log_jitters(
     assert found.passed, found.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("resampled", [False, True])
 @pytest.mark.parametrize("sampled", [False, True])
 @pytest.mark.parametrize("gain", ["kp", "kv"])

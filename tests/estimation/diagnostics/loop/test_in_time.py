@@ -85,6 +85,7 @@ def test_a_control_logged_as_it_is_computed_is_to_be_shifted_not_the_delay() -> 
     assert "--shift control=1" in said(found, "alignment")
 
 
+@pytest.mark.slow
 def test_who_declared_the_wrong_delay_is_told_of_both() -> None:
     found = result(1, 0, 1)
     assert said(found, "control law").startswith("pass")

@@ -36,6 +36,7 @@ def test_on_a_right_model_the_loop_is_right_there_too(seed: int) -> None:
     assert check.figure < 1.6
 
 
+@pytest.mark.slow
 def test_a_peak_of_friction_that_is_left_out_with_the_reversals_is_told() -> None:
     axis = load_axis("emps2015")
     peak = Parameter("Fs", "N", nominal=10.0)

@@ -67,6 +67,7 @@ def test_a_right_signal_passes_and_is_told_with_its_time(kind: str) -> None:
     assert "samples late, its scale rests on its column and unit alone" in found.meaning
 
 
+@pytest.mark.slow
 def test_of_a_known_area_the_scale_is_told_too() -> None:
     found = _check(_record("pressure", known=True), "pressure", known=True)
     assert found.status == "pass"

@@ -51,6 +51,7 @@ def estimate(residuals: np.ndarray, **more: Any) -> Estimate:
         ],
     )
     settled = {"y": residuals, "Z": None, "period": 1e-3, "times": None, "noise_free": None}
+    settled |= {"counts": None, "score_columns": more.get("X")}
     settled["net_residuals"] = residuals
     rows = 10 * np.arange(len(residuals))
     return cast(

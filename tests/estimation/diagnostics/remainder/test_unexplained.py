@@ -44,6 +44,7 @@ def test_an_offset_of_the_plant_is_proposed_with_its_size(methods: list[str]) ->
     assert "(offset(F0), F0 about 5)" in check.meaning
 
 
+@pytest.mark.slow
 def test_a_constant_that_a_missing_term_may_make_is_no_second_fault() -> None:
     """Viscous friction that differs with the direction has a mean."""
     axis = load_axis("emps2015")
@@ -83,6 +84,7 @@ def test_a_ripple_is_told_with_its_frequency_and_a_cut_off(
     assert f"a cut-off of {0.8 * hertz:.2g} Hz" in check.meaning
 
 
+@pytest.mark.slow
 def test_a_ripple_over_the_position_is_told_with_its_period() -> None:
     a, b = Parameter("a", "N"), Parameter("b", "N")
     q = load_axis("emps2015").coordinate

@@ -142,6 +142,7 @@ def test_law_check_leaves_out_what_is_masked(emps: GeneratedAxis) -> None:
     assert found == pytest.approx(record.provenance.truth["M"], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_law_check_leaves_out_what_a_masked_position_leaves_in_its_memory(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
