@@ -88,7 +88,7 @@ def fit(
         where it has a deviation.
     free : str or sequence of str
         Gains of the control law that are searched with the parameters, from the declared ones;
-        none changes its sign. Not of an open loop, which has no law.
+        none changes its sign, or is known. Not of an open loop, which has no law.
     loss : {"squares", "soft-l1", "huber"}
         Robust ones let errors count for less that are large beside the median of all.
     starts : int
@@ -123,7 +123,7 @@ def fit(
     default = Prefilter().at_rate_of(given[0].period)
     shared = shared_records(generated, given, default, local, known, gain, skip_bad=False)
     whose, records = searched(shared), shared.records
-    model, whose = whose.form, with_free(whose, free, output)
+    model, whose = whose.form, with_free(whose, free, output, known or {})
     unknowns = unknowns_of(whose.form, whose.local, bounds or {}, prior or {}, fixed or {})
     predictions: Predictions
     if output == OPEN_LOOP:

@@ -77,15 +77,16 @@ def searched(shared: Shared) -> Searched:
     return Searched(form=JointForm(axis, layout=layout), axes=axes, local=layout.local)
 
 
-def with_free(whose: Searched, free: object, output: str) -> Searched:
+def with_free(whose: Searched, free: object, output: str, known: Mapping[str, object]) -> Searched:
     """The same with gains of the law that are free.
 
     Raises
     ------
     ModelError
-        The law has no such gain, or none that could change.
+        The law has no gains that could change.
     UsageError
-        They are no names, or the output is one without a law.
+        They are no names, none of the law's gains, or known of the records; or the output is one
+        without a law.
     """
     names = (free,) if isinstance(free, str) else free
     if not isinstance(names, (tuple, list)) or not all(isinstance(name, str) for name in names):
@@ -99,6 +100,19 @@ def with_free(whose: Searched, free: object, output: str) -> Searched:
             f"{', '.join(names)} cannot be free in an open loop, which has no law; follow the "
             "control or the position.",
             code="free-open-loop",
+        )
+    if both := [name for name in names if name in known]:
+        raise UsageError(
+            f"the gain {both[0]} is known of each record and free as well; leave one of the two "
+            "out.",
+            code="known-and-free",
+        )
+    law = whose.axes[0].axis.control
+    if law is not None and law.gains and (others := [n for n in names if n not in law.gains]):
+        raise UsageError(
+            f"there is no gain {quoted(others[0])} to be free; control law {law.name!r} has "
+            f"{', '.join(law.gains)}.",
+            code="free-name",
         )
     return replace(whose, form=FormByGains.of(whose.form, whose.axes, names))
 

@@ -14,6 +14,7 @@ from axisid.estimation.loops import (
     LawPoint,
     LawTicks,
     as_logged,
+    hides_command,
     measured_velocity,
     unlimited,
 )
@@ -29,6 +30,7 @@ from axisid.estimation.thresholds.law_search import (
     MIN_LIMITED_SHARE,
     NEGLIGIBLE_LEFT,
 )
+from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
 from axisid.modeling.declaration import Axis, ControlLaw
 from axisid.modeling.laws import ANTI_WINDUP
 from axisid.support.arrays import Array, relative_error_percent
@@ -200,10 +202,12 @@ def _started(
         columns.pop("constant")
     late = np.column_stack([*columns.values()])
     late = np.vstack([np.repeat(late[:1], delay, axis=0), late[: len(late) - delay]])
-    own = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(delay))
-    control, regressor = own[rows.used], as_logged(axis, late)[rows.used]
+    commands, told = _commands(axis, record)
+    used = rows.used & told
+    own = commands - as_logged(axis, ticks.added_at_samples(delay))
+    control, regressor = own[used], as_logged(axis, late)[used]
     if apart:
-        begins = np.diff(np.flatnonzero(rows.used), prepend=-1) > 1
+        begins = np.diff(np.flatnonzero(used), prepend=-1) > 1
         stretches = np.cumsum(begins, dtype=np.intp)
         control, regressor = _about_means(control, stretches), _about_means(regressor, stretches)
     sizes = np.linalg.norm(regressor, axis=0)
@@ -220,6 +224,23 @@ def _started(
     except ModelError:
         return None  # a negative time
     return float(np.linalg.norm(control - regressor @ (values / sizes))), law
+
+
+def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:
+    """Commands of which the recorded control comes, (N,), and where it tells them, (N,).
+
+    Behind a dead band it is less than they are, and 0 for many of them; behind a rate limit many
+    are one where it changes as fast as it may.
+    """
+    control, path = np.asarray(record.control), axis.axis.drive.path
+    told = np.ones(len(control), dtype=bool)
+    if not hides_command(axis):
+        return control, told
+    if path.deadband:
+        told &= control != 0
+        control = control + path.deadband * np.sign(control)
+    fastest = (1 - LIMIT_TOLERANCE.value) * path.rate_limit * record.period
+    return control, told & (np.abs(np.diff(control, prepend=control[:1])) < fastest)
 
 
 def _about_means(values: Array, stretches: NDArray[np.intp]) -> Array:

@@ -12,7 +12,9 @@ from .clocks import two_clocks as two_clocks
 from .law_gains import Compared as Compared
 from .law_gains import LawAlong as LawAlong
 from .law_gains import LawPoint as LawPoint
+from .law_run import applied_terms as applied_terms
 from .law_run import control_along as control_along
+from .law_run import law_memory as law_memory
 from .law_run import state_at_rest as state_at_rest
 from .law_run import terms_along as terms_along
 from .law_ticks import LawTicks as LawTicks

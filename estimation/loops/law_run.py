@@ -40,15 +40,20 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     start : (m,) array
         What it remembered at the first evaluation.
     """
-    arguments = (*ticks.signals, _states_along(axis, ticks, start))
-    rows = by_sample(axis.functions["control_terms"].call(arguments)[0].full(), len(ticks))
-    # What was computed before the first evaluation is taken for that of the first.
-    terms = np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
+    terms = applied_terms(axis, ticks, start)
     if not hides_command(axis):
         return as_logged(axis, terms)
     made = np.zeros_like(terms)
     made[:, 0] = commands_as_logged(axis, terms.sum(axis=1))
     return made
+
+
+def applied_terms(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The same as the law gives them, before the drive, (N, terms)."""
+    arguments = (*ticks.signals, _states_along(axis, ticks, start))
+    rows = by_sample(axis.functions["control_terms"].call(arguments)[0].full(), len(ticks))
+    # What was computed before the first evaluation is taken for that of the first.
+    return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
 
 
 def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:

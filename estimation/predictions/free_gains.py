@@ -14,7 +14,6 @@ from axisid.estimation.regression import Form, InverseForm
 from axisid.estimation.simulation import LoopInputs
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
 
 _NEXT_TO_0 = 1e-9  # of what a gain is declared as
 
@@ -41,20 +40,10 @@ class FormByGains(InverseForm):
         ------
         ModelError
             The axis has no law whose gains could change, or not that gain.
-        UsageError
-            Records have different values of one, which are known.
         """
         gains = tuple(dict.fromkeys(names))
         for axis in axes:
             axis.loop_with(gains)
-        for name in gains:
-            told = {axis.loop_with(gains)[1].gains[name] for axis in axes}
-            if len(told) > 1:
-                raise UsageError(
-                    f"the gain {name} is known of each record and free as well; leave one of the "
-                    "two out.",
-                    code="known-and-free",
-                )
         return cls(axes[0], of_model=form, gains=gains)
 
     @property

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.loops import LawTicks, state_at_rest, terms_along
+from axisid.estimation.loops import LawTicks, applied_terms, law_memory, state_at_rest
 from axisid.estimation.simulation import simulate_lanes
 from axisid.support.arrays import Array
 
@@ -44,8 +44,10 @@ def slopes_by_law(
     position, velocity = (loop[name][:, 0] for name in wanted)
     ticks = LawTicks.at_samples(inputs.reference, position, velocity, inputs.signals)
     memory = inputs.start.memory
-    start = state_at_rest(stretch.axis, ticks) if memory is None else memory
-    terms = terms_along(stretch.axis, ticks, start)
+    # The loop's memory has the drive's behind the law's, whose terms do not depend on it.
+    own_memory = None if memory is None else np.asarray(memory)[: law_memory(stretch.axis)]
+    start = state_at_rest(stretch.axis, ticks) if own_memory is None else own_memory
+    terms = applied_terms(stretch.axis, ticks, start)
     # They are those that are applied; what is injected is applied as late as they are.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
     lanes = _SHARE * np.column_stack([terms, -terms])

@@ -21,6 +21,7 @@ from .lanes import Lanes
 from .law_slopes import slopes_by_law
 from .measured_output import measured_output
 from .stretch import Stretch
+from .unrounded import unrounded
 
 _TWINS_AT_ONCE = 256
 
@@ -33,7 +34,7 @@ class LoopPredictions:
     form : Form
         Says which parameters of its axis each record has.
     axes : sequence of GeneratedAxis
-        By record.
+        By record. Their drives are simulated without rounding, see `unrounded`.
     records : sequence of Record
     output : str
         Of `axisid.estimation.choices.outputs.OUTPUTS`.
@@ -51,7 +52,7 @@ class LoopPredictions:
         self.samples = tuple(np.concatenate([np.arange(*s) for s in r.spans]) for r in records)
         found = [measured_output(output, *pair) for pair in zip(axes, records, strict=True)]
         self.unit, self._signal = found[0].unit, found[0].signal
-        every = enumerate(zip(axes, records, found, strict=True))
+        every = enumerate(zip(map(unrounded, axes), records, found, strict=True))
         self.stretches = tuple(
             stretch for i, (a, r, m) in every for stretch in _stretches(a, r, i, m.values)
         )

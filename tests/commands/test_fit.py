@@ -74,6 +74,13 @@ def test_the_summary_is_printed_and_the_file_is_written_anew(
     assert "did not write it" in err
 
 
+@pytest.mark.parametrize("free", ["foo", "kp,foo"])
+def test_a_gain_that_is_not_the_laws_is_a_wrong_option(run: Run, log: Path, free: str) -> None:
+    code, _, err = run("fit", "emps2015", log, "--free", free)
+    assert code == 2
+    assert "no gain 'foo'" in err
+
+
 @pytest.mark.parametrize("bound", ["Fc", "Fc=", "Fc=..", "=1..2", "Fc=a..b"])
 def test_a_bound_that_bounds_nothing_is_refused(run: Run, log: Path, bound: str) -> None:
     code, _, err = run("fit", "emps2015", log, "--bound", bound)

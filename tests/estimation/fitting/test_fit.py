@@ -418,6 +418,21 @@ def test_intervals_hold_the_truth_as_often_as_they_say(
     assert np.all(_coverage(emps2015, output, 100) >= 0.89)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("steps", [{}, {"quantisation": 0.01}])
+def test_a_drive_with_a_lag_and_with_steps_is_fitted(steps: dict[str, float]) -> None:
+    """Its loop remembers more than the law does, and steps hold no search where it starts."""
+    joint = load_axis("servo_joint")
+    axis = build(replace(joint, drive=replace(joint.drive, **steps)))
+    record = twin_record(axis)
+    found = fit(axis, record)
+    for name, value in found.parameters.items():
+        assert abs(value.value - record.provenance.truth[name]) < 4 * value.deviation
+        assert value.deviation < 0.005 * value.value
+    assert found.believed
+    assert all(np.all(np.isfinite(moves)) for moves in found.law_moves.values())
+
+
 def test_free_gains_are_found_with_the_parameters(emps2015: GeneratedAxis, twin: Record) -> None:
     law, experiment = emps2015.axis.control, emps2015.axis.experiment
     assert law is not None
@@ -435,7 +450,9 @@ def test_what_cannot_be_free_is_refused(emps: GeneratedAxis, twin: Record) -> No
         fit(emps, twin, free=3)  # type: ignore[arg-type]
     with refuses("free-open-loop"):
         fit(emps, twin, "open-loop", free="kp")
-    with refuses("no-such-gain"):
+    with refuses("free-name", says="kp, kv"):
         fit(emps, twin, free="ki")
     with refuses("known-and-free"):
         fit(emps, [twin, twin], free="kp", known={"kp": [160.0, 161.0]})
+    with refuses("known-and-free"):
+        fit(emps, twin, free="kp", known={"kp": [160.0]})

@@ -123,6 +123,18 @@ def test_what_the_drive_delays_and_what_was_added_are_not_the_laws() -> None:
 
 
 @pytest.mark.slow
+def test_a_law_is_found_behind_a_dead_band() -> None:
+    name = "cascade_p_pi, feed-forward"
+    declared = _axis(name).declared
+    drive = replace(declared.drive, deadband=0.1, logged="applied")
+    axis = build(replace(declared, drive=drive), native=False)
+    best = find_law(axis, twin_record(axis)).best
+    assert (best.function, dict(best.words)) == SOUGHT[name]
+    for gain, value in LAWS[name]().gains.items():
+        assert best.law.gains[gain] == pytest.approx(value, rel=1e-5)
+
+
+@pytest.mark.slow
 def test_a_law_that_is_none_of_them_is_said_to_be_none() -> None:
     cascade = cascade_pd_difference(kp=60.0, kv=120.0, period=PERIOD)
     other = ControlLaw(

@@ -1,6 +1,7 @@
 """Lanes of a record's loops are the loops that are simulated one by one."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.regression import InverseForm, simulated_loops
 from axisid.support.arrays import Array
+from tests.axes.lagging import THETA as LAGGING
+from tests.axes.lagging import lagging
 from tests.refusals import refuses
 
 THETA = np.array([100.2, 236.9, 24.8])
@@ -102,3 +105,30 @@ def test_slopes_by_the_law_are_those_of_another_law(twin: Record) -> None:
     other = _predictions(build(replace(declared, control=more)), "position", twin)
     slope = (other(THETA[None, :]).errors[:, 0] - here) / 1e-4
     assert np.linalg.norm(slopes["kp*kv"] - slope) < 1e-3 * np.linalg.norm(slope)
+
+
+@pytest.mark.parametrize("timing", [{"lag": 8e-4}, {"lag": 2e-3, "logged": "current"}])
+def test_slopes_by_the_law_are_those_of_the_law_before_a_drive(timing: dict[str, Any]) -> None:
+    """The loop's memory has the drive's behind the law's; the terms are the law's all the same."""
+    axis = build(lagging(**timing), native=False)
+    record = twin_record(axis).windowed((None, 0.3))
+    predictions = _predictions(axis, "control", record)
+    slopes = predictions.slopes_by_law(LAGGING)
+    kp = axis.axis.control.gains["kp"]  # type: ignore[union-attr]
+    other = _predictions(axis.with_gains({"kp": 1.0001 * kp}), "control", record)
+    here, there = (each(LAGGING[None, :]).errors[:, 0] for each in (predictions, other))
+    slope = (there - here) / 1e-4
+    assert np.linalg.norm(slopes["kp*kv"] - slope) < 1e-2 * np.linalg.norm(slope)
+
+
+@pytest.mark.parametrize("logged", ["command", "applied"])
+def test_the_steps_of_a_drive_are_not_simulated(logged: str) -> None:
+    """They are a staircase of the parameters, on which no search moves."""
+    rounding = build(lagging(quantisation=0.05, logged=logged), native=False)
+    plain = build(lagging(), native=False)
+    record = twin_record(rounding).windowed((None, 0.3))
+    found, smooth = (
+        _predictions(axis, "control", record)(LAGGING[None, :]).errors for axis in (rounding, plain)
+    )
+    assert np.array_equal(found, smooth)
+    assert np.any(found)

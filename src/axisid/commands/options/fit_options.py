@@ -10,6 +10,8 @@ import click
 
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS
 
+from .several_options import names_in
+
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BOUND = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*")
 
@@ -47,7 +49,7 @@ class Asked:
             "horizon": self.horizon,
             "bounds": dict(map(_bound, self.bound)),
             "prior": read_fixed(self.prior),
-            "free": self.free,
+            "free": tuple(each for text in self.free for each in names_in(text)),
         }
 
 
@@ -124,8 +126,8 @@ _OPTIONS = (
     click.option(
         "--free",
         multiple=True,
-        metavar="GAIN",
-        help="A gain of the control law that is searched with the parameters; again for each.",
+        metavar="GAIN[,GAIN]",
+        help="Gains of the control law that are searched with the parameters.",
     ),
 )
 

@@ -87,6 +87,11 @@ _OPTIONS = (
 )
 
 
+def names_in(text: str) -> tuple[str, ...]:
+    """The names of a list as options take it, ``M,Fv``."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
 def sharing_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options; the command takes them as one `sharing`."""
 
@@ -94,7 +99,7 @@ def sharing_options(command: Callable[..., None]) -> Callable[..., None]:
     def collected(*, local: str | None, known: tuple[str, ...], gain: str, **others: Any) -> None:
         from axisid.estimation.joint import read_known
 
-        names = tuple(name.strip() for name in (local or "").split(",") if name.strip())
+        names = names_in(local or "")
         command(sharing=Sharing(local=names, known=read_known(known), gain=gain), **others)
 
     for option in reversed(_OPTIONS):
