@@ -114,6 +114,7 @@ IMPLEMENTATION = {
     "slopes._ROOM": "rounding of a step",
     "slopes._SHORTER": "how a step is cut",
     "law_slopes._SHARE": "step of a difference",
+    "window_predictions._STEP": "step of a difference",
     "law_moves._PERCENT": "a unit",
     "fit._SPREAD": "starts of a search",
     "fit._SETTLED": "where an iteration ends",
