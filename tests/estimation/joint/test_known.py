@@ -51,5 +51,5 @@ def test_equal_values_with_equal_deviations_are_one_thing() -> None:
 
 
 def test_what_is_not_given_by_name_is_refused() -> None:
-    with refuses("known-type", "give values by name"):
+    with refuses("known-not-by-name", "give values by name"):
         known_of([1.0, 2.0], 2)  # type: ignore[arg-type]
