@@ -32,7 +32,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
 from .instrumental import Instruments, Iteration, IterationState, Step
-from .robust import robust_least_squares, row_counts, scale_of, size_by_loss
+from .robust import robust_least_squares, scale_of, size_by_loss
 from .starting import Start
 
 
@@ -72,7 +72,7 @@ class _ByOutputError(Iteration):
         if step.size <= CONVERGED.value:
             return self._within(step.goal)
         error = self._iterates[-1].simulation_error_percent
-        scale, goal = scale_of(step.solution.residuals), step.goal
+        goal = step.goal
         if error >= MAX_SIMULATION_ERROR.value:
             goal = self._near(physical, goal)
         for _ in range(_HALVINGS):
@@ -81,17 +81,18 @@ class _ByOutputError(Iteration):
                 loops, intercept, Z = self._simulated(wanted)
                 left = self._on.rows(self._form.at(wanted)).left
                 made = Z @ self._form.regressed(wanted) + intercept
-                if self._falls(left, made, step, error, scale):
+                if self._falls(left, made, step, error):
                     self._ahead = wanted, (loops, intercept, Z)
                     return wanted
             share /= 2
         return wanted
 
-    def _falls(self, left: Array, made: Array, step: Step, error: float, scale: float) -> bool:
+    def _falls(self, left: Array, made: Array, step: Step, error: float) -> bool:
         """Whether what the loop leaves, (n,), is less than before, or hardly more."""
         most = 1 + MAX_ERROR_GROWTH.value
         if self._loss == SQUARES_LOSS:
             return relative_error_percent(left - made, left) < error * most
+        scale = scale_of(step.solution.residuals)
         was = step.simulated.columns @ self._form.regressed(step.start) + step.intercept
         sizes = (size_by_loss(left - each, scale, self._loss) for each in (made, was))
         now, before = sizes
@@ -119,7 +120,7 @@ class _ByOutputError(Iteration):
         return np.clip(physical, *search_bounds(self._form.axis))
 
     def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
-        left, counts = reached.measured.left, row_counts(step.solution)
+        left, counts = reached.measured.left, step.solution.counts
         solver = ByOutputError(step.intercept, step.simulated, counts)
         if self._form.is_linear:
             intercept, regressor = step.intercept, step.simulated.columns

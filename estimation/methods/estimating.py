@@ -28,7 +28,7 @@ from axisid.support.remedy import Note
 from .fitted_point import FittedPoint, gain_relative_sd, own
 from .known_spread import known_spread
 from .method import Fit, Method
-from .robust import loss_remarks, row_counts
+from .robust import loss_remarks
 
 
 def estimate_by(
@@ -114,7 +114,7 @@ def estimate_by(
         deferred=Deferred(point.inference),
         weights=weights,
         loss=method.loss,
-        counts=row_counts(solution),
+        counts=solution.counts,
     )
 
 

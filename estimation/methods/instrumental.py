@@ -35,7 +35,7 @@ from axisid.support.remedy import Note, Remedy, Setting
 
 from .method import Fit, Method, at_point
 from .pace import Pace
-from .robust import check_loss, robust_solution, row_counts
+from .robust import check_loss, robust_solution
 from .starting import Start, nominal_start, start_of
 
 _MOST = 20
@@ -206,13 +206,8 @@ class Iteration:
         """By the simulated loop as instruments."""
         regressor = self._on.factored(self._form, at.measured)
         left = at.measured.left - at.measured.intercept
-        return robust_solution(
-            left,
-            regressor,
-            simulated,
-            self._loss,
-            lambda: instrumental_variables(left, regressor, simulated),
-        )
+        plain = instrumental_variables(left, regressor, simulated)
+        return robust_solution(left, regressor, simulated, self._loss, plain)
 
     def _next(self, step: Step, physical: Array, share: float) -> Array:
         """Where the iteration goes from parameters (p,), to a solution of the linearised model."""
@@ -244,7 +239,7 @@ class Iteration:
 
     def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
         """The rows that were solved, and by what."""
-        return reached.measured, ByInstruments(step.simulated, row_counts(step.solution))
+        return reached.measured, ByInstruments(step.simulated, step.solution.counts)
 
     def _why_not(self) -> tuple[Note, ...]:
         """Why it did not start from least squares, if it was to."""

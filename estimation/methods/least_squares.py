@@ -17,7 +17,7 @@ from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
 from .method import Fit, Method, at_point
-from .robust import check_loss, robust_least_squares, row_counts
+from .robust import check_loss, robust_least_squares
 
 
 class LeastSquares(Method):
@@ -28,7 +28,7 @@ class LeastSquares(Method):
         form = least_squares_point(problem.form(self.form), problem.rows)
         measured = problem.rows(form)
         solution = self._solved(problem, form, measured)
-        solver = ByLeastSquares(row_counts(solution))
+        solver = ByLeastSquares(solution.counts)
         try:
             loops, intercept, right = problem.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:

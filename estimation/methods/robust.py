@@ -103,9 +103,7 @@ ROW_LOSSES: Mapping[str, RowLoss] = MappingProxyType(
 )
 
 
-def robust_solution(
-    y: Array, X: Columns, Z: QrFactors, loss: str, plain: Callable[[], Solution]
-) -> Solution:
+def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str, plain: Solution) -> Solution:
     """The solution of ``sum psi(e_i/s) z_i = 0`` with s from the median of the residuals' sizes.
 
     Of least squares Z is X. The influence is that of these equations, ``Z (X' diag(psi') Z)^-1`` of
@@ -118,23 +116,22 @@ def robust_solution(
     Z : QrFactors
     loss : str
         Of `ROW_LOSSES`, or another for squares.
-    plain : callable
-        Gives the solution by squares.
+    plain : Solution
+        By squares.
 
     Raises
     ------
     EstimationError
         It does not stand still, or what counts of the rows does not tell the parameters apart.
     """
-    first = plain()
-    if loss not in ROW_LOSSES or scale_of(first.residuals) <= _ROUNDING * np.linalg.norm(y):
-        return first
-    return _iterated(y, X, Z, first, loss)
+    if loss not in ROW_LOSSES or scale_of(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
+        return plain
+    return _iterated(y, X, Z, plain, loss)
 
 
 def robust_least_squares(y: Array, X: QrFactors, loss: str) -> Solution:
     """`robust_solution` of least squares."""
-    return robust_solution(y, X, X, loss, lambda: least_squares(y, X))
+    return robust_solution(y, X, X, loss, least_squares(y, X))
 
 
 def size_by_loss(residuals: Array, scale: float, loss: str) -> float:
@@ -165,12 +162,12 @@ def loss_remarks(loss: str, solution: Solution) -> list[str]:
     """What a loss did to the rows, in words; nothing of squares."""
     if loss not in ROW_LOSSES:
         return []
-    if solution.loss_weights is None:
+    if solution.counts is None:
         return [f"{loss} loss: the rows are exact to rounding, and all count alike"]
-    light = np.count_nonzero(solution.loss_weights < LIGHT_ROW.value)
-    least = float(solution.loss_weights.min())
+    weights = solution.counts.weights
+    light, least = np.count_nonzero(weights < LIGHT_ROW.value), float(weights.min())
     return [
-        f"{loss} loss: {light} of {len(solution.loss_weights)} rows count for less than half, "
+        f"{loss} loss: {light} of {len(weights)} rows count for less than half, "
         f"the least by {least:.2g}"
     ]
 
@@ -190,13 +187,6 @@ def _iterated(y: Array, X: Columns, Z: QrFactors, first: Solution, loss: str) ->
         "what the residuals are.",
         code="loss-moves",
     )
-
-
-def row_counts(solution: Solution) -> RowCounts | None:
-    """What each row counted in a solution; None where all count alike."""
-    if solution.loss_weights is None or solution.loss_slopes is None:
-        return None
-    return RowCounts(weights=solution.loss_weights, slopes=solution.loss_slopes)
 
 
 def scale_of(residuals: Array) -> float:

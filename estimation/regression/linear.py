@@ -59,6 +59,20 @@ class QrFactors(Columns):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RowCounts:
+    """What each row counts under a loss that is not of squares.
+
+    Attributes
+    ----------
+    weights, slopes : (n,) array
+        How much each residual counted, and how much more it would with its size.
+    """
+
+    weights: Array
+    slopes: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Solution:
     """An estimate with what its covariance needs.
 
@@ -75,10 +89,9 @@ class Solution:
         or ``Z (X'Z)^-1`` (IV).
     neighbours : Neighbours
         Which of the rows follow each other in time.
-    loss_weights, loss_slopes : (n,) array or None
-        Under a loss that is not of squares, how much each residual counted, and how much more it
-        would with its size; `influence` is then of residuals as they counted. None where all count
-        alike.
+    counts : RowCounts or None
+        Under a loss that is not of squares; `influence` is then of residuals as they counted. None
+        where all count alike.
     """
 
     theta: Array
@@ -86,27 +99,26 @@ class Solution:
     inverse_factor: Array
     influence: Array
     neighbours: Neighbours
-    loss_weights: Array | None = None
-    loss_slopes: Array | None = None
+    counts: RowCounts | None = None
 
     @property
     def counted(self) -> Array:
         """Residuals as they counted, (n,)."""
-        return self.residuals if self.loss_weights is None else self.loss_weights * self.residuals
+        return self.residuals if self.counts is None else self.counts.weights * self.residuals
 
     @property
     def influence_as_counted(self) -> Array:
         """What residuals as they are do to the estimate, (n, k)."""
-        if self.loss_weights is None:
+        if self.counts is None:
             return self.influence
-        return self.loss_weights[:, None] * self.influence
+        return self.counts.weights[:, None] * self.influence
 
     @property
     def response(self) -> Array:
         """Slope of the estimate by each row's left side, (n, k)."""
-        if self.loss_slopes is None:
+        if self.counts is None:
             return self.influence
-        return self.loss_slopes[:, None] * self.influence
+        return self.counts.slopes[:, None] * self.influence
 
 
 def checked_columns(
@@ -271,20 +283,6 @@ def weighted_least_squares(y: Array, X: QrFactors, weights: Array) -> Solution:
     return replace(solution, inverse_factor=triangle.T.astype(float))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RowCounts:
-    """What each row counts under a loss that is not of squares.
-
-    Attributes
-    ----------
-    weights, slopes : (n,) array
-        As of `Solution`.
-    """
-
-    weights: Array
-    slopes: Array
-
-
 def as_counted(y: Array, X: Columns, Z: QrFactors, counts: RowCounts) -> Solution:
     """``(Z'WX)^-1 Z'Wy``, y of shape (n,), for weights W that a loss gave; Z is X of least squares.
 
@@ -310,8 +308,7 @@ def as_counted(y: Array, X: Columns, Z: QrFactors, counts: RowCounts) -> Solutio
         inverse_factor=triangle.T.astype(float),
         influence=influence,
         neighbours=X.neighbours,
-        loss_weights=counts.weights,
-        loss_slopes=counts.slopes,
+        counts=counts,
     )
 
 
