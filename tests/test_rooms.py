@@ -52,7 +52,7 @@ FLOORS = (
     ("estimation.law_search",),
     ("estimation.streaming",),
     ("estimation.identification",),
-    ("estimation.predictions",),
+    ("estimation.batched", "estimation.predictions"),
     ("estimation.fitting",),
     ("estimation.studies",),
     ("presentation.blocks",),

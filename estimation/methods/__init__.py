@@ -10,4 +10,5 @@ from .instrumental import Instruments as Instruments
 from .method import Fit as Fit
 from .method import Method as Method
 from .methods import METHODS as METHODS
+from .pace import Pace as Pace
 from .robust import scale_of as scale_of

@@ -39,3 +39,4 @@ from .signals import paired_with_force as paired_with_force
 from .without_turns import Information as Information
 from .without_turns import dependence as dependence
 from .without_turns import of_signals as of_signals
+from .without_turns import searches_friction as searches_friction

@@ -56,7 +56,10 @@ class Information:
         about = () if self._axis.is_linear else (_about(self._axis),)
         columns, _ = self._axis.evaluate("idm_regressor", *motion, *signals.recorded, *about)
         moving = columns[kept & (np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest)]
-        left = columns[kept & ~near]
+        self.add_rows(moving, columns[kept & ~near])
+
+    def add_rows(self, moving: Array, left: Array) -> None:
+        """Rows of the inverse model, (n, p) each: in motion, and of those that are left."""
         self._moving += moving.T @ moving
         self._left += left.T @ left
 

@@ -1,0 +1,114 @@
+"""What the prefilter moves the estimates of lanes by; see `axisid.estimation.problems`."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.estimation.thresholds.estimates import (
+    MAX_FILTER_HOP,
+    MAX_SIMULATION_ERROR,
+    MIN_FILTER_SHARE,
+    MIN_PRINTED_FILTER_BIAS,
+    SETTLED_FILTER_BIAS,
+)
+from axisid.support.arrays import Array
+
+from .block import Block, Chosen
+from .iteration import LaneFits, unexplained
+from .regression import solved
+
+_MOST = 6  # corrections, as of one record
+
+
+@dataclass(frozen=True, slots=True)
+class LaneBias:
+    """Bias of lanes, (L, p), and of which it is known as of a lane alone."""
+
+    bias: Array
+    well: Chosen
+
+
+@dataclass(slots=True)
+class _Found:
+    """Bias (L, p) and residuals (n, L) of quiet loops, and which lanes have them."""
+
+    bias: Array
+    residuals: Array
+    well: Chosen
+
+
+def lane_bias(block: Block, fits: LaneFits, deviations: Array) -> LaneBias:
+    """The filter's bias of lanes that ended well, for deviations (L, p)."""
+    chosen = fits.well & fits.follows
+    first = _quiet(block, fits, fits.position[:, chosen], fits.control[:, chosen], fits.theta, chosen)
+    size = _in_deviations(first.bias, deviations)
+    bias, well = first.bias.copy(), first.well.copy()
+    residuals = first.residuals.copy()
+    before, settled = first.bias.copy(), ~chosen | (size <= MIN_PRINTED_FILTER_BIAS.value)
+    moving = ~settled & well
+    corrected = moving.copy()
+    for turn in range(_MOST):
+        if not moving.any():
+            break
+        again = _again(block, fits, bias, moving)
+        well &= again.well | ~moving
+        moving &= again.well
+        moved = _in_deviations(again.bias - bias, deviations)
+        grows = moving & ~(moved < size)
+        hops = grows & (turn > 0) & (moved <= MAX_FILTER_HOP.value)
+        well &= ~(grows & ~hops)  # in doubt, which a lane alone tells
+        now = moving & ~grows
+        bias[hops] = (bias[hops] + again.bias[hops]) / 2
+        residuals[:, hops | now] = again.residuals[:, hops | now]
+        before[now], bias[now], size[now] = bias[now], again.bias[now], moved[now]
+        moving = now & (moved > SETTLED_FILTER_BIAS.value)
+    middle = moving & (size <= MAX_FILTER_HOP.value)
+    bias[middle] = (before[middle] + bias[middle]) / 2
+    well &= ~(moving & ~middle)
+    own = np.einsum("nl,nl->l", residuals, residuals)
+    with np.errstate(all="ignore"):
+        share = np.einsum("nl,nl->l", residuals, fits.residuals) / own
+    # Where the record lacks the error, loops with noise are asked, lane by lane.
+    well &= ~(corrected & (own > 0) & ~(share >= MIN_FILTER_SHARE.value))
+    return LaneBias(bias=bias, well=well & chosen)
+
+
+def _in_deviations(change: Array, deviations: Array) -> Array:
+    """Largest change of each lane, (L,)."""
+    there = deviations > 0
+    sizes = np.divide(np.abs(change), deviations, out=np.zeros_like(change), where=there)
+    return np.asarray(sizes.max(axis=1))
+
+
+def _again(block: Block, fits: LaneFits, bias: Array, chosen: Chosen) -> _Found:
+    """The bias of loops with corrected parameters."""
+    physical = fits.theta - bias
+    raw, fine = block.simulated(physical[chosen], chosen)
+    there = chosen.copy()
+    there[np.flatnonzero(chosen)[~fine]] = False
+    seen = (raw[name][:, fine] for name in ("position", "control"))
+    return _quiet(block, fits, *seen, physical, there, check=True)
+
+
+def _quiet(
+    block: Block,
+    fits: LaneFits,
+    position: Array,
+    control: Array,
+    physical: Array,
+    chosen: Chosen,
+    *,
+    check: bool = False,
+) -> _Found:
+    """What the instruments make of loops of chosen lanes, simulated with parameters (L, p)."""
+    of = (None if each is None else each[:, chosen] for each in (fits.excluded, fits.rows))
+    rows = block.rows(block.seen(position, control), *of)
+    found = solved(rows.left, rows.regressor, fits.instruments[:, chosen])
+    bias, residuals = np.full_like(fits.theta, np.nan), np.zeros_like(fits.residuals)
+    bias[chosen], residuals[:, chosen] = found.theta - physical[chosen], found.residuals
+    well = chosen.copy()
+    well[chosen] = found.sound
+    if check:
+        error = unexplained(fits.measured.whole[:, chosen], rows.whole)
+        well[chosen] &= error < MAX_SIMULATION_ERROR.value
+    return _Found(bias, residuals, well)

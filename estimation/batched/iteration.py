@@ -1,0 +1,211 @@
+"""The instruments' iteration of lanes; see `axisid.estimation.methods.instrumental`."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.methods import Pace
+from axisid.estimation.thresholds.estimates import CONVERGED, MAX_SIMULATION_ERROR
+from axisid.support.arrays import Array
+
+from .block import Block, Chosen, LaneRows
+from .regression import inverse_products, solved
+
+_MOST = 8  # steps of lanes; what takes more is identified alone
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneFits:
+    """Where lanes ended, (L, ...) each; what is not `well` is to be identified alone.
+
+    Attributes
+    ----------
+    measured : LaneRows
+    excluded, rows : array of bool or None
+        Samples without weight, (N, L), and rows that there are, (n, L).
+    well, follows : (L,) array of bool
+    theta, residuals, mixing
+        Of the solutions, see `LaneSolutions`.
+    instruments : (n, L, p) array
+    iterations : (L,) array of int
+    position, control : (N, L) array
+        Of the loops simulated with the estimates.
+    """
+
+    measured: LaneRows
+    excluded: Chosen | None
+    rows: Chosen | None
+    well: Chosen
+    follows: Chosen
+    theta: Array
+    residuals: Array
+    mixing: Array
+    instruments: Array
+    iterations: NDArray[np.int64]
+    position: Array
+    control: Array
+
+    @property
+    def counts(self) -> Array:
+        """Rows of each lane, (L,)."""
+        return row_counts(self.rows, self.measured.left.shape)
+
+
+def row_counts(rows: Chosen | None, shape: tuple[int, ...]) -> Array:
+    """How many rows each lane has, (L,)."""
+    return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
+
+
+@dataclass(slots=True, kw_only=True)
+class Loops:
+    """Loops of all lanes simulated with one estimate each, and their reduced right sides."""
+
+    position: Array
+    control: Array
+    Z: Array
+    intercept: Array
+    well: Chosen
+
+
+def loops_of(
+    block: Block, physical: Array, chosen: Chosen, excluded: Chosen | None, rows: Chosen | None
+) -> Loops:
+    """Simulate chosen lanes with parameters (L, p); what others have is of no meaning."""
+    raw, fine = block.simulated(physical[chosen], chosen)
+    regressor, known = block.simulated_columns(raw, physical[chosen])
+    every = np.concatenate([regressor, known[:, :, None]], axis=2)
+    of = (None if each is None else each[:, chosen] for each in (excluded, rows))
+    found = block.reduced(every, *of)
+    well = np.zeros(len(chosen), dtype=bool)
+    well[np.flatnonzero(chosen)[fine]] = True
+    return Loops(
+        position=raw["position"],
+        control=raw["control"],
+        Z=found[:, :, :-1],
+        intercept=found[:, :, -1],
+        well=well,
+    )
+
+
+def unexplained(whole: Array, simulated: Array) -> Array:
+    """Percent of the left side (n, L) that simulated ones leave, (L,)."""
+    with np.errstate(all="ignore"):
+        error = np.linalg.norm(whole - simulated, axis=0) / np.linalg.norm(whole, axis=0)
+    return np.asarray(100 * error)
+
+
+def simulated_left(loops: Loops, physical: Array) -> Array:
+    """Left side as the loops have it, (n, L)."""
+    return np.einsum("nlp,lp->nl", loops.Z, physical) + loops.intercept
+
+
+@dataclass(slots=True)
+class _Ended:
+    """What lanes have that ended, filled in as they do."""
+
+    well: Chosen
+    follows: Chosen
+    theta: Array
+    residuals: Array
+    mixing: Array
+    instruments: Array
+    iterations: NDArray[np.int64]
+    position: Array
+    control: Array
+    paces: list[Pace] = field(default_factory=list)
+
+
+def iterated(
+    block: Block,
+    measured: LaneRows,
+    excluded: Chosen | None,
+    rows: Chosen | None,
+    physical: Array,
+    active: Chosen,
+    loops: Loops,
+) -> LaneFits:
+    """Iterate lanes from least squares (L, p), whose loops are known, until they stand still."""
+    n, lanes, p = measured.regressor.shape
+    samples = len(block.lanes.reference)
+    end = _Ended(
+        well=np.zeros(lanes, dtype=bool),
+        follows=np.zeros(lanes, dtype=bool),
+        theta=np.full((lanes, p), np.nan),
+        residuals=np.zeros((n, lanes)),
+        mixing=np.zeros((lanes, p, p)),
+        instruments=np.zeros((n, lanes, p)),
+        iterations=np.zeros(lanes, dtype=np.int64),
+        position=np.zeros((samples, lanes)),
+        control=np.zeros((samples, lanes)),
+        paces=[Pace() for _ in range(lanes)],
+    )
+    counts = row_counts(rows, measured.left.shape)
+    physical, size = physical.copy(), np.full(lanes, np.inf)
+    active = active.copy()
+    for step in range(1, _MOST + 2):
+        at = np.flatnonzero(active)
+        active &= loops.well
+        inside = loops.well[at]  # of the lanes that were simulated
+        at = at[inside]
+        done = size[at] <= CONVERGED.value
+        if done.any():
+            _end(end, measured, loops, physical, at, inside, done, step - 1)
+            active[at[done]] = False
+        if not active.any() or step > _MOST:
+            break
+        going = at[~done]
+        Z = loops.Z[:, inside][:, ~done]
+        found = solved(measured.left[:, going], measured.regressor[:, going], Z)
+        inverse = inverse_products(Z)
+        sigma = found.power / (counts[going] - 1)
+        deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))
+        end.theta[going], end.residuals[:, going] = found.theta, found.residuals
+        end.mixing[going], end.instruments[:, going] = found.mixing, Z
+        for i, lane in enumerate(going):
+            size[lane] = end.paces[lane].step(physical[lane], found.theta[i], deviations[i])
+            found.sound[i] &= end.paces[lane].share == 1.0
+        physical[going] = found.theta
+        active[going[~found.sound]] = False
+        if active.any():
+            loops = loops_of(block, physical, active, excluded, rows)
+    return LaneFits(
+        measured=measured,
+        excluded=excluded,
+        rows=rows,
+        well=end.well,
+        follows=end.follows,
+        theta=end.theta,
+        residuals=end.residuals,
+        mixing=end.mixing,
+        instruments=end.instruments,
+        iterations=end.iterations,
+        position=end.position,
+        control=end.control,
+    )
+
+
+def _end(
+    end: _Ended,
+    measured: LaneRows,
+    loops: Loops,
+    physical: Array,
+    at: NDArray[np.intp],
+    inside: Chosen,
+    done: Chosen,
+    steps: int,
+) -> None:
+    """Take note of lanes that ended; `inside` of the loops' lanes are those of `at`."""
+    lanes, own = at[done], np.flatnonzero(inside)[done]
+    of = Loops(
+        position=loops.position[:, own],
+        control=loops.control[:, own],
+        Z=loops.Z[:, own],
+        intercept=loops.intercept[:, own],
+        well=loops.well,
+    )
+    left = simulated_left(of, physical[lanes])
+    error = unexplained(measured.whole[:, lanes], left)
+    end.well[lanes], end.iterations[lanes] = True, steps
+    end.follows[lanes] = error < MAX_SIMULATION_ERROR.value
+    end.position[:, lanes], end.control[:, lanes] = of.position, of.control
