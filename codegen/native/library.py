@@ -41,7 +41,7 @@ class LoadedLibrary:
 
     def __call__(self, function: str, *arguments: int | float | NDArray[Any] | None) -> int:
         """Call a function; the interpreter's lock is released."""
-        return int(getattr(self._library, function)(*map(_as_c, arguments)))
+        return int(getattr(self._library, function)(*map(as_c, arguments)))
 
 
 class NativeLibrary:
@@ -227,7 +227,7 @@ def beside(parameters: Array, gains: Array) -> Array:
     return np.concatenate([parameters, np.broadcast_to(gains, shape)], axis=-1)
 
 
-def _as_c(argument: int | float | NDArray[Any] | None) -> Any:
+def as_c(argument: int | float | NDArray[Any] | None) -> Any:
     if isinstance(argument, np.ndarray):
         return ctypes.c_void_p(argument.ctypes.data)
     if isinstance(argument, float):

@@ -8,13 +8,16 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
+from axisid.codegen.native import LaneLibrary, Thinning, lane_library
 from axisid.estimation.loops import loop_starts
-from axisid.estimation.signals import FilteredRecord, SampledFilter, drive_force
+from axisid.estimation.signals import FilteredRecord, SampledFilter
 from axisid.estimation.simulation import simulate_batch
 from axisid.estimation.thresholds.signals import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array
 
+from .columns import LaneSignals, loop_columns, measured_columns
 from .lanes import RecordLanes
+from .thinning import thinning_of
 
 _SIMULATED = (
     "position",
@@ -38,23 +41,12 @@ class LaneRows:
         Less what no parameter scales.
     whole : (n, L) array
         With it.
-    regressor : (n, L, p) array
+    regressor : (n, p, L) array
     """
 
     left: Array
     whole: Array
     regressor: Array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LaneSignals:
-    """Motion and force sample by sample, (N, L) each."""
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-    force: Array
-    direction: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,56 +80,83 @@ class Block:
         """The filtered motion beside the force."""
         return self.seen(self.lanes.position, self.lanes.control)
 
+    @cached_property
+    def library(self) -> LaneLibrary | None:
+        """Compiled rows; None where there is no compiler, or nothing is decimated."""
+        if self.template.prefilter.decimate == 1 or self.axis.native.library() is None:
+            return None
+        return lane_library(self.axis.native.text, len(self.axis.parameters))
+
+    @cached_property
+    def thinning(self) -> Thinning:
+        """Which rows are kept, and by what sums."""
+        return thinning_of(self.filter, len(self.lanes.reference))
+
     def seen(self, position: Array, control: Array) -> LaneSignals:
-        """Positions and controls, (N, L), as measured ones are filtered."""
-        period = self.lanes.period
-        q = self.filter.low_passed(position)
-        dq = np.gradient(q, period, axis=0)
-        ddq = np.gradient(dq, period, axis=0)
-        force = self._force(control, q, dq)
-        if delay := self.template.hold_delay:
-            force = (1 - delay) * force + delay * _earlier(force)
-        return LaneSignals(
-            position=q, velocity=dq, acceleration=ddq, force=force, direction=np.sign(dq)
+        """Positions and controls, (N, L), with the motion as measured ones are filtered."""
+        period, sampled = self.lanes.period, self.filter
+        if self.library is not None:
+            low_pass = sampled.low_pass
+            motion = self.library.motion(
+                position, low_pass.sections, low_pass.settled, sampled.padding, period
+            )
+        else:
+            q = sampled.low_passed(position)
+            dq = np.gradient(q, period, axis=0)
+            motion = q, dq, np.gradient(dq, period, axis=0)
+        return LaneSignals(motion=motion, control=control)
+
+    def velocity(self, position: Array) -> Array:
+        """Of positions as measured ones are filtered, (N, L)."""
+        return self.seen(position, position).motion[1]
+
+    def rows(self, s: LaneSignals, excluded: Chosen | None, rows: Chosen | None) -> LaneRows:
+        """Rows of signals."""
+        if self.library is not None:
+            delay, thinning = self.template.hold_delay, self.thinning
+            found = self.library.measured(s.control, s.motion, delay, excluded, thinning)
+        else:
+            found = self._reduced(measured_columns(self.axis, s, self.template.hold_delay), excluded)
+        found = _kept(found, rows)
+        return LaneRows(
+            left=found[:, -1] - found[:, -2], whole=found[:, -1], regressor=found[:, :-2]
         )
 
-    def _force(self, control: Array, q: Array, dq: Array) -> Array:
-        flat = (np.ravel(each) for each in (control, q, dq))
-        return drive_force(self.axis, *flat).reshape(control.shape)
-
-    def columns(self, s: LaneSignals) -> tuple[Array, Array]:
-        """Regressor, (N, L, p), and what no parameter scales, (N, L)."""
-        motion = (s.position, s.velocity, s.acceleration, s.direction)
-        row, known = self.axis.evaluate("idm_regressor", *(np.ravel(each) for each in motion))
-        shape = s.position.shape
-        return row.reshape(*shape, -1), known.reshape(shape)
-
-    def reduced(self, columns: Array, excluded: Chosen | None, rows: Chosen | None) -> Array:
-        """Columns (N, L, c) through the decimation filter, (n, L, c)."""
-        if excluded is not None:
-            columns = np.where(excluded[:, :, None], 0.0, columns)
-        flat = self.filter.reduce(columns.reshape(len(columns), -1))
-        found = flat.reshape(len(flat), *columns.shape[1:])
-        return found if rows is None else np.where(rows[:, :, None], found, 0.0)
+    def simulated_rows(
+        self,
+        loops: dict[str, Array],
+        physical: Array,
+        excluded: Chosen | None,
+        rows: Chosen | None,
+    ) -> tuple[Array, Array]:
+        """Regressor, (n, p, L), and known part, (n, L), of simulated loops."""
+        names = ("position", "velocity", "acceleration", "force", "direction")
+        signals = tuple(loops[name] for name in names)
+        before = loops["direction_before"] if self.held else None
+        if self.library is not None:
+            found = self.library.simulated(signals, before, physical, excluded, self.thinning)
+        else:
+            found = self._reduced(loop_columns(self.axis, signals, before, physical), excluded)
+        found = _kept(found, rows)
+        return found[:, :-1], found[:, -1]
 
     def rows_of(self, excluded: Chosen | None) -> Chosen | None:
         """Which rows lanes have, (n, L), without excluded samples; None for all."""
         if excluded is None:
             return None
-        ones = np.ones((*excluded.shape, 1))
-        found = self.reduced(ones, excluded, None)[:, :, 0] > MIN_ROW_WEIGHT.value
+        if self.library is not None:
+            weights = self.library.weights(excluded, self.thinning)
+        else:
+            weights = self._reduced(np.ones((len(excluded), 1, excluded.shape[1])), excluded)[:, 0]
+        found = weights > MIN_ROW_WEIGHT.value
         return np.asarray(found | ~excluded.any(axis=0))
 
-    def rows(self, s: LaneSignals, excluded: Chosen | None, rows: Chosen | None) -> LaneRows:
-        """Rows of signals."""
-        regressor, known = self.columns(s)
-        every = np.concatenate([regressor, s.force[:, :, None], known[:, :, None]], axis=2)
-        found = self.reduced(every, excluded, rows)
-        return LaneRows(
-            left=found[:, :, -2] - found[:, :, -1],
-            whole=found[:, :, -2],
-            regressor=found[:, :, :-2],
-        )
+    def _reduced(self, columns: Array, excluded: Chosen | None) -> Array:
+        """Columns (N, c, L) through the decimation filter, (n, c, L)."""
+        if excluded is not None:
+            columns = np.where(excluded[:, None, :], 0.0, columns)
+        flat = self.filter.reduce(columns.reshape(len(columns), -1))
+        return flat.reshape(len(flat), *columns.shape[1:])
 
     def turns(self, velocity: Array) -> Chosen:
         """Samples near reversals and rests of filtered velocities, (N, L)."""
@@ -181,29 +200,9 @@ class Block:
         well = np.array([lane not in batch.failures for lane in range(len(physical))])
         return batch.signals, well
 
-    def simulated_columns(
-        self, loops: dict[str, Array], physical: Array
-    ) -> tuple[Array, Array]:
-        """Regressor and intercept of simulated loops, as their rows have them."""
-        s = LaneSignals(**{name: loops[name] for name in _SIMULATED[:4] + ("direction",)})
-        regressor, known = self.columns(s)
-        if not self.held:
-            return regressor, known
-        force, before = _earlier(loops["force"]), loops["direction_before"]
-        sets = np.broadcast_to(physical, (len(force), *physical.shape)).reshape(force.size, -1)
-        motion = (np.ravel(each) for each in (s.position, s.velocity, force, before))
-        (acceleration,) = self.axis.evaluate("direct_dynamics", *motion, sets)
-        earlier = LaneSignals(
-            position=s.position,
-            velocity=s.velocity,
-            acceleration=acceleration.reshape(force.shape),
-            force=force,
-            direction=before,
-        )
-        other, known_before = self.columns(earlier)
-        return (regressor + other) / 2, (known + known_before) / 2
 
-
-def _earlier(values: Array) -> Array:
-    """Values of the sample before, (N, L)."""
-    return np.concatenate([values[:1], values[:-1]])
+def _kept(found: Array, rows: Chosen | None) -> Array:
+    """Columns (n, c, L), zero in rows that lanes do not have."""
+    if rows is not None:
+        found *= rows[:, None, :]
+    return found

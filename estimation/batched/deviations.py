@@ -27,7 +27,7 @@ def lane_deviations(
             theta=fits.theta[lane],
             residuals=np.ascontiguousarray(fits.residuals[own, lane]),
             inverse_factor=np.linalg.cholesky(inverse[lane]),
-            influence=fits.instruments[own, lane] @ fits.mixing[lane].T,
+            influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
             neighbours=Neighbours.of(places[own], block.template.prefilter.decimate),
         )
         applied = model.applied(solution)

@@ -103,7 +103,7 @@ def _quiet(
     """What the instruments make of loops of chosen lanes, simulated with parameters (L, p)."""
     of = (None if each is None else each[:, chosen] for each in (fits.excluded, fits.rows))
     rows = block.rows(block.seen(position, control), *of)
-    found = solved(rows.left, rows.regressor, fits.instruments[:, chosen])
+    found = solved(rows.left, rows.regressor, fits.instruments[:, :, chosen])
     bias, residuals = np.full_like(fits.theta, np.nan), np.zeros_like(fits.residuals)
     bias[chosen], residuals[:, chosen] = found.theta - physical[chosen], found.residuals
     well = chosen.copy()

@@ -14,6 +14,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .block import Block, Chosen
+from .columns import measured_columns
 from .deviations import lane_deviations
 from .filter_bias import lane_bias
 from .iteration import LaneFits, iterated, loops_of, simulated_left, unexplained
@@ -88,7 +89,7 @@ def _fitted(block: Block, asked: Prefilter) -> LaneFits:
     if excluded is not None:
         rows = block.rows_of(excluded)
         measured, physical, loops, follows = _least_squares(block, excluded, rows)
-        again = block.turns(np.gradient(block.filter.low_passed(loops.position), block.lanes.period, axis=0))
+        again = block.turns(block.velocity(loops.position))
         # Where the loop does not follow, the record's own reversals stay.
         excluded = np.where(follows & excluded.any(axis=0), again, excluded)
     rows = block.rows_of(excluded)
@@ -112,15 +113,16 @@ def _left_out(block: Block, asked: Prefilter) -> Chosen | None:
     if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
         return None
     signals = block.measured
-    near = block.turns(signals.velocity)
+    velocity = signals.motion[1]
+    near = block.turns(velocity)
     if asked.reversals is None and not searches_friction(axis):
-        columns, _ = block.columns(signals)
+        columns = measured_columns(axis, signals, 0.0)
         kept = block.template.kept
-        speed = np.abs(signals.velocity)
+        speed = np.abs(velocity)
         moving = kept[:, None] & (speed > MIN_MOVING_SPEED.value * speed.max(axis=0))
         left = kept[:, None] & ~near
         for lane in range(near.shape[1]):
-            own = columns[:, lane]
+            own = np.ascontiguousarray(columns[:, :-2, lane])
             found = Information(axis)
             found.add_rows(own[moving[:, lane]], own[left[:, lane]])
             if found.remaining < MIN_INFORMATION_LEFT.value:

@@ -10,7 +10,7 @@ from axisid.estimation.thresholds.estimates import CONVERGED, MAX_SIMULATION_ERR
 from axisid.support.arrays import Array
 
 from .block import Block, Chosen, LaneRows
-from .regression import inverse_products, solved
+from .regression import fitted, inverse_products, solved
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
 
@@ -27,7 +27,7 @@ class LaneFits:
     well, follows : (L,) array of bool
     theta, residuals, mixing
         Of the solutions, see `LaneSolutions`.
-    instruments : (n, L, p) array
+    instruments : (n, p, L) array
     iterations : (L,) array of int
     position, control : (N, L) array
         Of the loops simulated with the estimates.
@@ -73,17 +73,15 @@ def loops_of(
 ) -> Loops:
     """Simulate chosen lanes with parameters (L, p); what others have is of no meaning."""
     raw, fine = block.simulated(physical[chosen], chosen)
-    regressor, known = block.simulated_columns(raw, physical[chosen])
-    every = np.concatenate([regressor, known[:, :, None]], axis=2)
     of = (None if each is None else each[:, chosen] for each in (excluded, rows))
-    found = block.reduced(every, *of)
+    Z, intercept = block.simulated_rows(raw, physical[chosen], *of)
     well = np.zeros(len(chosen), dtype=bool)
     well[np.flatnonzero(chosen)[fine]] = True
     return Loops(
         position=raw["position"],
         control=raw["control"],
-        Z=found[:, :, :-1],
-        intercept=found[:, :, -1],
+        Z=Z,
+        intercept=intercept,
         well=well,
     )
 
@@ -97,7 +95,7 @@ def unexplained(whole: Array, simulated: Array) -> Array:
 
 def simulated_left(loops: Loops, physical: Array) -> Array:
     """Left side as the loops have it, (n, L)."""
-    return np.einsum("nlp,lp->nl", loops.Z, physical) + loops.intercept
+    return fitted(loops.Z, physical) + loops.intercept
 
 
 @dataclass(slots=True)
@@ -126,7 +124,7 @@ def iterated(
     loops: Loops,
 ) -> LaneFits:
     """Iterate lanes from least squares (L, p), whose loops are known, until they stand still."""
-    n, lanes, p = measured.regressor.shape
+    n, p, lanes = measured.regressor.shape
     samples = len(block.lanes.reference)
     end = _Ended(
         well=np.zeros(lanes, dtype=bool),
@@ -134,7 +132,7 @@ def iterated(
         theta=np.full((lanes, p), np.nan),
         residuals=np.zeros((n, lanes)),
         mixing=np.zeros((lanes, p, p)),
-        instruments=np.zeros((n, lanes, p)),
+        instruments=np.zeros((n, p, lanes)),
         iterations=np.zeros(lanes, dtype=np.int64),
         position=np.zeros((samples, lanes)),
         control=np.zeros((samples, lanes)),
@@ -155,13 +153,13 @@ def iterated(
         if not active.any() or step > _MOST:
             break
         going = at[~done]
-        Z = loops.Z[:, inside][:, ~done]
-        found = solved(measured.left[:, going], measured.regressor[:, going], Z)
+        Z = loops.Z[:, :, np.flatnonzero(inside)[~done]]
+        found = solved(measured.left[:, going], measured.regressor[:, :, going], Z)
         inverse = inverse_products(Z)
         sigma = found.power / (counts[going] - 1)
         deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))
         end.theta[going], end.residuals[:, going] = found.theta, found.residuals
-        end.mixing[going], end.instruments[:, going] = found.mixing, Z
+        end.mixing[going], end.instruments[:, :, going] = found.mixing, Z
         for i, lane in enumerate(going):
             size[lane] = end.paces[lane].step(physical[lane], found.theta[i], deviations[i])
             found.sound[i] &= end.paces[lane].share == 1.0
@@ -200,7 +198,7 @@ def _end(
     of = Loops(
         position=loops.position[:, own],
         control=loops.control[:, own],
-        Z=loops.Z[:, own],
+        Z=loops.Z[:, :, own],
         intercept=loops.intercept[:, own],
         well=loops.well,
     )

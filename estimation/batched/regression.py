@@ -40,17 +40,33 @@ class LaneSolutions:
 
 
 def products(one: Array, other: Array) -> Array:
-    """``sum a_t b_t'`` of columns (n, L, p) and (n, L, q), (L, p, q)."""
-    return np.asarray(np.matmul(one.transpose(1, 2, 0), other.transpose(1, 0, 2)))
+    """``sum a_t b_t'`` of columns (n, p, L) and (n, q, L), (L, p, q)."""
+    found = np.array([[np.einsum("nl,nl->l", a, b) for b in _each(other)] for a in _each(one)])
+    return np.asarray(found.transpose(2, 0, 1))
+
+
+def _each(columns: Array) -> list[Array]:
+    return [columns[:, i] for i in range(columns.shape[1])]
 
 
 def norms(columns: Array) -> Array:
-    """Of columns (n, L, p), (L, p)."""
-    return np.asarray(np.sqrt(np.einsum("nlp,nlp->lp", columns, columns)))
+    """Of columns (n, p, L), (L, p)."""
+    return np.asarray(np.sqrt(np.einsum("npl,npl->lp", columns, columns)))
+
+
+def fitted(regressor: Array, theta: Array) -> Array:
+    """``X theta`` of lanes, (n, L), for parameters (L, p)."""
+    return np.asarray(np.einsum("npl,lp->nl", regressor, theta))
 
 
 def solved(left: Array, regressor: Array, instruments: Array) -> LaneSolutions:
-    """``(Z'X)^-1 Z'y`` of lanes; least squares where the instruments are the regressor."""
+    """``(Z'X)^-1 Z'y`` of lanes; least squares where the instruments are the regressor.
+
+    Parameters
+    ----------
+    left : (n, L) array
+    regressor, instruments : (n, p, L) array
+    """
     by, scale = norms(instruments), norms(regressor)
     with np.errstate(all="ignore"):
         scaled = products(instruments, regressor) / by[:, :, None] / scale[:, None, :]
@@ -63,9 +79,9 @@ def solved(left: Array, regressor: Array, instruments: Array) -> LaneSolutions:
     theta = np.zeros_like(scale)
     residuals = left
     for _ in range(1 + _ROUNDS):
-        step = products(instruments, residuals[:, :, None])[:, :, 0]
+        step = products(instruments, residuals[:, None])[:, :, 0]
         theta = theta + np.einsum("lpq,lq->lp", mixing, step)
-        residuals = left - np.einsum("nlp,lp->nl", regressor, theta)
+        residuals = left - fitted(regressor, theta)
     return LaneSolutions(
         theta=theta,
         residuals=residuals,
@@ -76,7 +92,7 @@ def solved(left: Array, regressor: Array, instruments: Array) -> LaneSolutions:
 
 
 def inverse_products(columns: Array) -> Array:
-    """``(Z'Z)^-1`` of columns (n, L, p), (L, p, p); those of the identity where there is none."""
+    """``(Z'Z)^-1`` of columns (n, p, L), (L, p, p); those of the identity where there is none."""
     scale = norms(columns)
     with np.errstate(all="ignore"):
         scaled = products(columns, columns) / scale[:, :, None] / scale[:, None, :]

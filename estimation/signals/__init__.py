@@ -27,6 +27,7 @@ from .recorded import beside_motion as beside_motion
 from .recorded import recorded_signals as recorded_signals
 from .reversals import near_turns as near_turns
 from .reversals import rest_below as rest_below
+from .sampled_filter import DECIMATION_PADDING as DECIMATION_PADDING
 from .sampled_filter import SampledFilter as SampledFilter
 from .sampled_filter import Span as Span
 from .sampling import Sampling as Sampling

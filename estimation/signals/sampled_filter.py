@@ -32,6 +32,8 @@ Span = tuple[int, int]
 
 _RIPPLE_DB = 0.05
 _DECIMATION_ORDER = 8
+#: Samples by which the filter before decimation extends a stretch at both ends.
+DECIMATION_PADDING = 3 * _DECIMATION_ORDER
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,14 +84,14 @@ class SampledFilter:
     def needed(self) -> int:
         """Samples that a stretch needs to give a row."""
         order, decimate = self.settings.order, self.settings.decimate
-        padding = 3 * _DECIMATION_ORDER if decimate > 1 else 0
+        padding = DECIMATION_PADDING if decimate > 1 else 0
         return max(3 * order, padding, 2 * decimate) + sum(self.dropped) + 1
 
     def settling(self, level: float) -> tuple[int, int]:
         """Samples over which the low-pass and the decimation filter decay to a level."""
         if self.settings.decimate == 1:
             return self._transient(level), 0
-        sections = _decimation_filter(self.settings.decimate).sections
+        sections = self.decimation.sections
         slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
         return self._transient(level), math.ceil(math.log(level) / math.log(slowest))
 
@@ -155,9 +157,22 @@ class SampledFilter:
 
     def low_passed(self, signal: Array) -> Array:
         """A signal of one stretch through the low-pass of the motion, (N,)."""
-        order = self.settings.order
-        low_pass = _low_pass(order, 2 * self.settings.cutoff * self.period)
-        return low_pass.without_phase(signal, 3 * order)
+        return self.low_pass.without_phase(signal, self.padding)
+
+    @property
+    def low_pass(self) -> "Sections":
+        """The low-pass of the motion."""
+        return _low_pass(self.settings.order, 2 * self.settings.cutoff * self.period)
+
+    @property
+    def padding(self) -> int:
+        """Samples by which the low-pass extends a stretch at both ends."""
+        return 3 * self.settings.order
+
+    @property
+    def decimation(self) -> "Sections":
+        """The filter before decimation."""
+        return _decimation_filter(self.settings.decimate)
 
     def reduce(self, signals: Array) -> Array:
         """Drop the ends of one stretch and decimate: (N,) or (N, k) to (n,) or (n, k).
@@ -185,8 +200,7 @@ class SampledFilter:
 
     def smoothed(self, signals: Array) -> Array:
         """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
-        decimation = _decimation_filter(self.settings.decimate)
-        return decimation.without_phase(signals, 3 * _DECIMATION_ORDER)
+        return self.decimation.without_phase(signals, DECIMATION_PADDING)
 
     def rows(self, samples: int) -> Array:
         """Sample numbers of the rows of one stretch, (n,)."""
@@ -215,14 +229,14 @@ class SampledFilter:
 
 
 @dataclass(frozen=True, slots=True)
-class _Filter:
+class Sections:
     """Second-order sections, (s, 6), and their state after a step has settled, (s, 2)."""
 
     sections: Array
     settled: Array
 
     @classmethod
-    def of(cls, sections: Array) -> "_Filter":
+    def of(cls, sections: Array) -> "Sections":
         from scipy.signal import sosfilt_zi
 
         return cls(frozen(sections), frozen(sosfilt_zi(sections)))
@@ -247,16 +261,16 @@ class _Filter:
 
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
 @lru_cache(maxsize=32)
-def _low_pass(order: int, edge: float) -> _Filter:
+def _low_pass(order: int, edge: float) -> Sections:
     """A Butterworth filter, its edge in units of the Nyquist frequency."""
     from scipy.signal import butter
 
-    return _Filter.of(butter(order, edge, output="sos"))
+    return Sections.of(butter(order, edge, output="sos"))
 
 
 @lru_cache(maxsize=32)
-def _decimation_filter(decimate: int) -> _Filter:
+def _decimation_filter(decimate: int) -> Sections:
     """The filter before decimation, of Chebyshev's first kind."""
     from scipy.signal import cheby1
 
-    return _Filter.of(cheby1(_DECIMATION_ORDER, _RIPPLE_DB, 0.8 / decimate, output="sos"))
+    return Sections.of(cheby1(_DECIMATION_ORDER, _RIPPLE_DB, 0.8 / decimate, output="sos"))

@@ -1,0 +1,170 @@
+"""Rows of many lanes of an axis in compiled code."""
+
+import ctypes
+from dataclasses import dataclass
+from functools import lru_cache
+from threading import local
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.printers import print_c_lanes
+from axisid.support.arrays import Array
+
+from .errors import NativeUnavailableError
+from .library import as_c
+from .library_cache import compiled_library
+
+_WIDE, _STATES, _STREAMS = 8, 8, 7  # as in the C text
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Thinning:
+    """How columns are filtered forward and backward, and which of their samples are kept.
+
+    Attributes
+    ----------
+    sizes : (10,) array of int
+        First sample, samples, first and one after the last with weight, padding, samples of a
+        block, end of the first block, blocks before the first row, blocks, rows.
+    powers : (every + 1, 8) array
+        Of the poles, real and imaginary part of one of each pair in turn.
+    gains, settled : (8,) array
+        Of the modes in the sum; and their state after a long time of ones.
+    ends : (8, 8) array
+        What the modes that run backward start from, by how far the others are from settled.
+    direct : float
+        What of a value itself is in the sum beside the modes.
+    """
+
+    sizes: NDArray[np.int64]
+    powers: Array
+    gains: Array
+    settled: Array
+    ends: Array
+    direct: float
+
+    @property
+    def rows(self) -> int:
+        """How many are kept."""
+        return int(self.sizes[9])
+
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """As the compiled functions take them."""
+        return (self.sizes, self.powers, self.gains, self.settled, self.ends, self.direct)
+
+
+class LaneLibrary:
+    """Compiled rows of lanes; arrays are contiguous, (N, L) or (n, columns, L)."""
+
+    def __init__(self, call: Any, parameters: int) -> None:
+        self._call, self._parameters = call, parameters
+        self._own = local()
+
+    def motion(
+        self, position: Array, sections: Array, settled: Array, padding: int, period: float
+    ) -> tuple[Array, Array, Array]:
+        """Low-passed position and its differences, (N, L) each."""
+        samples, lanes = position.shape
+        out = tuple(np.empty(position.shape) for _ in range(3))
+        self._call(
+            "lanes_motion", samples, lanes, position, len(sections), sections, settled, padding,
+            float(period), *out, self._aligned((samples + 2 * padding) * _WIDE),
+        )
+        return out
+
+    def measured(
+        self, control: Array, motion: tuple[Array, Array, Array], delay: float,
+        excluded: NDArray[np.bool_] | None, thinning: Thinning,
+    ) -> Array:
+        """Regressor, known part and force of measured lanes, (n, p + 2, L)."""
+        samples, lanes = control.shape
+        columns = self._parameters + 2
+        out = np.empty((thinning.rows, columns, lanes))
+        self._call(
+            "lanes_measured", samples, lanes, control, *motion, float(delay), _bytes(excluded),
+            *thinning.arguments, out, self._work(thinning),
+        )
+        return out
+
+    def simulated(
+        self, loops: tuple[Array, ...], before: Array | None, parameters: Array,
+        excluded: NDArray[np.bool_] | None, thinning: Thinning,
+    ) -> Array:
+        """Regressor and known part of simulated lanes, (n, p + 1, L)."""
+        samples, lanes = loops[0].shape
+        out = np.empty((thinning.rows, self._parameters + 1, lanes))
+        self._call(
+            "lanes_simulated", samples, lanes, *loops, before,
+            np.ascontiguousarray(parameters.T), _bytes(excluded), *thinning.arguments, out,
+            self._work(thinning),
+        )
+        return out
+
+    def weights(self, excluded: NDArray[np.bool_], thinning: Thinning) -> Array:
+        """What rows make of ones where nothing is excluded, (n, L)."""
+        samples, lanes = excluded.shape
+        out = np.empty((thinning.rows, lanes))
+        self._call(
+            "lanes_weights", samples, lanes, _bytes(excluded), *thinning.arguments, out,
+            self._work(thinning),
+        )
+        return out
+
+    def products(self, one: Array, other: Array) -> Array:
+        """Sums over rows of products of columns, (p, q, L), of (n, p, L) and (n, q, L)."""
+        rows, p, lanes = one.shape
+        out = np.empty((p, other.shape[1], lanes))
+        self._call("lanes_products", rows, lanes, p, other.shape[1], one, other, out)
+        return out
+
+    def lagged(self, columns: Array, lags: int) -> Array:
+        """Sums of products of columns (n, p, L) with themselves before, (lags + 1, p, L)."""
+        rows, p, lanes = columns.shape
+        out = np.empty((lags + 1, p, lanes))
+        self._call("lanes_lagged", rows, lanes, p, lags, columns, out)
+        return out
+
+    def _work(self, thinning: Thinning) -> Array:
+        every, blocks = int(thinning.sizes[5]), int(thinning.sizes[8])
+        columns = self._parameters + 2
+        blocked = every * (_STREAMS + 2 * columns + 1)
+        return self._aligned((blocked + columns * blocks * _STATES) * _WIDE)
+
+    def _aligned(self, size: int) -> Array:
+        """Floats that begin where a vector register may be loaded from; each thread has its own."""
+        raw = getattr(self._own, "raw", None)
+        if raw is None or len(raw) < size + _WIDE:
+            raw = self._own.raw = np.empty(size + _WIDE)
+        return np.asarray(raw[-(raw.ctypes.data // 8) % _WIDE :][:size])
+
+
+def _bytes(chosen: NDArray[np.bool_] | None) -> NDArray[np.uint8] | None:
+    return None if chosen is None else np.ascontiguousarray(chosen).view(np.uint8)
+
+
+@lru_cache(maxsize=32)
+def lane_library(native: str, parameters: int) -> LaneLibrary | None:
+    """The compiled lanes of an axis with a native text, built if need be; None where they cannot be.
+
+    Parameters
+    ----------
+    native : str
+        Of an axis without recorded signals.
+    parameters : int
+    """
+    text = print_c_lanes(native, parameters)
+    try:
+        path = compiled_library(text, lambda workshop: None)
+        library = ctypes.CDLL(str(path))
+    except (NativeUnavailableError, OSError):
+        return None
+
+    def call(function: str, *arguments: Any) -> None:
+        # A choice of lanes may have come out with lanes first in memory.
+        held = [np.ascontiguousarray(a) if isinstance(a, np.ndarray) else a for a in arguments]
+        getattr(library, function)(*map(as_c, held))
+
+    return LaneLibrary(call, parameters)

@@ -1,0 +1,461 @@
+/* Rows of lanes: many records or simulated loops of one motion, WIDE of them in vector registers.
+
+   Time is the first axis of every array, lanes the last; a lane that is not there repeats the first
+   of its registers. */
+
+enum { WIDE = 8, COLUMNS = PARAMETERS + 2, MOST_SECTIONS = 5 };
+typedef double wide __attribute__((vector_size(8 * WIDE)));
+
+static inline wide load(const double *values, ptrdiff_t count)
+{
+    wide found;
+    if (count >= WIDE)
+        memcpy(&found, values, sizeof found);
+    else
+        for (ptrdiff_t l = 0; l < WIDE; ++l)
+            found[l] = values[l < count ? l : 0];
+    return found;
+}
+
+static inline void store(double *values, wide found, ptrdiff_t count)
+{
+    if (count >= WIDE)
+        memcpy(values, &found, sizeof found);
+    else
+        for (ptrdiff_t l = 0; l < count; ++l)
+            values[l] = found[l];
+}
+
+/* Second-order sections one after the other along `count` values a `step` apart, from the state in
+   which they have settled at the first. */
+static inline void pass_sections(wide *values, ptrdiff_t count, ptrdiff_t step, int sections,
+                                 const double *taps, const double *settled)
+{
+    wide state[MOST_SECTIONS][2];
+    for (int s = 0; s < sections; ++s)
+        for (int i = 0; i < 2; ++i)
+            state[s][i] = settled[2 * s + i] * *values;
+    for (ptrdiff_t k = 0; k < count; ++k, values += step) {
+        wide x = *values;
+        for (int s = 0; s < sections; ++s) {
+            const double *b = taps + 6 * s, *a = b + 3;
+            const wide y = b[0] * x + state[s][0];
+            state[s][0] = (b[1] * x + state[s][1]) - a[1] * y;
+            state[s][1] = b[2] * x - a[2] * y;
+            x = y;
+        }
+        *values = x;
+    }
+}
+
+static void without_phase(wide *values, ptrdiff_t count, int sections, const double *taps,
+                          const double *settled)
+{
+    switch (sections) { /* so that the compiler knows how many there are */
+#define OF(n)                                                                                      \
+    case n:                                                                                        \
+        pass_sections(values, count, 1, n, taps, settled);                                         \
+        pass_sections(values + count - 1, count, -1, n, taps, settled);                            \
+        break;
+        OF(1) OF(2) OF(3) OF(4) OF(5)
+#undef OF
+    }
+}
+
+/* Positions through the low-pass, forward and backward with odd extensions, and their central
+   differences; `buffer` holds samples + 2 padding vectors, aligned. */
+void lanes_motion(ptrdiff_t samples, ptrdiff_t lanes, const double *position, ptrdiff_t sections,
+                  const double *taps, const double *settled, ptrdiff_t padding, double period,
+                  double *q, double *dq, double *ddq, double *buffer)
+{
+    for (ptrdiff_t first = 0; first < lanes; first += WIDE) {
+        const ptrdiff_t count = lanes - first;
+        wide *x = (wide *)buffer + padding;
+        for (ptrdiff_t k = 0; k < samples; ++k)
+            x[k] = load(position + k * lanes + first, count);
+        for (ptrdiff_t k = 1; k <= padding; ++k) {
+            x[-k] = 2 * x[0] - x[k];
+            x[samples - 1 + k] = 2 * x[samples - 1] - x[samples - 1 - k];
+        }
+        without_phase((wide *)buffer, samples + 2 * padding, (int)sections, taps, settled);
+        const double twice = 2 * period;
+        wide before = (x[1] - x[0]) / period, now = before, after = now;
+        for (ptrdiff_t k = 0; k < samples; ++k) {
+            const ptrdiff_t at = k * lanes + first, left = samples - 1 - k;
+            after = left > 1 ? (x[k + 2] - x[k]) / twice : left ? (x[k + 1] - x[k]) / period : now;
+            store(q + at, x[k], count);
+            store(dq + at, now, count);
+            const wide change = k && left ? (after - before) / twice
+                                          : (k ? now - before : after - now) / period;
+            store(ddq + at, change, count);
+            before = now;
+            now = after;
+        }
+    }
+}
+
+/* What rows are made of: a measured motion with its control, or a simulated loop. */
+struct source {
+    ptrdiff_t samples, lanes;
+    const double *position, *velocity, *acceleration, *force, *direction, *before, *parameters;
+    double delay;
+    const unsigned char *excluded;
+};
+
+/* How rows are filtered and thinned. The filter, forward and backward, is a sum of modes that run
+   forward and modes that run backward: pairs of conjugate poles, each with its powers up to
+   `every`. Rows are ends of blocks of `every` samples; `from` is the end of the first block, rows
+   begin with block `skipped`. Samples outside `low` to `high` have no weight. */
+struct thinning {
+    ptrdiff_t start, samples, low, high, padding, every, from, skipped, blocks, rows;
+    const double *powers, *gains, *settled, *ends;
+    double direct;
+};
+
+enum { PAIRS = 4, STATES = 2 * PAIRS };
+
+static inline void row_of(double q, double dq, double ddq, double direction, double *row)
+{
+    idm_regressor(q, dq, ddq, direction, row, row + PARAMETERS);
+}
+
+enum kind { MEASURED, SIMULATED, ONES };
+enum { STREAMS = 7 };
+
+/* What is worked with: streams of the samples of a block, WIDE lanes each, and two sets of rows. */
+struct bench {
+    double *streams[STREAMS];
+    wide *values, *others, *backward;
+};
+
+static void gather(double *restrict to, const double *from, ptrdiff_t lanes, ptrdiff_t first,
+                   ptrdiff_t count, const ptrdiff_t *at, ptrdiff_t size, ptrdiff_t before)
+{
+    for (ptrdiff_t j = 0; j < size; ++j) {
+        const ptrdiff_t k = at[j] > before ? at[j] - before : 0;
+        const wide found = load(from + k * lanes + first, count);
+        memcpy(to + j * WIDE, &found, sizeof found);
+    }
+}
+
+/* Rows of samples of lanes: regressor, what no parameter scales, and the force. */
+static void measured_rows(const struct source *s, ptrdiff_t first, ptrdiff_t count,
+                          const ptrdiff_t *at, ptrdiff_t size, double *const *stream,
+                          double *restrict values)
+{
+    const double *const from[] = {s->position, s->velocity, s->acceleration, s->force,
+                                  s->position, s->velocity, s->force};
+    for (int m = 0; m < STREAMS; ++m)
+        gather(stream[m], from[m], s->lanes, first, count, at, size, m > 3);
+    const double *restrict q = stream[0], *restrict dq = stream[1], *restrict ddq = stream[2];
+    const double *restrict u = stream[3], *restrict q0 = stream[4], *restrict dq0 = stream[5];
+    const double *restrict u0 = stream[6];
+    const double own = 1 - s->delay, other = s->delay;
+    const ptrdiff_t all = size * WIDE;
+    for (ptrdiff_t e = 0; e < all; ++e) {
+        double row[PARAMETERS + 1], now, before;
+        row_of(q[e], dq[e], ddq[e], (double)((dq[e] > 0.0) - (dq[e] < 0.0)), row);
+        drive_force(u[e], q[e], dq[e], &now);
+        drive_force(u0[e], q0[e], dq0[e], &before);
+        for (int c = 0; c <= PARAMETERS; ++c)
+            values[c * all + e] = row[c];
+        values[(PARAMETERS + 1) * all + e] = other != 0.0 ? own * now + other * before : now;
+    }
+}
+
+/* The same of simulated loops, without the force; the mean of just before and just after. */
+static void simulated_rows(const struct source *s, ptrdiff_t first, ptrdiff_t count,
+                           const ptrdiff_t *at, ptrdiff_t size, double *const *stream,
+                           double *restrict values)
+{
+    const double *const from[] = {s->position,  s->velocity, s->acceleration,
+                                  s->direction, s->force,    s->before};
+    for (int m = 0; m < (s->before ? 6 : 4); ++m)
+        gather(stream[m], from[m], s->lanes, first, count, at, size, m == 4);
+    const double *restrict q = stream[0], *restrict dq = stream[1], *restrict ddq = stream[2];
+    const double *restrict now = stream[3], *restrict held = stream[4];
+    const double *restrict before = stream[5];
+    const ptrdiff_t all = size * WIDE;
+    if (!s->before) {
+        for (ptrdiff_t e = 0; e < all; ++e) {
+            double row[PARAMETERS + 1];
+            row_of(q[e], dq[e], ddq[e], now[e], row);
+            for (int c = 0; c <= PARAMETERS; ++c)
+                values[c * all + e] = row[c];
+        }
+        return;
+    }
+    double parameters[PARAMETERS][WIDE];
+    for (int j = 0; j < PARAMETERS; ++j) {
+        const wide found = load(s->parameters + j * s->lanes + first, count);
+        memcpy(parameters[j], &found, sizeof found);
+    }
+    for (ptrdiff_t e = 0; e < all; ++e) {
+        double row[PARAMETERS + 1], earlier[PARAMETERS + 1], p[PARAMETERS], slowed;
+        for (int j = 0; j < PARAMETERS; ++j)
+            p[j] = parameters[j][e % WIDE];
+        row_of(q[e], dq[e], ddq[e], now[e], row);
+        direct_dynamics(q[e], dq[e], held[e], before[e], p, &slowed);
+        row_of(q[e], dq[e], slowed, before[e], earlier);
+        for (int c = 0; c <= PARAMETERS; ++c)
+            values[c * all + e] = (row[c] + earlier[c]) / 2;
+    }
+}
+
+/* Rows of samples, `size` of each column in turn, with what has no weight set to zero. */
+static inline void weighted_rows(enum kind kind, const struct source *s, const struct thinning *t,
+                                 ptrdiff_t first, ptrdiff_t count, const ptrdiff_t *at,
+                                 int columns, double *const *stream, wide *values)
+{
+    const ptrdiff_t size = t->every;
+    if (kind == MEASURED)
+        measured_rows(s, first, count, at, size, stream, (double *)values);
+    else if (kind == SIMULATED)
+        simulated_rows(s, first, count, at, size, stream, (double *)values);
+    else
+        for (ptrdiff_t j = 0; j < size; ++j)
+            values[j] = (wide){0} + 1.0;
+    for (ptrdiff_t j = 0; j < size; ++j) {
+        const ptrdiff_t i = at[j] - t->start;
+        unsigned char gone[WIDE] = {0};
+        unsigned long long any = 0;
+        if (i < t->low || i >= t->high)
+            memset(gone, 1, WIDE);
+        else if (s->excluded)
+            memcpy(gone, s->excluded + at[j] * s->lanes + first,
+                   (size_t)(count < WIDE ? count : WIDE));
+        memcpy(&any, gone, sizeof any);
+        if (any)
+            for (int c = 0; c < columns; ++c)
+                for (int l = 0; l < WIDE; ++l)
+                    if (gone[l])
+                        values[c * size + j][l] = 0.0;
+    }
+}
+
+/* The rows of a block that ends with `last`; beyond the ends of the stretch odd extensions, and
+   then what is there last. */
+static inline void block_rows(enum kind kind, const struct source *s, const struct thinning *t,
+                              ptrdiff_t last, ptrdiff_t first, ptrdiff_t count, int columns,
+                              const struct bench *w, ptrdiff_t *at)
+{
+    const ptrdiff_t size = t->every, end = t->samples - 1;
+    for (ptrdiff_t j = 0; j < size; ++j) {
+        const ptrdiff_t i = last - j;
+        at[j] = (i < 0 ? 0 : i > end ? end : i) + t->start;
+    }
+    weighted_rows(kind, s, t, first, count, at, columns, w->streams, w->values);
+    if (last - size >= -1 && last <= end)
+        return;
+    for (ptrdiff_t j = 0; j < size; ++j) {
+        const ptrdiff_t i = last - j, away = i < 0 ? -i : i > end ? i - end : 0;
+        const ptrdiff_t within = away < t->padding ? away : t->padding;
+        at[j] = (i < 0 ? within : i > end ? end - within : i) + t->start;
+    }
+    weighted_rows(kind, s, t, first, count, at, columns, w->streams, w->others);
+    for (ptrdiff_t j = 0; j < size; ++j)
+        if (last - j < 0 || last - j > end)
+            for (int c = 0; c < columns; ++c)
+                w->values[c * size + j] = 2 * w->values[c * size + j] - w->others[c * size + j];
+}
+
+/* Real and imaginary part of a state one block later, and what came in the meantime. */
+static inline void advance_state(wide *state, const double *whole, const wide *added)
+{
+    for (int m = 0; m < PAIRS; ++m) {
+        const wide re = state[2 * m], im = state[2 * m + 1];
+        state[2 * m] = whole[2 * m] * re - whole[2 * m + 1] * im + added[2 * m];
+        state[2 * m + 1] = whole[2 * m] * im + whole[2 * m + 1] * re + added[2 * m + 1];
+    }
+}
+
+static inline wide output_of(const wide *state, const double *gains)
+{
+    wide sum = gains[0] * state[0];
+    for (int i = 1; i < STATES; ++i)
+        sum += gains[i] * state[i];
+    return sum;
+}
+
+/* Sums over a block's values, the last first, by powers of the modes: forward and backward. */
+static inline void sum_block(const wide *values, ptrdiff_t every, const double *powers,
+                             wide *forward, wide *backward)
+{
+    wide f[STATES], g[STATES];
+    for (int i = 0; i < STATES; ++i)
+        f[i] = g[i] = (wide){0};
+    for (ptrdiff_t j = 0; j < every; ++j) {
+        const wide x = values[j];
+        const double *ahead = powers + STATES * j, *behind = powers + STATES * (every - j);
+        for (int i = 0; i < STATES; ++i) {
+            f[i] += ahead[i] * x;
+            g[i] += behind[i] * x;
+        }
+    }
+    memcpy(forward, f, sizeof f);
+    memcpy(backward, g, sizeof g);
+}
+
+/* The modes that run backward, behind the last value, which goes on: all that is to come. */
+static inline void turn_round(wide *state, wide last, const struct thinning *t)
+{
+    wide off[STATES];
+    for (int i = 0; i < STATES; ++i)
+        off[i] = state[i] - t->settled[i] * last;
+    for (int i = 0; i < STATES; ++i) {
+        state[i] = (t->settled[i] - (double)(i % 2 == 0)) * last;
+        for (int k = 0; k < STATES; ++k)
+            state[i] += t->ends[STATES * i + k] * off[k];
+    }
+}
+
+/* Columns of WIDE lanes, filtered and thinned. */
+static inline void thin_lanes(enum kind kind, const int columns, const struct source *s,
+                              const struct thinning *t, ptrdiff_t first, double *out,
+                              const struct bench *w, ptrdiff_t *at)
+{
+    const ptrdiff_t every = t->every, count = s->lanes - first;
+    const double *whole = t->powers + STATES * every;
+    wide state[COLUMNS][STATES];
+    for (ptrdiff_t b = -1; b < t->blocks; ++b) {
+        const ptrdiff_t row = b - t->skipped;
+        block_rows(kind, s, t, t->from + b * every, first, count, columns, w, at);
+        for (int c = 0; c < columns; ++c) {
+            const wide *values = w->values + c * every;
+            wide forward[STATES];
+            if (b < 0) { /* as after a long time of the first value */
+                for (int i = 0; i < STATES; ++i)
+                    state[c][i] = t->settled[i] * *values;
+                continue;
+            }
+            sum_block(values, every, t->powers, forward, w->backward + (b * columns + c) * STATES);
+            advance_state(state[c], whole, forward);
+            if (row >= 0 && row < t->rows)
+                store(out + (row * columns + c) * s->lanes + first,
+                      output_of(state[c], t->gains) + t->direct * *values, count);
+        }
+    }
+    for (int c = 0; c < columns; ++c)
+        turn_round(state[c], w->values[c * every], t);
+    for (ptrdiff_t b = t->blocks - 1; b >= t->skipped; --b) {
+        const ptrdiff_t row = b - t->skipped;
+        for (int c = 0; c < columns; ++c) {
+            if (row < t->rows) {
+                double *place = out + (row * columns + c) * s->lanes + first;
+                store(place, load(place, count) + output_of(state[c], t->gains), count);
+            }
+            advance_state(state[c], whole, w->backward + (b * columns + c) * STATES);
+        }
+    }
+}
+
+/* Columns of lanes, filtered and thinned, (rows, columns, lanes). `work` is aligned, and holds
+   WIDE times (STREAMS + 2 COLUMNS + 1) blocks and STATES a block and column. */
+static inline void thin(enum kind kind, const int columns, const struct source *s,
+                        const struct thinning *t, double *out, double *work)
+{
+    const ptrdiff_t block = t->every * WIDE;
+    struct bench w = {.values = (wide *)(work + STREAMS * block)};
+    w.others = w.values + COLUMNS * t->every;
+    w.backward = w.others + (COLUMNS + 1) * t->every;
+    ptrdiff_t *at = (ptrdiff_t *)(w.others + COLUMNS * t->every);
+    for (int m = 0; m < STREAMS; ++m)
+        w.streams[m] = work + m * block;
+    for (ptrdiff_t first = 0; first < s->lanes; first += WIDE)
+        thin_lanes(kind, columns, s, t, first, out, &w, at);
+}
+
+/* The settings of a thinning, as they come: whole numbers, and modes. */
+static struct thinning thinning_of(const ptrdiff_t *sizes, const double *powers,
+                                   const double *gains, const double *settled, const double *ends,
+                                   double direct)
+{
+    const struct thinning t = {
+        .start = sizes[0], .samples = sizes[1], .low = sizes[2], .high = sizes[3],
+        .padding = sizes[4], .every = sizes[5], .from = sizes[6], .skipped = sizes[7],
+        .blocks = sizes[8], .rows = sizes[9], .powers = powers, .gains = gains,
+        .settled = settled, .ends = ends, .direct = direct,
+    };
+    return t;
+}
+
+void lanes_measured(ptrdiff_t samples, ptrdiff_t lanes, const double *control, const double *q,
+                    const double *dq, const double *ddq, double delay,
+                    const unsigned char *excluded, const ptrdiff_t *sizes, const double *powers,
+                    const double *gains, const double *settled, const double *ends, double direct,
+                    double *out, double *work)
+{
+    const struct source s = {.samples = samples, .lanes = lanes, .position = q, .velocity = dq,
+                             .acceleration = ddq, .force = control, .delay = delay,
+                             .excluded = excluded};
+    const struct thinning t = thinning_of(sizes, powers, gains, settled, ends, direct);
+    thin(MEASURED, COLUMNS, &s, &t, out, work);
+}
+
+void lanes_simulated(ptrdiff_t samples, ptrdiff_t lanes, const double *position,
+                     const double *velocity, const double *acceleration, const double *force,
+                     const double *direction, const double *before, const double *parameters,
+                     const unsigned char *excluded, const ptrdiff_t *sizes, const double *powers,
+                     const double *gains, const double *settled, const double *ends, double direct,
+                     double *out, double *work)
+{
+    const struct source s = {.samples = samples, .lanes = lanes, .position = position,
+                             .velocity = velocity, .acceleration = acceleration, .force = force,
+                             .direction = direction, .before = before, .parameters = parameters,
+                             .excluded = excluded};
+    const struct thinning t = thinning_of(sizes, powers, gains, settled, ends, direct);
+    thin(SIMULATED, COLUMNS - 1, &s, &t, out, work);
+}
+
+void lanes_weights(ptrdiff_t samples, ptrdiff_t lanes, const unsigned char *excluded,
+                   const ptrdiff_t *sizes, const double *powers, const double *gains,
+                   const double *settled, const double *ends, double direct, double *out,
+                   double *work)
+{
+    const struct source s = {.samples = samples, .lanes = lanes, .excluded = excluded};
+    const struct thinning t = thinning_of(sizes, powers, gains, settled, ends, direct);
+    thin(ONES, 1, &s, &t, out, work);
+}
+
+/* Sums over rows of products of columns, (p, q, lanes), of (rows, p, lanes) and (rows, q, lanes). */
+void lanes_products(ptrdiff_t rows, ptrdiff_t lanes, ptrdiff_t p, ptrdiff_t q, const double *one,
+                    const double *other, double *out)
+{
+    for (ptrdiff_t first = 0; first < lanes; first += WIDE) {
+        const ptrdiff_t count = lanes - first;
+        for (ptrdiff_t i = 0; i < p; ++i)
+            for (ptrdiff_t j = 0; j < q; ++j) {
+                wide sum = {0}, odd = {0};
+                for (ptrdiff_t k = 0; k < rows; ++k) {
+                    const wide product = load(one + (k * p + i) * lanes + first, count) *
+                                         load(other + (k * q + j) * lanes + first, count);
+                    if (k % 2)
+                        odd += product;
+                    else
+                        sum += product;
+                }
+                store(out + (i * q + j) * lanes + first, sum + odd, count);
+            }
+    }
+}
+
+/* Sums of products of each column with itself up to `lags` rows before, (lags + 1, p, lanes). */
+void lanes_lagged(ptrdiff_t rows, ptrdiff_t lanes, ptrdiff_t p, ptrdiff_t lags,
+                  const double *columns, double *out)
+{
+    const ptrdiff_t row = p * lanes;
+    for (ptrdiff_t lag = 0; lag <= lags; ++lag)
+        for (ptrdiff_t first = 0; first < row; first += WIDE) {
+            const ptrdiff_t count = row - first;
+            wide sum = {0}, odd = {0};
+            for (ptrdiff_t k = lag; k < rows; ++k) {
+                const wide product = load(columns + k * row + first, count) *
+                                     load(columns + (k - lag) * row + first, count);
+                if (k % 2)
+                    odd += product;
+                else
+                    sum += product;
+            }
+            store(out + lag * row + first, sum + odd, count);
+        }
+}

@@ -1,0 +1,23 @@
+"""The C text that makes rows of many lanes of one axis."""
+
+import re
+from importlib import resources
+
+_HEADERS = "#include <math.h>\n#include <stddef.h>\n#include <string.h>\n"
+
+
+def print_c_lanes(native: str, parameters: int) -> str:
+    """Return the C text of the lanes of an axis, from that of its native code.
+
+    Parameters
+    ----------
+    native : str
+        With its functions of one sample first.
+    parameters : int
+        How many it has.
+    """
+    functions = native[: native.index("\nvoid ")]
+    functions = re.sub(r"^#include .*\n", "", functions, flags=re.MULTILINE)
+    folder = resources.files(__package__) / "lanes"
+    template = (folder / "lanes.c").read_text()
+    return f"{_HEADERS}#define PARAMETERS {parameters}\n\n{functions}\n{template}"
