@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.codegen.native import LaneLibrary, Thinning, lane_library
-from axisid.estimation.loops import loop_starts
 from axisid.estimation.signals import FilteredRecord, SampledFilter
 from axisid.estimation.simulation import simulate_batch
 from axisid.estimation.thresholds.signals import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array
 
 from .columns import LaneSignals, loop_columns, measured_columns
+from .lane_starts import lane_starts
 from .lanes import RecordLanes
 from .thinning import thinning_of
 
@@ -172,20 +172,15 @@ class Block:
         return np.asarray(count[ahead] > count[np.maximum(places - reach, 0)])
 
     @cached_property
-    def start(self) -> LoopStart:
-        """Where the loops start."""
-        found = [loop_starts(self.axis, self.lanes.record(i))[0] for i in range(len(self.lanes))]
-        memories = [each.memory for each in found]
-        return LoopStart(
-            position=np.array([each.position for each in found]),
-            velocity=np.array([each.velocity for each in found]),
-            memory=None if memories[0] is None else np.array(memories),
-        )
+    def starts(self) -> tuple[LoopStart, Chosen]:
+        """Where the loops start, and of which lanes that is as of one alone."""
+        lanes = self.lanes
+        columns = (lanes.reference, lanes.position, lanes.control)
+        return lane_starts(self.axis, *columns, lanes.period, lanes.record)
 
     def simulated(self, physical: Array, chosen: Chosen) -> tuple[dict[str, Array], Chosen]:
         """Loops of some lanes with parameters (B, p), and which of them went well."""
-        start = self.start
-        memory = None if start.memory is None else start.memory[chosen]
+        start, _ = self.starts
         batch = simulate_batch(
             self.axis,
             physical,
@@ -193,7 +188,6 @@ class Block:
             self.lanes.period,
             start=start.position[chosen],
             start_velocity=start.velocity[chosen],
-            memory=memory,
             wanted=_SIMULATED,
             threads=1,
         )

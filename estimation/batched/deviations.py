@@ -1,36 +1,81 @@
-"""Deviations of lanes under a covariance, and their degrees of freedom."""
+"""Deviations of lanes under every covariance, and their degrees of freedom."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
+from axisid.codegen.native import LaneLibrary
 from axisid.estimation.estimates import COVARIANCES
-from axisid.estimation.regression import Solution
+from axisid.estimation.regression import Covariance, Hac, Solution, most_lags
 from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.regression import FEW_SCORES
 from axisid.support.arrays import Array
 
 from .block import Block
 from .iteration import LaneFits
-from .regression import inverse_products
+from .regression import combined, inverse_products
 
 
-def lane_deviations(
-    block: Block, fits: LaneFits, covariance: str, lags: int | None
-) -> tuple[Array, Array]:
-    """Deviations and degrees of freedom of lanes that ended well, (L, p) each."""
-    model = COVARIANCES[covariance].covariance(lags)
-    deviations = np.full_like(fits.theta, np.nan)
-    freedom = np.full_like(fits.theta, np.nan)
-    places = block.template.row_numbers.astype(np.int64)
-    inverse = inverse_products(fits.instruments)
+@dataclass(frozen=True, slots=True)
+class LaneDeviations:
+    """By name of the covariance: deviations and degrees of freedom, (L, p) each."""
+
+    deviations: dict[str, Array]
+    freedom: dict[str, Array]
+
+
+def lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> LaneDeviations:
+    """Deviations of lanes that ended well; not a number for the others."""
+    names, shape = tuple(COVARIANCES), fits.theta.shape
+    found = LaneDeviations(*({name: np.full(shape, np.nan) for name in names} for _ in range(2)))
+    inverse = inverse_products(block.library, fits.instruments)
+    scores = combined(fits.instruments, fits.mixing) * fits.residuals[:, None]
+    most = (most_lags(len(scores)) if lags is None else lags) + 2
+    lagged = _lagged(block.library, scores, min(most, len(scores) - 1))
+    models = {name: COVARIANCES[name].covariance(lags) for name in names}
     for lane in np.flatnonzero(fits.well):
-        own = slice(None) if fits.rows is None else fits.rows[:, lane]
-        solution = Solution(
-            theta=fits.theta[lane],
-            residuals=np.ascontiguousarray(fits.residuals[own, lane]),
-            inverse_factor=np.linalg.cholesky(inverse[lane]),
-            influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
-            neighbours=Neighbours.of(places[own], block.template.prefilter.decimate),
-        )
-        applied = model.applied(solution)
-        deviations[lane] = np.sqrt(np.maximum(np.diag(applied.matrix), 0.0))
-        freedom[lane] = applied.freedom
-    return deviations, freedom
+        n, k = fits.counts[lane], shape[1]
+        by_name = {
+            "iid": (fits.power[lane] / (n - 1) * np.diagonal(inverse[lane]), n - k),
+            "robust": (n / (n - k) * lagged[0, :, lane], n - k),
+            "hac": _hac(models["hac"], lagged[:, :, lane], int(n)),
+        }
+        for name, (variances, freedom) in by_name.items():
+            found.freedom[name][lane] = freedom
+            if name == "hac" and lags is None and np.min(freedom) < FEW_SCORES.value:
+                applied = models[name].applied(_solution(block, fits, inverse[lane], lane))
+                variances, found.freedom[name][lane] = np.diag(applied.matrix), applied.freedom
+            found.deviations[name][lane] = np.sqrt(np.maximum(variances, 0.0))
+    return found
+
+
+def _hac(model: Covariance, lagged: Array, rows: int) -> tuple[Array, Array]:
+    """Variances and degrees of freedom by a lane's scores, products (lags + 1, p) of each alone."""
+    assert isinstance(model, Hac)  # noqa: S101
+    k = lagged.shape[1]
+    alone = lagged[:, :, None] * np.eye(k)
+    found = model.long_run(lambda lags: alone[: lags + 1], rows)
+    variances = rows / (rows - k) * np.diag(found.covariance)
+    return variances, np.minimum(found.freedom, rows - k)
+
+
+def _lagged(library: LaneLibrary | None, scores: Array, lags: int) -> Array:
+    """Sums of products of scores (n, p, L) with themselves before, (lags + 1, p, L)."""
+    if library is not None:
+        return library.lagged(scores, lags)
+    own = np.ascontiguousarray(scores.transpose(1, 2, 0))
+    count = len(scores)
+    return np.array([(own[..., i:] * own[..., : count - i]).sum(axis=-1) for i in range(lags + 1)])
+
+
+def _solution(block: Block, fits: LaneFits, inverse: Array, lane: int) -> Solution:
+    """A lane's solution as if it were alone."""
+    own = slice(None) if fits.rows is None else fits.rows[:, lane]
+    places = block.template.row_numbers.astype(np.int64)[own]
+    return Solution(
+        theta=fits.theta[lane],
+        residuals=np.ascontiguousarray(fits.residuals[own, lane]),
+        inverse_factor=np.linalg.cholesky(inverse),
+        influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
+        neighbours=Neighbours.of(places, block.template.prefilter.decimate),
+    )

@@ -15,7 +15,7 @@ from axisid.support.arrays import Array
 
 from .block import Block, Chosen
 from .iteration import LaneFits, unexplained
-from .regression import solved
+from .regression import products, solved
 
 _MOST = 6  # corrections, as of one record
 
@@ -65,9 +65,10 @@ def lane_bias(block: Block, fits: LaneFits, deviations: Array) -> LaneBias:
     middle = moving & (size <= MAX_FILTER_HOP.value)
     bias[middle] = (before[middle] + bias[middle]) / 2
     well &= ~(moving & ~middle)
-    own = np.einsum("nl,nl->l", residuals, residuals)
+    both = np.stack([residuals, fits.residuals], axis=1)
+    own, shared = products(block.library, residuals[:, None], both)[:, 0].T
     with np.errstate(all="ignore"):
-        share = np.einsum("nl,nl->l", residuals, fits.residuals) / own
+        share = shared / own
     # Where the record lacks the error, loops with noise are asked, lane by lane.
     well &= ~(corrected & (own > 0) & ~(share >= MIN_FILTER_SHARE.value))
     return LaneBias(bias=bias, well=well & chosen)
@@ -103,7 +104,7 @@ def _quiet(
     """What the instruments make of loops of chosen lanes, simulated with parameters (L, p)."""
     of = (None if each is None else each[:, chosen] for each in (fits.excluded, fits.rows))
     rows = block.rows(block.seen(position, control), *of)
-    found = solved(rows.left, rows.regressor, fits.instruments[:, :, chosen])
+    found = solved(block.library, rows.left, rows.regressor, fits.instruments[:, :, chosen])
     bias, residuals = np.full_like(fits.theta, np.nan), np.zeros_like(fits.residuals)
     bias[chosen], residuals[:, chosen] = found.theta - physical[chosen], found.residuals
     well = chosen.copy()

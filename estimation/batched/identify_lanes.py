@@ -46,12 +46,12 @@ def identify_lanes(
         well = np.zeros(len(part), dtype=bool)
         if block is not None:
             fits = _fitted(block, asked)
-            deviations, freedom = lane_deviations(block, fits, covariance, lags)
-            bias = lane_bias(block, fits, deviations)
-            well = fits.well & bias.well
+            spread = lane_deviations(block, fits, lags)
+            bias = lane_bias(block, fits, spread.deviations[covariance])
+            well = fits.well & bias.well & block.starts[1]
             to = first + np.flatnonzero(well)
-            found["values"][to], found["deviations"][to] = fits.theta[well], deviations[well]
-            found["bias"][to], found["freedom"][to] = bias.bias[well], freedom[well]
+            found["values"][to], found["deviations"][to] = fits.theta[well], spread.deviations[covariance][well]
+            found["bias"][to], found["freedom"][to] = bias.bias[well], spread.freedom[covariance][well]
             iterations[to] = fits.iterations[well]
         for lane in np.flatnonzero(~well):
             to = first + int(lane)
@@ -99,7 +99,7 @@ def _fitted(block: Block, asked: Prefilter) -> LaneFits:
 
 def _least_squares(block: Block, excluded: Chosen | None, rows: Chosen | None):
     measured = block.rows(block.measured, excluded, rows)
-    first = solved(measured.left, measured.regressor, measured.regressor)
+    first = solved(block.library, measured.left, measured.regressor, measured.regressor)
     every = np.ones(len(block.lanes), dtype=bool)
     loops = loops_of(block, first.theta, every, excluded, rows)
     error = unexplained(measured.whole, simulated_left(loops, first.theta))

@@ -25,7 +25,7 @@ class LaneFits:
     excluded, rows : array of bool or None
         Samples without weight, (N, L), and rows that there are, (n, L).
     well, follows : (L,) array of bool
-    theta, residuals, mixing
+    theta, residuals, mixing, power
         Of the solutions, see `LaneSolutions`.
     instruments : (n, p, L) array
     iterations : (L,) array of int
@@ -41,6 +41,7 @@ class LaneFits:
     theta: Array
     residuals: Array
     mixing: Array
+    power: Array
     instruments: Array
     iterations: NDArray[np.int64]
     position: Array
@@ -107,6 +108,7 @@ class _Ended:
     theta: Array
     residuals: Array
     mixing: Array
+    power: Array
     instruments: Array
     iterations: NDArray[np.int64]
     position: Array
@@ -132,6 +134,7 @@ def iterated(
         theta=np.full((lanes, p), np.nan),
         residuals=np.zeros((n, lanes)),
         mixing=np.zeros((lanes, p, p)),
+        power=np.zeros(lanes),
         instruments=np.zeros((n, p, lanes)),
         iterations=np.zeros(lanes, dtype=np.int64),
         position=np.zeros((samples, lanes)),
@@ -154,12 +157,13 @@ def iterated(
             break
         going = at[~done]
         Z = loops.Z[:, :, np.flatnonzero(inside)[~done]]
-        found = solved(measured.left[:, going], measured.regressor[:, :, going], Z)
-        inverse = inverse_products(Z)
+        found = solved(block.library, measured.left[:, going], measured.regressor[:, :, going], Z)
+        inverse = inverse_products(block.library, Z)
         sigma = found.power / (counts[going] - 1)
         deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))
         end.theta[going], end.residuals[:, going] = found.theta, found.residuals
         end.mixing[going], end.instruments[:, :, going] = found.mixing, Z
+        end.power[going] = found.power
         for i, lane in enumerate(going):
             size[lane] = end.paces[lane].step(physical[lane], found.theta[i], deviations[i])
             found.sound[i] &= end.paces[lane].share == 1.0
@@ -176,6 +180,7 @@ def iterated(
         theta=end.theta,
         residuals=end.residuals,
         mixing=end.mixing,
+        power=end.power,
         instruments=end.instruments,
         iterations=end.iterations,
         position=end.position,

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.codegen.native import LaneLibrary
 from axisid.support.arrays import Array
 
 _MOST_CONDITION = 1e6  # of the scaled products: digits are lost beyond
-_ROUNDS = 2
+_ROUNDS = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,63 +40,79 @@ class LaneSolutions:
     sound: NDArray[np.bool_]
 
 
-def products(one: Array, other: Array) -> Array:
-    """``sum a_t b_t'`` of columns (n, p, L) and (n, q, L), (L, p, q)."""
-    found = np.array([[np.einsum("nl,nl->l", a, b) for b in _each(other)] for a in _each(one)])
-    return np.asarray(found.transpose(2, 0, 1))
+def products(library: LaneLibrary | None, one: Array, other: Array) -> Array:
+    """``sum a_t b_t'`` of columns (n, p, L) and (n, q, L), (L, p, q), each lane by itself."""
+    if library is not None:
+        return library.products(one, other).transpose(2, 0, 1)
+    lanes = range(one.shape[2])
+    return np.array([one[:, :, lane].T @ other[:, :, lane] for lane in lanes])
 
 
-def _each(columns: Array) -> list[Array]:
-    return [columns[:, i] for i in range(columns.shape[1])]
-
-
-def norms(columns: Array) -> Array:
-    """Of columns (n, p, L), (L, p)."""
-    return np.asarray(np.sqrt(np.einsum("npl,npl->lp", columns, columns)))
+def combined(columns: Array, matrices: Array) -> Array:
+    """Columns (n, p, L), each a sum of all by the matrices of the lanes (L, p, p), (n, p, L)."""
+    every = range(columns.shape[1])
+    made = [sum(columns[:, j] * matrices[:, i, j] for j in every) for i in every]
+    return np.stack(made, axis=1)
 
 
 def fitted(regressor: Array, theta: Array) -> Array:
     """``X theta`` of lanes, (n, L), for parameters (L, p)."""
-    return np.asarray(np.einsum("npl,lp->nl", regressor, theta))
+    every = range(theta.shape[1])
+    return np.asarray(sum(regressor[:, i] * theta[:, i] for i in every))
 
 
-def solved(left: Array, regressor: Array, instruments: Array) -> LaneSolutions:
+def solved(
+    library: LaneLibrary | None, left: Array, regressor: Array, instruments: Array
+) -> LaneSolutions:
     """``(Z'X)^-1 Z'y`` of lanes; least squares where the instruments are the regressor.
 
     Parameters
     ----------
+    library : LaneLibrary or None
     left : (n, L) array
     regressor, instruments : (n, p, L) array
     """
-    by, scale = norms(instruments), norms(regressor)
+    together = products(library, instruments, np.concatenate([regressor, left[:, None]], axis=1))
+    by, scale = _norms(library, instruments), _norms(library, regressor)
     with np.errstate(all="ignore"):
-        scaled = products(instruments, regressor) / by[:, :, None] / scale[:, None, :]
-    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(left).all(axis=0)
+        scaled = together[:, :, :-1] / by[:, :, None] / scale[:, None, :]
+    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(together).all(axis=(1, 2))
     scaled[~finite] = np.eye(scaled.shape[1])
     sound = finite & (np.linalg.cond(scaled) < _MOST_CONDITION)
     scaled[~sound] = np.eye(scaled.shape[1])
-    inverse = np.linalg.inv(scaled)
-    mixing = inverse / scale[:, :, None] / by[:, None, :]
-    theta = np.zeros_like(scale)
-    residuals = left
-    for _ in range(1 + _ROUNDS):
-        step = products(instruments, residuals[:, None])[:, :, 0]
-        theta = theta + np.einsum("lpq,lq->lp", mixing, step)
+    with np.errstate(all="ignore"):
+        mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
+    theta = _applied(mixing, together[:, :, -1])
+    residuals = left - fitted(regressor, theta)
+    for _ in range(_ROUNDS):
+        step = products(library, instruments, residuals[:, None])[:, :, 0]
+        theta = theta + _applied(mixing, step)
         residuals = left - fitted(regressor, theta)
     return LaneSolutions(
         theta=theta,
         residuals=residuals,
         mixing=mixing,
-        power=np.einsum("nl,nl->l", residuals, residuals),
+        power=products(library, residuals[:, None], residuals[:, None])[:, 0, 0],
         sound=sound,
     )
 
 
-def inverse_products(columns: Array) -> Array:
-    """``(Z'Z)^-1`` of columns (n, p, L), (L, p, p); those of the identity where there is none."""
-    scale = norms(columns)
+def inverse_products(library: LaneLibrary | None, columns: Array) -> Array:
+    """``(Z'Z)^-1`` of columns (n, p, L), (L, p, p); of no meaning where there is none."""
     with np.errstate(all="ignore"):
-        scaled = products(columns, columns) / scale[:, :, None] / scale[:, None, :]
-    bad = ~np.isfinite(scaled).all(axis=(1, 2))
-    scaled[bad] = np.eye(scaled.shape[1])
-    return np.asarray(np.linalg.inv(scaled) / scale[:, :, None] / scale[:, None, :])
+        raw = products(library, columns, columns)
+        scale = np.sqrt(np.diagonal(raw, axis1=1, axis2=2))
+        scaled = raw / scale[:, :, None] / scale[:, None, :]
+        scaled[~np.isfinite(scaled).all(axis=(1, 2))] = np.eye(scaled.shape[1])
+        return np.asarray(np.linalg.pinv(scaled) / scale[:, :, None] / scale[:, None, :])
+
+
+def _applied(matrices: Array, vectors: Array) -> Array:
+    """``M v`` of lanes, (L, p)."""
+    return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))
+
+
+def _norms(library: LaneLibrary | None, columns: Array) -> Array:
+    """Of columns (n, p, L), (L, p)."""
+    each = [columns[:, i : i + 1] for i in range(columns.shape[1])]
+    return np.sqrt(np.hstack([products(library, one, one)[:, 0] for one in each]))

@@ -24,8 +24,12 @@ from .law_ticks import measured_velocity as measured_velocity
 from .mean_control import mean_until_next as mean_until_next
 from .start import loop_starts as loop_starts
 from .start import moved_start as moved_start
+from .start_memory import START_SAMPLES as START_SAMPLES
+from .start_memory import at_rest_misses as at_rest_misses
+from .start_memory import below_limit as below_limit
 from .start_memory import first_memory as first_memory
 from .start_memory import start_of_law as start_of_law
 from .start_memory import unlimited as unlimited
+from .start_velocity import first_velocities as first_velocities
 from .start_velocity import first_velocity as first_velocity
 from .start_velocity import position_noise as position_noise

@@ -27,7 +27,7 @@ from .law_of import law_of
 from .law_run import control_along, law_memory, slopes_along, state_at_rest
 from .law_ticks import LawTicks, law_ticks
 
-_SAMPLES = 50  # of the record that are looked at
+START_SAMPLES = 50  # of the record that are looked at
 _STEPS = 4  # of Newton's method; a law that is linear in its memory takes one
 _LINEAR = 1e-9  # of the control: what a step leaves beside what it should
 
@@ -66,14 +66,14 @@ def first_memory(
         return None
     law = law_of(axis)
     control = record.control[slice(*span)]
-    ticks = (ticks or law_ticks(axis, record, span)).first(_SAMPLES)
+    ticks = (ticks or law_ticks(axis, record, span)).first(START_SAMPLES)
     wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
     seen = unlimited(axis, record, span)[: len(wanted)]
     at_rest = state_at_rest(axis, ticks)
-    off = (wanted - control_along(axis, ticks, at_rest))[seen]
-    allowed = MIN_START_ERROR.value * float(np.sqrt(np.mean(control**2) * len(off)))
-    if not law.balanced and not np.linalg.norm(off) > allowed:
+    off = wanted - control_along(axis, ticks, at_rest)
+    if not law.balanced and not at_rest_misses(off, seen, control):
         return None
+    off = off[seen]
     found = _solved(axis, ticks, wanted, seen, at_rest)
     left, noise = float(np.linalg.norm(found.left)), float(found.left @ found.left)
     gained = (float(off @ off) - noise) / max(found.shown, 1)
@@ -83,11 +83,35 @@ def first_memory(
     return found.state if law.balanced or clear else None
 
 
+def at_rest_misses(
+    off: Array, seen: NDArray[np.bool_], control: Array
+) -> np.bool_ | NDArray[np.bool_]:
+    """Whether the memory of an axis at rest leaves too much of the first controls, by lane.
+
+    Parameters
+    ----------
+    off : (n,) or (n, L) array
+        What it leaves of them.
+    seen : (n,) or (n, L) array of bool
+        Which count.
+    control : (N,) or (N, L) array
+        All.
+    """
+    left = np.sqrt(np.sum(np.where(seen, off, 0.0) ** 2, axis=0))
+    power = np.mean(control**2, axis=0) * seen.sum(axis=0)
+    return np.asarray(left > MIN_START_ERROR.value * np.sqrt(power))[()]
+
+
+def below_limit(axis: GeneratedAxis, control: Array) -> NDArray[np.bool_]:
+    """Which controls are not at the drive's limit."""
+    return np.abs(control) < limit_in_log(axis) * (1 - LIMIT_TOLERANCE.value)
+
+
 def unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDArray[np.bool_]:
     """Which samples of a segment are measured, and not at the drive's limit, (N,)."""
-    rows, limit = slice(*span), limit_in_log(axis) * (1 - LIMIT_TOLERANCE.value)
+    rows = slice(*span)
     masked = covered(record.masked, len(record))[rows]
-    return np.asarray(~masked & (np.abs(np.asarray(record.control)[rows]) < limit))
+    return np.asarray(~masked & below_limit(axis, np.asarray(record.control)[rows]))
 
 
 @dataclass(frozen=True, slots=True)

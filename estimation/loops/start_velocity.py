@@ -7,11 +7,12 @@ is shows in differences of fourth order, in which no motion of a drive is left.
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
 from axisid.estimation.thresholds.simulation import MIN_START_DISTANCE, START_AGREEMENT
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, frozen
 
 _DEGREE = 2
 _COUNTS = (6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128, 160, 192, 256)  # samples
@@ -47,6 +48,12 @@ def first_value(velocity: Array) -> float:
     return _begun(velocity, degree=1, power=0)
 
 
+def first_velocities(position: Array, period: float) -> Array:
+    """The same of lanes side by side, (L,), of positions (N, L)."""
+    some = position[: max(_COUNTS[-1], _NOISE)] - position[0]
+    return np.array([_begun(lane, degree=_DEGREE, power=1) for lane in some.T.copy()]) / period
+
+
 def _begun(values: Array, *, degree: int, power: int) -> float:
     """A coefficient of the polynomial that the first values follow, a sample; 0 by chance."""
     noise = position_noise(values)
@@ -76,7 +83,12 @@ def position_noise(position: Array) -> float:
 
 def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:
     """Coefficient of a polynomial at its first sample, and its deviation."""
-    count = len(values)
-    powers = (np.arange(count) / count)[:, None] ** np.arange(degree + 1)
-    weights = np.linalg.pinv(powers)[power] / count**power
+    weights = _weights(len(values), degree, power)
     return float(weights @ values), noise * float(np.linalg.norm(weights))
+
+
+@lru_cache(maxsize=128)
+def _weights(count: int, degree: int, power: int) -> Array:
+    """Of so many values in a coefficient."""
+    powers = (np.arange(count) / count)[:, None] ** np.arange(degree + 1)
+    return frozen(np.linalg.pinv(powers)[power] / count**power)

@@ -13,6 +13,7 @@ from .covariance import PublishedCovariance as PublishedCovariance
 from .covariance import Robust as Robust
 from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
+from .covariance import most_lags as most_lags
 from .covariance import score_products as score_products
 from .encoder_steps import STEP_SHARES as STEP_SHARES
 from .encoder_steps import SensorSteps as SensorSteps
