@@ -1,6 +1,7 @@
 """Rows of many lanes of an axis in compiled code."""
 
 import ctypes
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from threading import local
@@ -64,16 +65,20 @@ class LaneLibrary:
         self._own = local()
 
     def motion(
-        self, position: Array, sections: Array, settled: Array, padding: int, period: float
-    ) -> tuple[Array, Array, Array]:
-        """Low-passed position and its differences, (N, L) each."""
+        self,
+        position: Array,
+        sections: Array,
+        settled: Array,
+        padding: int,
+        period: float,
+        into: Sequence[Array],
+    ) -> None:
+        """Low-passed position and its differences, (N, L) each, into three arrays."""
         samples, lanes = position.shape
-        out = tuple(np.empty(position.shape) for _ in range(3))
         self._call(
             "lanes_motion", samples, lanes, position, len(sections), sections, settled, padding,
-            float(period), *out, self._aligned((samples + 2 * padding) * _WIDE),
+            float(period), *into, self._aligned((samples + 2 * padding) * _WIDE),
         )
-        return out
 
     def measured(
         self, control: Array, motion: tuple[Array, Array, Array], delay: float,

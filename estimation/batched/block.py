@@ -1,6 +1,6 @@
 """A block of lanes behind one filter: their rows, measured and simulated."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,24 +10,16 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.codegen.native import LaneLibrary, Thinning, lane_library
 from axisid.estimation.signals import FilteredRecord, SampledFilter
-from axisid.estimation.simulation import simulate_batch
 from axisid.estimation.thresholds.signals import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array
 
 from .columns import LaneSignals, loop_columns, measured_columns
 from .lane_starts import lane_starts
 from .lanes import RecordLanes
+from .loops import simulated_lanes
 from .thinning import thinning_of
+from .workspace import spaces
 
-_SIMULATED = (
-    "position",
-    "velocity",
-    "acceleration",
-    "force",
-    "control",
-    "direction",
-    "direction_before",
-)
 Chosen = NDArray[np.bool_]
 
 
@@ -78,7 +70,7 @@ class Block:
     @cached_property
     def measured(self) -> LaneSignals:
         """The filtered motion beside the force."""
-        return self.seen(self.lanes.position, self.lanes.control)
+        return self.seen(self.lanes.position, self.lanes.control, "measured")
 
     @cached_property
     def library(self) -> LaneLibrary | None:
@@ -92,19 +84,22 @@ class Block:
         """Which rows are kept, and by what sums."""
         return thinning_of(self.filter, len(self.lanes.reference))
 
-    def seen(self, position: Array, control: Array) -> LaneSignals:
-        """Positions and controls, (N, L), with the motion as measured ones are filtered."""
+    def seen(self, position: Array, control: Array, name: str = "seen") -> LaneSignals:
+        """Positions and controls, (N, L), with the motion as measured ones are filtered.
+
+        It is there until others of the name are looked at.
+        """
         period, sampled = self.lanes.period, self.filter
-        if self.library is not None:
-            low_pass = sampled.low_pass
-            motion = self.library.motion(
-                position, low_pass.sections, low_pass.settled, sampled.padding, period
-            )
-        else:
+        if self.library is None:
             q = sampled.low_passed(position)
             dq = np.gradient(q, period, axis=0)
-            motion = q, dq, np.gradient(dq, period, axis=0)
-        return LaneSignals(motion=motion, control=control)
+            return LaneSignals(motion=(q, dq, np.gradient(dq, period, axis=0)), control=control)
+        q, dq, ddq = spaces(name, 3, *position.shape)
+        low_pass = sampled.low_pass
+        self.library.motion(
+            position, low_pass.sections, low_pass.settled, sampled.padding, period, (q, dq, ddq)
+        )
+        return LaneSignals(motion=(q, dq, ddq), control=control)
 
     def velocity(self, position: Array) -> Array:
         """Of positions as measured ones are filtered, (N, L)."""
@@ -181,18 +176,8 @@ class Block:
     def simulated(self, physical: Array, chosen: Chosen) -> tuple[dict[str, Array], Chosen]:
         """Loops of some lanes with parameters (B, p), and which of them went well."""
         start, _ = self.starts
-        batch = simulate_batch(
-            self.axis,
-            physical,
-            self.lanes.reference,
-            self.lanes.period,
-            start=start.position[chosen],
-            start_velocity=start.velocity[chosen],
-            wanted=_SIMULATED,
-            threads=1,
-        )
-        well = np.array([lane not in batch.failures for lane in range(len(physical))])
-        return batch.signals, well
+        own = replace(start, position=start.position[chosen], velocity=start.velocity[chosen])
+        return simulated_lanes(self.axis, physical, self.lanes, own)
 
 
 def _kept(found: Array, rows: Chosen | None) -> Array:

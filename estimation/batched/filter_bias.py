@@ -40,7 +40,8 @@ class _Found:
 def lane_bias(block: Block, fits: LaneFits, deviations: Array) -> LaneBias:
     """The filter's bias of lanes that ended well, for deviations (L, p)."""
     chosen = fits.well & fits.follows
-    first = _quiet(block, fits, fits.position[:, chosen], fits.control[:, chosen], fits.theta, chosen)
+    seen = (_of(each, chosen) for each in (fits.position, fits.control))
+    first = _quiet(block, fits, *seen, fits.theta, chosen)
     size = _in_deviations(first.bias, deviations)
     bias, well = first.bias.copy(), first.well.copy()
     residuals = first.residuals.copy()
@@ -81,13 +82,18 @@ def _in_deviations(change: Array, deviations: Array) -> Array:
     return np.asarray(sizes.max(axis=1))
 
 
+def _of(values: Array, chosen: Chosen) -> Array:
+    """Some lanes of values (..., L); all of them as they are."""
+    return values if chosen.all() else np.ascontiguousarray(values[..., chosen])
+
+
 def _again(block: Block, fits: LaneFits, bias: Array, chosen: Chosen) -> _Found:
     """The bias of loops with corrected parameters."""
     physical = fits.theta - bias
     raw, fine = block.simulated(physical[chosen], chosen)
     there = chosen.copy()
     there[np.flatnonzero(chosen)[~fine]] = False
-    seen = (raw[name][:, fine] for name in ("position", "control"))
+    seen = (_of(raw[name], fine) for name in ("position", "control"))
     return _quiet(block, fits, *seen, physical, there, check=True)
 
 
@@ -102,9 +108,9 @@ def _quiet(
     check: bool = False,
 ) -> _Found:
     """What the instruments make of loops of chosen lanes, simulated with parameters (L, p)."""
-    of = (None if each is None else each[:, chosen] for each in (fits.excluded, fits.rows))
+    of = (None if each is None else _of(each, chosen) for each in (fits.excluded, fits.rows))
     rows = block.rows(block.seen(position, control), *of)
-    found = solved(block.library, rows.left, rows.regressor, fits.instruments[:, :, chosen])
+    found = solved(block.library, rows.left, rows.regressor, _of(fits.instruments, chosen))
     bias, residuals = np.full_like(fits.theta, np.nan), np.zeros_like(fits.residuals)
     bias[chosen], residuals[:, chosen] = found.theta - physical[chosen], found.residuals
     well = chosen.copy()

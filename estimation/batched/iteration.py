@@ -11,6 +11,7 @@ from axisid.support.arrays import Array
 
 from .block import Block, Chosen, LaneRows
 from .regression import fitted, inverse_products, solved
+from .workspace import space
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
 
@@ -137,8 +138,8 @@ def iterated(
         power=np.zeros(lanes),
         instruments=np.zeros((n, p, lanes)),
         iterations=np.zeros(lanes, dtype=np.int64),
-        position=np.zeros((samples, lanes)),
-        control=np.zeros((samples, lanes)),
+        position=space("ended position", samples, lanes),
+        control=space("ended control", samples, lanes),
         paces=[Pace() for _ in range(lanes)],
     )
     counts = row_counts(rows, measured.left.shape)

@@ -16,11 +16,14 @@ from .lanes import settled_substeps as settled_substeps
 from .lanes import simulate_lanes as simulate_lanes
 from .loop_inputs import LoopInputs as LoopInputs
 from .recorded import at_law as at_law
+from .runaway import allowed_distance as allowed_distance
 from .simulated import Simulation as Simulation
 from .simulated import logged_control as logged_control
 from .simulated import signals_about as signals_about
+from .steps import has_constant_substeps as has_constant_substeps
 from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law
+from .steps import substeps_at_start as substeps_at_start
 from .twin import trajectory as trajectory
 from .twin import twin_record as twin_record
 from .two_clocks import TwoClocks as TwoClocks

@@ -1,0 +1,90 @@
+"""Closed loops of a block of lanes, in arrays that serve one simulation after the other."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import SIGNALS, LoopSettings, LoopStart
+from axisid.estimation.simulation import (
+    allowed_distance,
+    has_constant_substeps,
+    has_inertia,
+    simulate_batch,
+    substeps_at_start,
+)
+from axisid.support.arrays import Array
+
+from .lanes import RecordLanes
+from .workspace import spaces
+
+_BEFORE = "direction_before"  # as a batch calls it
+_WANTED = (*SIGNALS[:-1], _BEFORE)
+
+
+def simulated_lanes(
+    axis: GeneratedAxis,
+    physical: Array,
+    lanes: RecordLanes,
+    start: LoopStart,
+    position_noise: Array | None = None,
+) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+    """Signals by name, (N, B) each, of loops with parameters (B, p), and which of them went well.
+
+    The signals are there until the next loops of the thread are simulated.
+    """
+    first = np.zeros((0,))
+    well = has_inertia(axis, physical, start.position, first)
+    counts = substeps_at_start(axis, physical, start.position, lanes.period, first)
+    library = axis.native.library()
+    alike = bool(np.all(counts == counts[0])) and counts[0] <= _MOST
+    if library is None or not (has_constant_substeps(axis) and alike and well.all()):
+        return _apart(axis, physical, lanes, start, position_noise)
+    reach = float(np.ptp(lanes.reference))
+    away = np.abs(start.position - lanes.reference[0])
+    settings = LoopSettings(
+        period=lanes.period,
+        resolution=0.0,
+        allowed=np.array([allowed_distance(reach, each) for each in away]),
+        substeps=int(counts[0]),
+    )
+    shape = (len(lanes.reference), len(physical))
+    status, _, signals = library.simulate_batch(
+        lanes.reference,
+        position_noise,
+        None,
+        np.ascontiguousarray(physical),
+        replace(start, position=np.ascontiguousarray(start.position)),
+        settings,
+        SIGNALS,
+        1,
+        into=spaces("loop", len(SIGNALS), *shape),
+    )
+    signals[_BEFORE] = signals.pop(SIGNALS[-1])
+    return signals, status == 0
+
+
+_MOST = 1024
+
+
+def _apart(
+    axis: GeneratedAxis,
+    physical: Array,
+    lanes: RecordLanes,
+    start: LoopStart,
+    position_noise: Array | None,
+) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+    """The same where lanes take steps of their own, or fail before they begin."""
+    batch = simulate_batch(
+        axis,
+        physical,
+        lanes.reference,
+        lanes.period,
+        start=start.position,
+        start_velocity=start.velocity,
+        position_noise=position_noise,
+        wanted=_WANTED,
+        threads=1,
+    )
+    return dict(batch.signals), np.array([i not in batch.failures for i in range(len(physical))])
