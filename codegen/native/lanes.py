@@ -76,7 +76,7 @@ class LaneLibrary:
         """Low-passed position and its differences, (N, L) each, into three arrays."""
         samples, lanes = position.shape
         self._call(
-            "lanes_motion", samples, lanes, position, len(sections), sections, settled, padding,
+            "lanes_motion", samples, lanes, np.ascontiguousarray(position), len(sections), sections, settled, padding,
             float(period), *into, self._aligned((samples + 2 * padding) * _WIDE),
         )
 
@@ -89,8 +89,8 @@ class LaneLibrary:
         columns = self._parameters + 2
         out = np.empty((thinning.rows, columns, lanes))
         self._call(
-            "lanes_measured", samples, lanes, control, *motion, float(delay), _bytes(excluded),
-            *thinning.arguments, out, self._work(thinning),
+            "lanes_measured", samples, lanes, np.ascontiguousarray(control), *motion, float(delay), _bytes(excluded),
+            *thinning.arguments, out, self._work(thinning, lanes),
         )
         return out
 
@@ -104,7 +104,7 @@ class LaneLibrary:
         self._call(
             "lanes_simulated", samples, lanes, *loops, before,
             np.ascontiguousarray(parameters.T), _bytes(excluded), *thinning.arguments, out,
-            self._work(thinning),
+            self._work(thinning, lanes),
         )
         return out
 
@@ -114,29 +114,31 @@ class LaneLibrary:
         out = np.empty((thinning.rows, lanes))
         self._call(
             "lanes_weights", samples, lanes, _bytes(excluded), *thinning.arguments, out,
-            self._work(thinning),
+            self._work(thinning, lanes),
         )
         return out
 
     def products(self, one: Array, other: Array) -> Array:
         """Sums over rows of products of columns, (p, q, L), of (n, p, L) and (n, q, L)."""
-        rows, p, lanes = one.shape
-        out = np.empty((p, other.shape[1], lanes))
-        self._call("lanes_products", rows, lanes, p, other.shape[1], one, other, out)
+        (rows, p, lanes), q = one.shape, other.shape[1]
+        out = np.empty((p, q, lanes))
+        one, other = _rows_apart(one), _rows_apart(other)
+        apart = (one.strides[0] // one.itemsize, other.strides[0] // other.itemsize)
+        self._call("lanes_products", rows, lanes, p, q, one, apart[0], other, apart[1], out)
         return out
 
     def lagged(self, columns: Array, lags: int) -> Array:
         """Sums of products of columns (n, p, L) with themselves before, (lags + 1, p, L)."""
         rows, p, lanes = columns.shape
         out = np.empty((lags + 1, p, lanes))
-        self._call("lanes_lagged", rows, lanes, p, lags, columns, out)
+        self._call("lanes_lagged", rows, lanes, p, lags, np.ascontiguousarray(columns), out)
         return out
 
-    def _work(self, thinning: Thinning) -> Array:
+    def _work(self, thinning: Thinning, lanes: int) -> Array:
         every, blocks = int(thinning.sizes[5]), int(thinning.sizes[8])
-        columns = self._parameters + 2
+        columns, groups = self._parameters + 2, -(-lanes // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
-        return self._aligned((blocked + columns * blocks * _STATES) * _WIDE)
+        return self._aligned((blocked + columns * groups * (blocks + 1) * _STATES) * _WIDE)
 
     def _aligned(self, size: int) -> Array:
         """Floats that begin where a vector register may be loaded from; each thread has its own."""
@@ -144,6 +146,11 @@ class LaneLibrary:
         if raw is None or len(raw) < size + _WIDE:
             raw = self._own.raw = np.empty(size + _WIDE)
         return np.asarray(raw[-(raw.ctypes.data // 8) % _WIDE :][:size])
+
+
+def _rows_apart(columns: Array) -> Array:
+    """Columns (n, p, L), dense but for their rows, which may lie apart."""
+    return columns if columns[0].flags.c_contiguous else np.ascontiguousarray(columns)
 
 
 def _bytes(chosen: NDArray[np.bool_] | None) -> NDArray[np.uint8] | None:
@@ -168,8 +175,6 @@ def lane_library(native: str, parameters: int) -> LaneLibrary | None:
         return None
 
     def call(function: str, *arguments: Any) -> None:
-        # A choice of lanes may have come out with lanes first in memory.
-        held = [np.ascontiguousarray(a) if isinstance(a, np.ndarray) else a for a in arguments]
-        getattr(library, function)(*map(as_c, held))
+        getattr(library, function)(*map(as_c, arguments))
 
     return LaneLibrary(call, parameters)

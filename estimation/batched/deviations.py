@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.codegen.native import LaneLibrary
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.regression import Covariance, Hac, Solution, most_lags
 from axisid.estimation.signals import Neighbours
@@ -13,7 +12,7 @@ from axisid.support.arrays import Array
 
 from .block import Block
 from .iteration import LaneFits
-from .regression import combined, inverse_products
+from .regression import combined, inverse_products, lagged_products
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +30,7 @@ def lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> LaneDevia
     inverse = inverse_products(block.library, fits.instruments)
     scores = combined(fits.instruments, fits.mixing) * fits.residuals[:, None]
     most = (most_lags(len(scores)) if lags is None else lags) + 2
-    lagged = _lagged(block.library, scores, min(most, len(scores) - 1))
+    lagged = lagged_products(block.library, scores, min(most, len(scores) - 1))
     models = {name: COVARIANCES[name].covariance(lags) for name in names}
     for lane in np.flatnonzero(fits.well):
         n, k = fits.counts[lane], shape[1]
@@ -57,15 +56,6 @@ def _hac(model: Covariance, lagged: Array, rows: int) -> tuple[Array, Array]:
     found = model.long_run(lambda lags: alone[: lags + 1], rows)
     variances = rows / (rows - k) * np.diag(found.covariance)
     return variances, np.minimum(found.freedom, rows - k)
-
-
-def _lagged(library: LaneLibrary | None, scores: Array, lags: int) -> Array:
-    """Sums of products of scores (n, p, L) with themselves before, (lags + 1, p, L)."""
-    if library is not None:
-        return library.lagged(scores, lags)
-    own = np.ascontiguousarray(scores.transpose(1, 2, 0))
-    count = len(scores)
-    return np.array([(own[..., i:] * own[..., : count - i]).sum(axis=-1) for i in range(lags + 1)])
 
 
 def _solution(block: Block, fits: LaneFits, inverse: Array, lane: int) -> Solution:

@@ -16,6 +16,7 @@ from axisid.support.arrays import Array
 from .block import Block, Chosen
 from .iteration import LaneFits, unexplained
 from .regression import products, solved
+from .workspace import of_lanes
 
 _MOST = 6  # corrections, as of one record
 
@@ -40,7 +41,8 @@ class _Found:
 def lane_bias(block: Block, fits: LaneFits, deviations: Array) -> LaneBias:
     """The filter's bias of lanes that ended well, for deviations (L, p)."""
     chosen = fits.well & fits.follows
-    seen = (_of(each, chosen) for each in (fits.position, fits.control))
+    lanes = np.flatnonzero(chosen)
+    seen = (of_lanes(each, lanes) for each in (fits.position, fits.control))
     first = _quiet(block, fits, *seen, fits.theta, chosen)
     size = _in_deviations(first.bias, deviations)
     bias, well = first.bias.copy(), first.well.copy()
@@ -82,18 +84,13 @@ def _in_deviations(change: Array, deviations: Array) -> Array:
     return np.asarray(sizes.max(axis=1))
 
 
-def _of(values: Array, chosen: Chosen) -> Array:
-    """Some lanes of values (..., L); all of them as they are."""
-    return values if chosen.all() else np.ascontiguousarray(values[..., chosen])
-
-
 def _again(block: Block, fits: LaneFits, bias: Array, chosen: Chosen) -> _Found:
     """The bias of loops with corrected parameters."""
     physical = fits.theta - bias
     raw, fine = block.simulated(physical[chosen], chosen)
     there = chosen.copy()
     there[np.flatnonzero(chosen)[~fine]] = False
-    seen = (_of(raw[name], fine) for name in ("position", "control"))
+    seen = (of_lanes(raw[name], np.flatnonzero(fine)) for name in ("position", "control"))
     return _quiet(block, fits, *seen, physical, there, check=True)
 
 
@@ -108,9 +105,10 @@ def _quiet(
     check: bool = False,
 ) -> _Found:
     """What the instruments make of loops of chosen lanes, simulated with parameters (L, p)."""
-    of = (None if each is None else _of(each, chosen) for each in (fits.excluded, fits.rows))
+    lanes = np.flatnonzero(chosen)
+    of = (None if each is None else of_lanes(each, lanes) for each in (fits.excluded, fits.rows))
     rows = block.rows(block.seen(position, control), *of)
-    found = solved(block.library, rows.left, rows.regressor, _of(fits.instruments, chosen))
+    found = solved(block.library, rows.left, rows.regressor, of_lanes(fits.instruments, lanes))
     bias, residuals = np.full_like(fits.theta, np.nan), np.zeros_like(fits.residuals)
     bias[chosen], residuals[:, chosen] = found.theta - physical[chosen], found.residuals
     well = chosen.copy()

@@ -11,7 +11,7 @@ from axisid.support.arrays import Array
 
 from .block import Block, Chosen, LaneRows
 from .regression import fitted, inverse_products, solved
-from .workspace import space
+from .workspace import of_lanes, put_lanes, space
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
 
@@ -157,13 +157,15 @@ def iterated(
         if not active.any() or step > _MOST:
             break
         going = at[~done]
-        Z = loops.Z[:, :, np.flatnonzero(inside)[~done]]
-        found = solved(block.library, measured.left[:, going], measured.regressor[:, :, going], Z)
+        Z = of_lanes(loops.Z, np.flatnonzero(inside)[~done])
+        rows_of = (of_lanes(each, going) for each in (measured.left, measured.regressor))
+        found = solved(block.library, *rows_of, Z)
         inverse = inverse_products(block.library, Z)
         sigma = found.power / (counts[going] - 1)
         deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))
         end.theta[going], end.residuals[:, going] = found.theta, found.residuals
-        end.mixing[going], end.instruments[:, :, going] = found.mixing, Z
+        end.mixing[going] = found.mixing
+        put_lanes(end.instruments, going, Z)
         end.power[going] = found.power
         for i, lane in enumerate(going):
             size[lane] = end.paces[lane].step(physical[lane], found.theta[i], deviations[i])
@@ -202,14 +204,15 @@ def _end(
     """Take note of lanes that ended; `inside` of the loops' lanes are those of `at`."""
     lanes, own = at[done], np.flatnonzero(inside)[done]
     of = Loops(
-        position=loops.position[:, own],
-        control=loops.control[:, own],
-        Z=loops.Z[:, :, own],
-        intercept=loops.intercept[:, own],
+        position=of_lanes(loops.position, own),
+        control=of_lanes(loops.control, own),
+        Z=of_lanes(loops.Z, own),
+        intercept=of_lanes(loops.intercept, own),
         well=loops.well,
     )
     left = simulated_left(of, physical[lanes])
-    error = unexplained(measured.whole[:, lanes], left)
+    error = unexplained(of_lanes(measured.whole, lanes), left)
     end.well[lanes], end.iterations[lanes] = True, steps
     end.follows[lanes] = error < MAX_SIMULATION_ERROR.value
-    end.position[:, lanes], end.control[:, lanes] = of.position, of.control
+    put_lanes(end.position, lanes, of.position)
+    put_lanes(end.control, lanes, of.control)

@@ -48,6 +48,14 @@ def products(library: LaneLibrary | None, one: Array, other: Array) -> Array:
     return np.array([one[:, :, lane].T @ other[:, :, lane] for lane in lanes])
 
 
+def lagged_products(library: LaneLibrary | None, columns: Array, lags: int) -> Array:
+    """``sum a_t a_(t-lag)`` of columns (n, p, L) at lags 0 to `lags`, (lags + 1, p, L)."""
+    if library is not None:
+        return library.lagged(columns, lags)
+    own, n = np.ascontiguousarray(columns.transpose(1, 2, 0)), len(columns)
+    return np.array([(own[..., i:] * own[..., : n - i]).sum(axis=-1) for i in range(lags + 1)])
+
+
 def combined(columns: Array, matrices: Array) -> Array:
     """Columns (n, p, L), each a sum of all by the matrices of the lanes (L, p, p), (n, p, L)."""
     every = range(columns.shape[1])
@@ -72,17 +80,18 @@ def solved(
     left : (n, L) array
     regressor, instruments : (n, p, L) array
     """
-    together = products(library, instruments, np.concatenate([regressor, left[:, None]], axis=1))
+    together = products(library, instruments, regressor)
+    aside = products(library, instruments, left[:, None])[:, :, 0]
     by, scale = _norms(library, instruments), _norms(library, regressor)
     with np.errstate(all="ignore"):
-        scaled = together[:, :, :-1] / by[:, :, None] / scale[:, None, :]
-    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(together).all(axis=(1, 2))
+        scaled = together / by[:, :, None] / scale[:, None, :]
+    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(aside).all(axis=1)
     scaled[~finite] = np.eye(scaled.shape[1])
     sound = finite & (np.linalg.cond(scaled) < _MOST_CONDITION)
     scaled[~sound] = np.eye(scaled.shape[1])
     with np.errstate(all="ignore"):
         mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
-    theta = _applied(mixing, together[:, :, -1])
+    theta = _applied(mixing, aside)
     residuals = left - fitted(regressor, theta)
     for _ in range(_ROUNDS):
         step = products(library, instruments, residuals[:, None])[:, :, 0]
@@ -114,5 +123,4 @@ def _applied(matrices: Array, vectors: Array) -> Array:
 
 def _norms(library: LaneLibrary | None, columns: Array) -> Array:
     """Of columns (n, p, L), (L, p)."""
-    each = [columns[:, i : i + 1] for i in range(columns.shape[1])]
-    return np.sqrt(np.hstack([products(library, one, one)[:, 0] for one in each]))
+    return np.asarray(np.sqrt(lagged_products(library, columns, 0)[0].T))

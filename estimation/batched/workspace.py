@@ -7,6 +7,7 @@ written. So what a thread had for one block serves for its next.
 from threading import local
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
 
@@ -25,3 +26,18 @@ def space(name: str, *shape: int) -> Array:
 def spaces(name: str, count: int, *shape: int) -> tuple[Array, ...]:
     """Several arrays of one shape."""
     return tuple(space(f"{name} {i}", *shape) for i in range(count))
+
+
+def of_lanes(values: Array, chosen: NDArray[np.intp]) -> Array:
+    """Some lanes, by number, of values (..., L); all of them as they are."""
+    if len(chosen) == values.shape[-1]:
+        return values
+    return np.ascontiguousarray(values[..., chosen])
+
+
+def put_lanes(values: Array, chosen: NDArray[np.intp], made: Array) -> None:
+    """Put values of some lanes, (..., B), among those of all, (..., L)."""
+    if len(chosen) == values.shape[-1]:
+        values[...] = made
+    else:
+        values[..., chosen] = made

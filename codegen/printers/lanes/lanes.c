@@ -125,7 +125,7 @@ enum { STREAMS = 7 };
 /* What is worked with: streams of the samples of a block, WIDE lanes each, and two sets of rows. */
 struct bench {
     double *streams[STREAMS];
-    wide *values, *others, *backward;
+    wide *values, *others;
 };
 
 static void gather(double *restrict to, const double *from, ptrdiff_t lanes, ptrdiff_t first,
@@ -309,60 +309,62 @@ static inline void turn_round(wide *state, wide last, const struct thinning *t)
     }
 }
 
-/* Columns of WIDE lanes, filtered and thinned. */
-static inline void thin_lanes(enum kind kind, const int columns, const struct source *s,
-                              const struct thinning *t, ptrdiff_t first, double *out,
-                              const struct bench *w, ptrdiff_t *at)
+/* One block of WIDE lanes: their modes go on by it, and what of the row runs forward is put. */
+static inline void pass_block(const int columns, const struct source *s, const struct thinning *t,
+                              ptrdiff_t b, ptrdiff_t first, wide (*state)[STATES],
+                              const wide *values, wide *backward, double *out)
 {
-    const ptrdiff_t every = t->every, count = s->lanes - first;
-    const double *whole = t->powers + STATES * every;
-    wide state[COLUMNS][STATES];
-    for (ptrdiff_t b = -1; b < t->blocks; ++b) {
-        const ptrdiff_t row = b - t->skipped;
-        block_rows(kind, s, t, t->from + b * every, first, count, columns, w, at);
-        for (int c = 0; c < columns; ++c) {
-            const wide *values = w->values + c * every;
-            wide forward[STATES];
-            if (b < 0) { /* as after a long time of the first value */
-                for (int i = 0; i < STATES; ++i)
-                    state[c][i] = t->settled[i] * *values;
-                continue;
-            }
-            sum_block(values, every, t->powers, forward, w->backward + (b * columns + c) * STATES);
-            advance_state(state[c], whole, forward);
-            if (row >= 0 && row < t->rows)
-                store(out + (row * columns + c) * s->lanes + first,
-                      output_of(state[c], t->gains) + t->direct * *values, count);
+    const ptrdiff_t every = t->every, row = b - t->skipped;
+    for (int c = 0; c < columns; ++c, values += every) {
+        wide forward[STATES];
+        if (b < 0) { /* as after a long time of the first value */
+            for (int i = 0; i < STATES; ++i)
+                state[c][i] = t->settled[i] * *values;
+            continue;
         }
-    }
-    for (int c = 0; c < columns; ++c)
-        turn_round(state[c], w->values[c * every], t);
-    for (ptrdiff_t b = t->blocks - 1; b >= t->skipped; --b) {
-        const ptrdiff_t row = b - t->skipped;
-        for (int c = 0; c < columns; ++c) {
-            if (row < t->rows) {
-                double *place = out + (row * columns + c) * s->lanes + first;
-                store(place, load(place, count) + output_of(state[c], t->gains), count);
-            }
-            advance_state(state[c], whole, w->backward + (b * columns + c) * STATES);
-        }
+        sum_block(values, every, t->powers, forward, backward + c * STATES);
+        advance_state(state[c], t->powers + STATES * every, forward);
+        if (row >= 0 && row < t->rows)
+            store(out + (row * columns + c) * s->lanes + first,
+                  output_of(state[c], t->gains) + t->direct * *values, s->lanes - first);
+        if (b == t->blocks - 1)
+            turn_round(state[c], *values, t);
     }
 }
 
 /* Columns of lanes, filtered and thinned, (rows, columns, lanes). `work` is aligned, and holds
-   WIDE times (STREAMS + 2 COLUMNS + 1) blocks and STATES a block and column. */
+   WIDE times (STREAMS + 2 COLUMNS + 1) blocks, and STATES a column of WIDE lanes for each block
+   and once more. Time goes outside, so that memory is read as it lies. */
 static inline void thin(enum kind kind, const int columns, const struct source *s,
                         const struct thinning *t, double *out, double *work)
 {
-    const ptrdiff_t block = t->every * WIDE;
-    struct bench w = {.values = (wide *)(work + STREAMS * block)};
-    w.others = w.values + COLUMNS * t->every;
-    w.backward = w.others + (COLUMNS + 1) * t->every;
-    ptrdiff_t *at = (ptrdiff_t *)(w.others + COLUMNS * t->every);
+    const ptrdiff_t every = t->every, groups = (s->lanes + WIDE - 1) / WIDE;
+    struct bench w = {.values = (wide *)(work + STREAMS * every * WIDE)};
+    w.others = w.values + COLUMNS * every;
+    ptrdiff_t *at = (ptrdiff_t *)(w.others + COLUMNS * every);
+    wide(*state)[STATES] = (wide(*)[STATES])(w.others + (COLUMNS + 1) * every);
+    wide *backward = (wide *)(state + groups * columns);
     for (int m = 0; m < STREAMS; ++m)
-        w.streams[m] = work + m * block;
-    for (ptrdiff_t first = 0; first < s->lanes; first += WIDE)
-        thin_lanes(kind, columns, s, t, first, out, &w, at);
+        w.streams[m] = work + m * every * WIDE;
+    for (ptrdiff_t b = -1; b < t->blocks; ++b)
+        for (ptrdiff_t g = 0; g < groups; ++g) {
+            block_rows(kind, s, t, t->from + b * every, g * WIDE, s->lanes - g * WIDE, columns, &w,
+                       at);
+            pass_block(columns, s, t, b, g * WIDE, state + g * columns, w.values,
+                       backward + (b * groups + g) * columns * STATES, out);
+        }
+    for (ptrdiff_t b = t->blocks - 1; b >= t->skipped; --b) {
+        const ptrdiff_t row = b - t->skipped;
+        for (ptrdiff_t i = 0; i < groups * columns; ++i) {
+            const ptrdiff_t first = i / columns * WIDE, count = s->lanes - first;
+            if (row < t->rows) {
+                double *place = out + (row * columns + i % columns) * s->lanes + first;
+                store(place, load(place, count) + output_of(state[i], t->gains), count);
+            }
+            advance_state(state[i], t->powers + STATES * every,
+                          backward + (b * groups * columns + i) * STATES);
+        }
+    }
 }
 
 /* The settings of a thinning, as they come: whole numbers, and modes. */
@@ -417,26 +419,21 @@ void lanes_weights(ptrdiff_t samples, ptrdiff_t lanes, const unsigned char *excl
     thin(ONES, 1, &s, &t, out, work);
 }
 
-/* Sums over rows of products of columns, (p, q, lanes), of (rows, p, lanes) and (rows, q, lanes). */
+/* Sums over rows of products of columns, (p, q, lanes), of (rows, p, lanes) and (rows, q, lanes)
+   whose rows are so many values apart. */
 void lanes_products(ptrdiff_t rows, ptrdiff_t lanes, ptrdiff_t p, ptrdiff_t q, const double *one,
-                    const double *other, double *out)
+                    ptrdiff_t one_row, const double *other, ptrdiff_t other_row, double *out)
 {
-    for (ptrdiff_t first = 0; first < lanes; first += WIDE) {
-        const ptrdiff_t count = lanes - first;
-        for (ptrdiff_t i = 0; i < p; ++i)
-            for (ptrdiff_t j = 0; j < q; ++j) {
-                wide sum = {0}, odd = {0};
-                for (ptrdiff_t k = 0; k < rows; ++k) {
-                    const wide product = load(one + (k * p + i) * lanes + first, count) *
-                                         load(other + (k * q + j) * lanes + first, count);
-                    if (k % 2)
-                        odd += product;
-                    else
-                        sum += product;
-                }
-                store(out + (i * q + j) * lanes + first, sum + odd, count);
+    for (ptrdiff_t i = 0; i < p; ++i)
+        for (ptrdiff_t j = 0; j < q; ++j)
+            for (ptrdiff_t first = 0; first < lanes; first += WIDE) {
+                const ptrdiff_t count = lanes - first;
+                const double *a = one + i * lanes + first, *b = other + j * lanes + first;
+                wide sums[2] = {{0}, {0}};
+                for (ptrdiff_t k = 0; k < rows; ++k, a += one_row, b += other_row)
+                    sums[k % 2] += load(a, count) * load(b, count);
+                store(out + (i * q + j) * lanes + first, sums[0] + sums[1], count);
             }
-    }
 }
 
 /* Sums of products of each column with itself up to `lags` rows before, (lags + 1, p, lanes). */
