@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.printers import print_c_lanes
+from axisid.codegen.printers import has_known_part, print_c_lanes
 from axisid.support.arrays import Array
 
 from .errors import NativeUnavailableError
 from .library import as_c
 from .library_cache import compiled_library
 
-_WIDE, _STATES, _STREAMS = 8, 8, 7  # as in the C text
+_WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,8 +60,10 @@ class Thinning:
 class LaneLibrary:
     """Compiled rows of lanes; arrays are contiguous, (N, L) or (n, columns, L)."""
 
-    def __init__(self, call: Any, parameters: int) -> None:
-        self._call, self._parameters = call, parameters
+    def __init__(self, call: Any, parameters: int, *, known: bool) -> None:
+        self._call, self._columns = call, parameters + known
+        #: Whether rows have a part that no parameter scales.
+        self.known = known
         self._own = local()
 
     def motion(
@@ -84,10 +86,9 @@ class LaneLibrary:
         self, control: Array, motion: tuple[Array, Array, Array], delay: float,
         excluded: NDArray[np.bool_] | None, thinning: Thinning,
     ) -> Array:
-        """Regressor, known part and force of measured lanes, (n, p + 2, L)."""
+        """Regressor, known part if there is any, and force of measured lanes, (n, columns, L)."""
         samples, lanes = control.shape
-        columns = self._parameters + 2
-        out = np.empty((thinning.rows, columns, lanes))
+        out = np.empty((thinning.rows, self._columns + 1, lanes))
         self._call(
             "lanes_measured", samples, lanes, np.ascontiguousarray(control), *motion, float(delay), _bytes(excluded),
             *thinning.arguments, out, self._work(thinning, lanes),
@@ -98,9 +99,9 @@ class LaneLibrary:
         self, loops: tuple[Array, ...], before: Array | None, parameters: Array,
         excluded: NDArray[np.bool_] | None, thinning: Thinning,
     ) -> Array:
-        """Regressor and known part of simulated lanes, (n, p + 1, L)."""
+        """Regressor of simulated lanes, and known part if there is any, (n, columns, L)."""
         samples, lanes = loops[0].shape
-        out = np.empty((thinning.rows, self._parameters + 1, lanes))
+        out = np.empty((thinning.rows, self._columns, lanes))
         self._call(
             "lanes_simulated", samples, lanes, *loops, before,
             np.ascontiguousarray(parameters.T), _bytes(excluded), *thinning.arguments, out,
@@ -136,9 +137,10 @@ class LaneLibrary:
 
     def _work(self, thinning: Thinning, lanes: int) -> Array:
         every, blocks = int(thinning.sizes[5]), int(thinning.sizes[8])
-        columns, groups = self._parameters + 2, -(-lanes // _WIDE)
+        columns, groups = self._columns + 1, -(-lanes // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
-        return self._aligned((blocked + columns * groups * (blocks + 1) * _STATES) * _WIDE)
+        states = _STRETCH + groups * (-(-blocks // _STRETCH) + 1)
+        return self._aligned((blocked + columns * states * _STATES) * _WIDE)
 
     def _aligned(self, size: int) -> Array:
         """Floats that begin where a vector register may be loaded from; each thread has its own."""
@@ -177,4 +179,4 @@ def lane_library(native: str, parameters: int) -> LaneLibrary | None:
     def call(function: str, *arguments: Any) -> None:
         getattr(library, function)(*map(as_c, arguments))
 
-    return LaneLibrary(call, parameters)
+    return LaneLibrary(call, parameters, known=has_known_part(native))

@@ -20,4 +20,11 @@ def print_c_lanes(native: str, parameters: int) -> str:
     functions = re.sub(r"^#include .*\n", "", functions, flags=re.MULTILINE)
     folder = resources.files(__package__) / "lanes"
     template = (folder / "lanes.c").read_text()
-    return f"{_HEADERS}#define PARAMETERS {parameters}\n\n{functions}\n{template}"
+    sizes = f"#define PARAMETERS {parameters}\n#define KNOWN {int(has_known_part(native))}\n"
+    return f"{_HEADERS}{sizes}\n{functions}\n{template}"
+
+
+def has_known_part(native: str) -> bool:
+    """Whether the inverse model of native code has a part that no parameter scales."""
+    begin = native.index("static inline void idm_regressor(")
+    return "known_out[0] = 0.0;" not in native[begin : native.index("\n}\n", begin)]

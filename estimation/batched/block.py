@@ -112,9 +112,11 @@ class Block:
             found = self.library.measured(s.control, s.motion, delay, excluded, thinning)
         else:
             found = self._reduced(measured_columns(self.axis, s, self.template.hold_delay), excluded)
-        found = _kept(found, rows)
+        found, p = _kept(found, rows), len(self.axis.parameters)
+        whole = found[:, -1]
+        known = found.shape[1] > p + 1
         return LaneRows(
-            left=found[:, -1] - found[:, -2], whole=found[:, -1], regressor=found[:, :-2]
+            left=whole - found[:, p] if known else whole, whole=whole, regressor=found[:, :p]
         )
 
     def simulated_rows(
@@ -123,8 +125,8 @@ class Block:
         physical: Array,
         excluded: Chosen | None,
         rows: Chosen | None,
-    ) -> tuple[Array, Array]:
-        """Regressor, (n, p, L), and known part, (n, L), of simulated loops."""
+    ) -> tuple[Array, Array | float]:
+        """Regressor, (n, p, L), and known part, (n, L) or nothing, of simulated loops."""
         names = ("position", "velocity", "acceleration", "force", "direction")
         signals = tuple(loops[name] for name in names)
         before = loops["direction_before"] if self.held else None
@@ -132,8 +134,8 @@ class Block:
             found = self.library.simulated(signals, before, physical, excluded, self.thinning)
         else:
             found = self._reduced(loop_columns(self.axis, signals, before, physical), excluded)
-        found = _kept(found, rows)
-        return found[:, :-1], found[:, -1]
+        found, p = _kept(found, rows), len(self.axis.parameters)
+        return found[:, :p], found[:, p] if found.shape[1] > p else 0.0
 
     def rows_of(self, excluded: Chosen | None) -> Chosen | None:
         """Which rows lanes have, (n, L), without excluded samples; None for all."""

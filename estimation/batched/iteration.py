@@ -66,7 +66,7 @@ class Loops:
     position: Array
     control: Array
     Z: Array
-    intercept: Array
+    intercept: Array | float
     well: Chosen
 
 
@@ -207,7 +207,7 @@ def _end(
         position=of_lanes(loops.position, own),
         control=of_lanes(loops.control, own),
         Z=of_lanes(loops.Z, own),
-        intercept=of_lanes(loops.intercept, own),
+        intercept=of_lanes(np.asarray(loops.intercept), own) if np.ndim(loops.intercept) else 0.0,
         well=loops.well,
     )
     left = simulated_left(of, physical[lanes])

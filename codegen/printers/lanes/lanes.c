@@ -3,7 +3,7 @@
    Time is the first axis of every array, lanes the last; a lane that is not there repeats the first
    of its registers. */
 
-enum { WIDE = 8, COLUMNS = PARAMETERS + 2, MOST_SECTIONS = 5 };
+enum { WIDE = 8, COLUMNS = PARAMETERS + KNOWN + 1, MOST_SECTIONS = 5 };
 typedef double wide __attribute__((vector_size(8 * WIDE)));
 
 static inline wide load(const double *values, ptrdiff_t count)
@@ -112,15 +112,15 @@ struct thinning {
     double direct;
 };
 
-enum { PAIRS = 4, STATES = 2 * PAIRS };
+enum { PAIRS = 4, STATES = 2 * PAIRS, STRETCH = 16 };
 
 static inline void row_of(double q, double dq, double ddq, double direction, double *row)
 {
-    idm_regressor(q, dq, ddq, direction, row, row + PARAMETERS);
+    idm_regressor(q, dq, ddq, direction, row, row + PARAMETERS); /* what is known comes last */
 }
 
 enum kind { MEASURED, SIMULATED, ONES };
-enum { STREAMS = 7 };
+enum { STREAMS = 7, AHEAD = 40 };
 
 /* What is worked with: streams of the samples of a block, WIDE lanes each, and two sets of rows. */
 struct bench {
@@ -128,11 +128,15 @@ struct bench {
     wide *values, *others;
 };
 
-static void gather(double *restrict to, const double *from, ptrdiff_t lanes, ptrdiff_t first,
-                   ptrdiff_t count, const ptrdiff_t *at, ptrdiff_t size, ptrdiff_t before)
+/* Lanes of samples, or of those before them; what comes next is asked of memory ahead of time. */
+static void gather(double *restrict to, const double *from, const struct source *s,
+                   ptrdiff_t first, ptrdiff_t count, const ptrdiff_t *at, ptrdiff_t size,
+                   ptrdiff_t before)
 {
+    const ptrdiff_t lanes = s->lanes, end = s->samples - 1;
     for (ptrdiff_t j = 0; j < size; ++j) {
         const ptrdiff_t k = at[j] > before ? at[j] - before : 0;
+        __builtin_prefetch(from + (k + AHEAD < end ? k + AHEAD : end) * lanes + first);
         const wide found = load(from + k * lanes + first, count);
         memcpy(to + j * WIDE, &found, sizeof found);
     }
@@ -146,7 +150,7 @@ static void measured_rows(const struct source *s, ptrdiff_t first, ptrdiff_t cou
     const double *const from[] = {s->position, s->velocity, s->acceleration, s->force,
                                   s->position, s->velocity, s->force};
     for (int m = 0; m < STREAMS; ++m)
-        gather(stream[m], from[m], s->lanes, first, count, at, size, m > 3);
+        gather(stream[m], from[m], s, first, count, at, size, m > 3);
     const double *restrict q = stream[0], *restrict dq = stream[1], *restrict ddq = stream[2];
     const double *restrict u = stream[3], *restrict q0 = stream[4], *restrict dq0 = stream[5];
     const double *restrict u0 = stream[6];
@@ -157,9 +161,9 @@ static void measured_rows(const struct source *s, ptrdiff_t first, ptrdiff_t cou
         row_of(q[e], dq[e], ddq[e], (double)((dq[e] > 0.0) - (dq[e] < 0.0)), row);
         drive_force(u[e], q[e], dq[e], &now);
         drive_force(u0[e], q0[e], dq0[e], &before);
-        for (int c = 0; c <= PARAMETERS; ++c)
+        for (int c = 0; c < PARAMETERS + KNOWN; ++c)
             values[c * all + e] = row[c];
-        values[(PARAMETERS + 1) * all + e] = other != 0.0 ? own * now + other * before : now;
+        values[(PARAMETERS + KNOWN) * all + e] = other != 0.0 ? own * now + other * before : now;
     }
 }
 
@@ -171,7 +175,7 @@ static void simulated_rows(const struct source *s, ptrdiff_t first, ptrdiff_t co
     const double *const from[] = {s->position,  s->velocity, s->acceleration,
                                   s->direction, s->force,    s->before};
     for (int m = 0; m < (s->before ? 6 : 4); ++m)
-        gather(stream[m], from[m], s->lanes, first, count, at, size, m == 4);
+        gather(stream[m], from[m], s, first, count, at, size, m == 4);
     const double *restrict q = stream[0], *restrict dq = stream[1], *restrict ddq = stream[2];
     const double *restrict now = stream[3], *restrict held = stream[4];
     const double *restrict before = stream[5];
@@ -180,7 +184,7 @@ static void simulated_rows(const struct source *s, ptrdiff_t first, ptrdiff_t co
         for (ptrdiff_t e = 0; e < all; ++e) {
             double row[PARAMETERS + 1];
             row_of(q[e], dq[e], ddq[e], now[e], row);
-            for (int c = 0; c <= PARAMETERS; ++c)
+            for (int c = 0; c < PARAMETERS + KNOWN; ++c)
                 values[c * all + e] = row[c];
         }
         return;
@@ -197,7 +201,7 @@ static void simulated_rows(const struct source *s, ptrdiff_t first, ptrdiff_t co
         row_of(q[e], dq[e], ddq[e], now[e], row);
         direct_dynamics(q[e], dq[e], held[e], before[e], p, &slowed);
         row_of(q[e], dq[e], slowed, before[e], earlier);
-        for (int c = 0; c <= PARAMETERS; ++c)
+        for (int c = 0; c < PARAMETERS + KNOWN; ++c)
             values[c * all + e] = (row[c] + earlier[c]) / 2;
     }
 }
@@ -309,10 +313,10 @@ static inline void turn_round(wide *state, wide last, const struct thinning *t)
     }
 }
 
-/* One block of WIDE lanes: their modes go on by it, and what of the row runs forward is put. */
+/* One block of WIDE lanes: the modes that run forward go on by it, and are put into its row. */
 static inline void pass_block(const int columns, const struct source *s, const struct thinning *t,
                               ptrdiff_t b, ptrdiff_t first, wide (*state)[STATES],
-                              const wide *values, wide *backward, double *out)
+                              const wide *values, wide (*backward)[STATES], double *out)
 {
     const ptrdiff_t every = t->every, row = b - t->skipped;
     for (int c = 0; c < columns; ++c, values += every) {
@@ -322,7 +326,7 @@ static inline void pass_block(const int columns, const struct source *s, const s
                 state[c][i] = t->settled[i] * *values;
             continue;
         }
-        sum_block(values, every, t->powers, forward, backward + c * STATES);
+        sum_block(values, every, t->powers, forward, backward[c]);
         advance_state(state[c], t->powers + STATES * every, forward);
         if (row >= 0 && row < t->rows)
             store(out + (row * columns + c) * s->lanes + first,
@@ -332,9 +336,31 @@ static inline void pass_block(const int columns, const struct source *s, const s
     }
 }
 
+/* The modes that run backward through the blocks from `begin` to before `end`: what they have at
+   the end is added to the rows, and goes on to the begin. */
+static inline void go_back(const int columns, const struct source *s, const struct thinning *t,
+                           ptrdiff_t begin, ptrdiff_t end, ptrdiff_t first, wide (*state)[STATES],
+                           wide (*backward)[STATES], double *out)
+{
+    static const wide nothing[STATES];
+    const ptrdiff_t count = s->lanes - first;
+    for (ptrdiff_t b = end - 1; b >= begin; --b) {
+        const ptrdiff_t row = b - t->skipped;
+        for (int c = 0; c < columns; ++c) {
+            if (row >= 0 && row < t->rows) {
+                double *place = out + (row * columns + c) * s->lanes + first;
+                store(place, load(place, count) + output_of(state[c], t->gains), count);
+            }
+            advance_state(state[c], t->powers + STATES * t->every,
+                          backward ? backward[(b - begin) * columns + c] : nothing);
+        }
+    }
+}
+
 /* Columns of lanes, filtered and thinned, (rows, columns, lanes). `work` is aligned, and holds
-   WIDE times (STREAMS + 2 COLUMNS + 1) blocks, and STATES a column of WIDE lanes for each block
-   and once more. Time goes outside, so that memory is read as it lies. */
+   WIDE times (STREAMS + 2 COLUMNS + 1) blocks, and of a column of WIDE lanes STATES for each of
+   STRETCH blocks, for each stretch of so many, and twice more. Memory is read once, as it lies:
+   what runs backward is worked out within a stretch, and what of it goes further is kept. */
 static inline void thin(enum kind kind, const int columns, const struct source *s,
                         const struct thinning *t, double *out, double *work)
 {
@@ -343,28 +369,33 @@ static inline void thin(enum kind kind, const int columns, const struct source *
     w.others = w.values + COLUMNS * every;
     ptrdiff_t *at = (ptrdiff_t *)(w.others + COLUMNS * every);
     wide(*state)[STATES] = (wide(*)[STATES])(w.others + (COLUMNS + 1) * every);
-    wide *backward = (wide *)(state + groups * columns);
+    wide(*within)[STATES] = state + groups * columns, (*kept)[STATES] = within + STRETCH * columns;
+    const ptrdiff_t stretches = (t->blocks + STRETCH - 1) / STRETCH;
     for (int m = 0; m < STREAMS; ++m)
         w.streams[m] = work + m * every * WIDE;
-    for (ptrdiff_t b = -1; b < t->blocks; ++b)
+    for (ptrdiff_t n = 0; n < stretches; ++n)
         for (ptrdiff_t g = 0; g < groups; ++g) {
-            block_rows(kind, s, t, t->from + b * every, g * WIDE, s->lanes - g * WIDE, columns, &w,
-                       at);
-            pass_block(columns, s, t, b, g * WIDE, state + g * columns, w.values,
-                       backward + (b * groups + g) * columns * STATES, out);
-        }
-    for (ptrdiff_t b = t->blocks - 1; b >= t->skipped; --b) {
-        const ptrdiff_t row = b - t->skipped;
-        for (ptrdiff_t i = 0; i < groups * columns; ++i) {
-            const ptrdiff_t first = i / columns * WIDE, count = s->lanes - first;
-            if (row < t->rows) {
-                double *place = out + (row * columns + i % columns) * s->lanes + first;
-                store(place, load(place, count) + output_of(state[i], t->gains), count);
+            const ptrdiff_t first = g * WIDE, begin = n * STRETCH;
+            const ptrdiff_t end = begin + STRETCH < t->blocks ? begin + STRETCH : t->blocks;
+            for (ptrdiff_t b = n ? begin : -1; b < end; ++b) {
+                block_rows(kind, s, t, t->from + b * every, first, s->lanes - first, columns, &w,
+                           at);
+                pass_block(columns, s, t, b, first, state + g * columns, w.values,
+                           within + (b < 0 ? 0 : b - begin) * columns, out);
             }
-            advance_state(state[i], t->powers + STATES * every,
-                          backward + (b * groups * columns + i) * STATES);
+            wide(*found)[STATES] = kept + (n * groups + g) * columns;
+            memset(found, 0, sizeof *found * (size_t)columns);
+            go_back(columns, s, t, begin, end, first, found, within, out);
         }
-    }
+    for (ptrdiff_t n = stretches - 1; n >= 0; --n)
+        for (ptrdiff_t g = 0; g < groups; ++g) {
+            const ptrdiff_t begin = n * STRETCH;
+            const ptrdiff_t end = begin + STRETCH < t->blocks ? begin + STRETCH : t->blocks;
+            go_back(columns, s, t, begin, end, g * WIDE, state + g * columns, NULL, out);
+            for (int c = 0; c < columns; ++c)
+                for (int i = 0; i < STATES; ++i)
+                    state[g * columns + c][i] += kept[(n * groups + g) * columns + c][i];
+        }
 }
 
 /* The settings of a thinning, as they come: whole numbers, and modes. */
