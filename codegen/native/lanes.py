@@ -78,33 +78,65 @@ class LaneLibrary:
         """Low-passed position and its differences, (N, L) each, into three arrays."""
         samples, lanes = position.shape
         self._call(
-            "lanes_motion", samples, lanes, np.ascontiguousarray(position), len(sections), sections, settled, padding,
-            float(period), *into, self._aligned((samples + 2 * padding) * _WIDE),
+            "lanes_motion",
+            samples,
+            lanes,
+            np.ascontiguousarray(position),
+            len(sections),
+            sections,
+            settled,
+            padding,
+            float(period),
+            *into,
+            self._aligned((samples + 2 * padding) * _WIDE),
         )
 
     def measured(
-        self, control: Array, motion: tuple[Array, Array, Array], delay: float,
-        excluded: NDArray[np.bool_] | None, thinning: Thinning,
+        self,
+        control: Array,
+        motion: tuple[Array, Array, Array],
+        delay: float,
+        excluded: NDArray[np.bool_] | None,
+        thinning: Thinning,
     ) -> Array:
         """Regressor, known part if there is any, and force of measured lanes, (n, columns, L)."""
         samples, lanes = control.shape
         out = np.empty((thinning.rows, self._columns + 1, lanes))
         self._call(
-            "lanes_measured", samples, lanes, np.ascontiguousarray(control), *motion, float(delay), _bytes(excluded),
-            *thinning.arguments, out, self._work(thinning, lanes),
+            "lanes_measured",
+            samples,
+            lanes,
+            np.ascontiguousarray(control),
+            *motion,
+            float(delay),
+            _bytes(excluded),
+            *thinning.arguments,
+            out,
+            self._work(thinning, lanes),
         )
         return out
 
     def simulated(
-        self, loops: tuple[Array, ...], before: Array | None, parameters: Array,
-        excluded: NDArray[np.bool_] | None, thinning: Thinning,
+        self,
+        loops: tuple[Array, ...],
+        before: Array | None,
+        parameters: Array,
+        excluded: NDArray[np.bool_] | None,
+        thinning: Thinning,
     ) -> Array:
         """Regressor of simulated lanes, and known part if there is any, (n, columns, L)."""
         samples, lanes = loops[0].shape
         out = np.empty((thinning.rows, self._columns, lanes))
         self._call(
-            "lanes_simulated", samples, lanes, *loops, before,
-            np.ascontiguousarray(parameters.T), _bytes(excluded), *thinning.arguments, out,
+            "lanes_simulated",
+            samples,
+            lanes,
+            *loops,
+            before,
+            np.ascontiguousarray(parameters.T),
+            _bytes(excluded),
+            *thinning.arguments,
+            out,
             self._work(thinning, lanes),
         )
         return out
@@ -114,7 +146,12 @@ class LaneLibrary:
         samples, lanes = excluded.shape
         out = np.empty((thinning.rows, lanes))
         self._call(
-            "lanes_weights", samples, lanes, _bytes(excluded), *thinning.arguments, out,
+            "lanes_weights",
+            samples,
+            lanes,
+            _bytes(excluded),
+            *thinning.arguments,
+            out,
             self._work(thinning, lanes),
         )
         return out

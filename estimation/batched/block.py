@@ -111,7 +111,9 @@ class Block:
             delay, thinning = self.template.hold_delay, self.thinning
             found = self.library.measured(s.control, s.motion, delay, excluded, thinning)
         else:
-            found = self._reduced(measured_columns(self.axis, s, self.template.hold_delay), excluded)
+            found = self._reduced(
+                measured_columns(self.axis, s, self.template.hold_delay), excluded
+            )
         found, p = _kept(found, rows), len(self.axis.parameters)
         whole = found[:, -1]
         known = found.shape[1] > p + 1

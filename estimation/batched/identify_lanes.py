@@ -1,130 +1,159 @@
 """`identify` of many records of one reference, side by side."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.identification import identify
-from axisid.estimation.signals import FilteredRecord, Information, Prefilter, searches_friction
-from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
-from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError
+from axisid.support.errors import AxisidError, UsageError
+from axisid.support.user_values import is_among, quoted
 
-from .block import Block, Chosen
-from .columns import measured_columns
+from .block import Block
 from .deviations import lane_deviations
 from .filter_bias import lane_bias
-from .iteration import LaneFits, iterated, loops_of, simulated_left, unexplained
+from .first_fit import fitted_lanes
 from .lanes import ALONE, FAILED, SIDE_BY_SIDE, LaneEstimates, RecordLanes
-from .regression import solved
+from .served import METHOD, is_served
 
-_BLOCK = 32  # lanes side by side
+_BLOCK = 32  # lanes side by side: those that are simulated together
 
 
 def identify_lanes(
     axis: Axis | GeneratedAxis,
     lanes: RecordLanes,
-    method: str = "idm-iv",
+    method: str = METHOD,
     prefilter: Prefilter | None = None,
     *,
     covariance: str = "hac",
     lags: int | None = None,
+    **settings: Any,
 ) -> LaneEstimates:
+    """Identify records of one reference by one method, side by side.
+
+    Each lane is what `identify` makes of its record alone, but for rounding: it is filtered,
+    simulated and solved beside others in compiled code. What cannot go so is identified alone: an
+    axis of another kind, an encoder's steps, a lane that takes another course than most.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+    lanes : RecordLanes
+    method : str
+        Of `METHODS`; ``idm-iv`` goes side by side.
+    prefilter : Prefilter, optional
+        As `identify` takes it.
+    covariance : str
+        Of `COVARIANCES`: by whose deviations the filter's bias is judged.
+    lags : int, optional
+        As `identify` takes them.
+    **settings
+        What else `identify` takes; with any of them lanes are identified alone.
+
+    Returns
+    -------
+    LaneEstimates
+
+    Raises
+    ------
+    UsageError
+        There is no such covariance, or the prefilter is none.
+    """
+    if not is_among(covariance, COVARIANCES):
+        raise UsageError(
+            f"there is no covariance {quoted(covariance)}; choose from {', '.join(COVARIANCES)}.",
+            code="lane-covariance",
+        )
     generated = as_generated(axis)
     asked = Prefilter() if prefilter is None else prefilter
-    size, p = len(lanes), len(generated.parameters)
-    found = {
-        name: np.full((size, p), np.nan) for name in ("values", "deviations", "bias", "freedom")
-    }
-    iterations, how, errors = np.zeros(size, dtype=np.int64), [SIDE_BY_SIDE] * size, {}
-    for first in range(0, size, _BLOCK):
+    found = _Found(generated, len(lanes))
+    served = is_served(generated, lanes, method, settings)
+    for first in range(0, len(lanes), _BLOCK):
         part = lanes.part(slice(first, first + _BLOCK))
-        block = _block(generated, part, asked)
         well = np.zeros(len(part), dtype=bool)
-        if block is not None:
-            fits = _fitted(block, asked)
-            spread = lane_deviations(block, fits, lags)
-            bias = lane_bias(block, fits, spread.deviations[covariance])
-            well = fits.well & bias.well & block.starts[1]
-            to = first + np.flatnonzero(well)
-            found["values"][to], found["deviations"][to] = fits.theta[well], spread.deviations[covariance][well]
-            found["bias"][to], found["freedom"][to] = bias.bias[well], spread.freedom[covariance][well]
-            iterations[to] = fits.iterations[well]
-        for lane in np.flatnonzero(~well):
-            to = first + int(lane)
-            how[to] = ALONE
-            try:
-                result = identify(
-                    generated, part.record(int(lane)), asked, [method], covariance=covariance, lags=lags
-                )[method]
-                found["values"][to] = result.physical
-                found["deviations"][to] = np.sqrt(np.diag(result.covariance))
-                if result.filter_bias is not None:
-                    found["bias"][to] = result.filter_bias
-                found["freedom"][to] = result.freedom[covariance]
-                iterations[to] = max(len(result.iterates) - 1, 0)
-            except AxisidError as error:
-                how[to], errors[to] = FAILED, str(error)
-    return LaneEstimates(
-        values=found["values"],
-        deviations=found["deviations"],
-        filter_bias=found["bias"],
-        freedom=found["freedom"],
-        iterations=iterations,
-        how=tuple(how),
-        errors=errors,
-    )
+        if served:
+            block = _block(generated, part, asked)
+            if block is not None:
+                with np.errstate(all="ignore"):  # what is not finite goes alone, and is told there
+                    well = found.add_block(first, block, asked, covariance, lags)
+        for lane in map(int, np.flatnonzero(~well)):
+            chosen = {"covariance": covariance, "lags": lags, **settings}
+            found.add_alone(first + lane, part, lane, method, asked, chosen)
+    return found.estimates
 
 
 def _block(axis: GeneratedAxis, part: RecordLanes, asked: Prefilter) -> Block | None:
-    kept = FilteredRecord.bind(axis, part.record(0), replace(asked, reversals="keep"))
-    return Block(axis=axis, lanes=part, template=kept)
-
-
-def _fitted(block: Block, asked: Prefilter) -> LaneFits:
-    excluded = _left_out(block, asked)
-    if excluded is not None:
-        rows = block.rows_of(excluded)
-        measured, physical, loops, follows = _least_squares(block, excluded, rows)
-        again = block.turns(block.velocity(loops.position))
-        # Where the loop does not follow, the record's own reversals stay.
-        excluded = np.where(follows & excluded.any(axis=0), again, excluded)
-    rows = block.rows_of(excluded)
-    measured, physical, loops, follows = _least_squares(block, excluded, rows)
-    return iterated(block, measured, excluded, rows, physical, follows, loops)
-
-
-def _least_squares(block: Block, excluded: Chosen | None, rows: Chosen | None):
-    measured = block.rows(block.measured, excluded, rows)
-    first = solved(block.library, measured.left, measured.regressor, measured.regressor)
-    every = np.ones(len(block.lanes), dtype=bool)
-    loops = loops_of(block, first.theta, every, excluded, rows)
-    error = unexplained(measured.whole, simulated_left(loops, first.theta))
-    follows = loops.well & first.sound & (error < MAX_SIMULATION_ERROR.value)
-    return measured, first.theta, loops, follows
-
-
-def _left_out(block: Block, asked: Prefilter) -> Chosen | None:
-    """Samples near reversals that lanes leave out, (N, L); None where no lane does."""
-    axis = block.axis
-    if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
+    """Lanes behind a filter; None where it does not serve the first, whom it is told alone."""
+    try:
+        template = FilteredRecord.bind(axis, part.record(0), replace(asked, reversals="keep"))
+    except AxisidError:
         return None
-    signals = block.measured
-    velocity = signals.motion[1]
-    near = block.turns(velocity)
-    if asked.reversals is None and not searches_friction(axis):
-        columns = measured_columns(axis, signals, 0.0)
-        kept = block.template.kept
-        speed = np.abs(velocity)
-        moving = kept[:, None] & (speed > MIN_MOVING_SPEED.value * speed.max(axis=0))
-        left = kept[:, None] & ~near
-        for lane in range(near.shape[1]):
-            own = np.ascontiguousarray(columns[:, :-2, lane])
-            found = Information(axis)
-            found.add_rows(own[moving[:, lane]], own[left[:, lane]])
-            if found.remaining < MIN_INFORMATION_LEFT.value:
-                near[:, lane] = False
-    return near if near.any() else None
+    return Block(axis=axis, lanes=part, template=template)
+
+
+class _Found:
+    """Estimates as they come."""
+
+    def __init__(self, axis: GeneratedAxis, lanes: int) -> None:
+        shape = lanes, len(axis.parameters)
+        self._axis = axis
+        self._errors: dict[int, str] = {}
+        self._how = [SIDE_BY_SIDE] * lanes
+        self._made = LaneEstimates(
+            values=np.full(shape, np.nan),
+            filter_bias=np.full(shape, np.nan),
+            deviations={name: np.full(shape, np.nan) for name in COVARIANCES},
+            freedom={name: np.full(shape, np.nan) for name in COVARIANCES},
+            iterations=np.zeros(lanes, dtype=np.int64),
+            how=(),
+            errors={},
+        )
+
+    @property
+    def estimates(self) -> LaneEstimates:
+        """All of them."""
+        return replace(self._made, how=tuple(self._how), errors=self._errors)
+
+    def add_block(
+        self, first: int, block: Block, asked: Prefilter, covariance: str, lags: int | None
+    ) -> NDArray[np.bool_]:
+        """Identify a block side by side; returns which of its lanes went well, (L,)."""
+        fits = fitted_lanes(block, asked)
+        spread = lane_deviations(block, fits, lags)
+        bias = lane_bias(block, fits, spread.deviations[covariance])
+        well = fits.well & bias.well & block.starts[1]
+        lanes, made = first + np.flatnonzero(well), self._made
+        made.values[lanes], made.filter_bias[lanes] = fits.theta[well], bias.bias[well]
+        made.iterations[lanes] = fits.iterations[well]
+        for name in COVARIANCES:
+            made.deviations[name][lanes] = spread.deviations[name][well]
+            made.freedom[name][lanes] = spread.freedom[name][well]
+        return well
+
+    def add_alone(
+        self,
+        to: int,
+        part: RecordLanes,
+        lane: int,
+        method: str,
+        asked: Prefilter,
+        settings: Mapping[str, Any],
+    ) -> None:
+        """Identify one lane as a record of its own."""
+        self._how[to], made = ALONE, self._made
+        try:
+            result = identify(self._axis, part.record(lane), asked, [method], **settings)[method]
+            made.values[to] = result.physical
+            made.filter_bias[to] = np.nan if result.filter_bias is None else result.filter_bias
+            made.iterations[to] = max(len(result.iterates) - 1, 0)
+            for name, matrix in result.covariances.items():
+                made.deviations[name][to] = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+                made.freedom[name][to] = result.freedom[name]
+        except AxisidError as error:
+            self._how[to], self._errors[to] = FAILED, str(error)

@@ -10,7 +10,7 @@ from axisid.estimation.thresholds.estimates import CONVERGED, MAX_SIMULATION_ERR
 from axisid.support.arrays import Array
 
 from .block import Block, Chosen, LaneRows
-from .regression import fitted, inverse_products, solved
+from .regression import fitted, inverse_products, row_counts, solved
 from .workspace import of_lanes, put_lanes, space
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
@@ -52,11 +52,6 @@ class LaneFits:
     def counts(self) -> Array:
         """Rows of each lane, (L,)."""
         return row_counts(self.rows, self.measured.left.shape)
-
-
-def row_counts(rows: Chosen | None, shape: tuple[int, ...]) -> Array:
-    """How many rows each lane has, (L,)."""
-    return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
 
 
 @dataclass(slots=True, kw_only=True)

@@ -81,12 +81,12 @@ class LaneEstimates(Exact):
     ----------
     values : (B, p) array
         Physical parameters, SI.
-    deviations : (B, p) array
-        Under the covariance that was asked for.
     filter_bias : (B, p) array
         See `Value.filter_bias`; NaN where it is not known.
-    freedom : (B, p) array
-        Degrees of freedom of the deviations.
+    deviations : mapping of str to (B, p) array
+        By name of `COVARIANCES`.
+    freedom : mapping of str to (B, p) array
+        Their degrees of freedom.
     iterations : (B,) array of int
     how : tuple of str
         Of each lane: ``side by side``, ``alone`` or ``failed``.
@@ -95,9 +95,9 @@ class LaneEstimates(Exact):
     """
 
     values: Array
-    deviations: Array
     filter_bias: Array
-    freedom: Array
+    deviations: Mapping[str, Array]
+    freedom: Mapping[str, Array]
     iterations: NDArray[np.int64]
     how: tuple[str, ...]
     errors: Mapping[int, str]

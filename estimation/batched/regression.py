@@ -48,6 +48,11 @@ def products(library: LaneLibrary | None, one: Array, other: Array) -> Array:
     return np.array([one[:, :, lane].T @ other[:, :, lane] for lane in lanes])
 
 
+def row_counts(rows: NDArray[np.bool_] | None, shape: tuple[int, ...]) -> Array:
+    """How many rows each lane has, (L,)."""
+    return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
+
+
 def lagged_products(library: LaneLibrary | None, columns: Array, lags: int) -> Array:
     """``sum a_t a_(t-lag)`` of columns (n, p, L) at lags 0 to `lags`, (lags + 1, p, L)."""
     if library is not None:

@@ -68,6 +68,7 @@ def _modes(sections: Array) -> tuple[Array, Array, Array, float]:
     half = np.array([np.roots(section[3:]) for section in sections])
     upper = np.take_along_axis(half, np.argmax(half.imag, axis=1)[:, None], axis=1)[:, 0]
     poles = np.concatenate([upper, upper.conj()])
+
     # Of `k prod(1 - z/x) / prod(1 - z/p)`, z the delay, by the sections' polynomials.
     def response(delay: Array) -> Array:
         powers = delay[..., None, None] ** np.arange(3)
@@ -91,7 +92,10 @@ def _ends(poles: Array, residues: Array, gains: Array, beyond: int) -> Array:
 
     Both `beyond` samples after the last value, which goes on there.
     """
-    every, weights = np.concatenate([poles, poles.conj()]), np.concatenate([residues, residues.conj()])
+    every, weights = (
+        np.concatenate([poles, poles.conj()]),
+        np.concatenate([residues, residues.conj()]),
+    )
     l, i = poles[:, None], every[None, :]
     sums = l / (1 - l) - l * i / (1 - l * i)
     found = (residues / gains)[:, None] * l**-beyond * weights * i**-beyond * sums

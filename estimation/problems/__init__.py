@@ -38,3 +38,4 @@ from .visibility import check_identifiable as check_identifiable
 from .visibility import check_time_known as check_time_known
 from .visibility import check_visible as check_visible
 from .visibility import natural_sizes as natural_sizes
+from .visibility import shown_up_to as shown_up_to

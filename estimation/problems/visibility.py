@@ -180,6 +180,15 @@ def natural_sizes(
     return sizes
 
 
+def shown_up_to(axis: GeneratedAxis, reach: Reach) -> Array:
+    """How large each parameter may have to be to stand out of the noise, and be shown, (p,)."""
+    natural = natural_sizes(axis, reach)
+    with np.errstate(divide="ignore"):
+        by_force = MAX_CANCELLED_FORCE.value * reach.force / reach.columns
+    sizes = [_farthest(p, float(n)) for p, n in zip(axis.axis.parameters, natural, strict=True)]
+    return np.minimum(by_force, sizes)
+
+
 def _unseen(axis: GeneratedAxis, reach: Reach, norms: Array, noise: float) -> dict[str, str]:
     """Parameters that a regression with columns of these norms, (p,), does not show, and why."""
     found: dict[str, str] = {}
