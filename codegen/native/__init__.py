@@ -6,6 +6,5 @@ In: generated C. Out: native functions, or why there are none. Knows nothing of 
 from .errors import NativeUnavailableError as NativeUnavailableError
 from .lanes import LaneLibrary as LaneLibrary
 from .lanes import Thinning as Thinning
-from .lanes import lane_library as lane_library
 from .native import Native as Native
 from .slices import slices as slices

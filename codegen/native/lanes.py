@@ -1,21 +1,14 @@
 """Rows of many lanes of an axis in compiled code."""
 
-import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from threading import local
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.printers import has_known_part, print_c_lanes
 from axisid.support.arrays import Array
-
-from .errors import NativeUnavailableError
-from .library import as_c
-from .library_cache import compiled_library
 
 _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
@@ -58,12 +51,19 @@ class Thinning:
 
 
 class LaneLibrary:
-    """Compiled rows of lanes; arrays are contiguous, (N, L) or (n, columns, L)."""
+    """Compiled rows of lanes; arrays are contiguous, (N, L) or (n, columns, L).
+
+    Parameters
+    ----------
+    call : callable
+        Calls its functions.
+    parameters : int
+    known : bool
+        Whether rows have a part that no parameter scales.
+    """
 
     def __init__(self, call: Any, parameters: int, *, known: bool) -> None:
         self._call, self._columns = call, parameters + known
-        #: Whether rows have a part that no parameter scales.
-        self.known = known
         self._own = local()
 
     def motion(
@@ -194,26 +194,3 @@ def _rows_apart(columns: Array) -> Array:
 
 def _bytes(chosen: NDArray[np.bool_] | None) -> NDArray[np.uint8] | None:
     return None if chosen is None else np.ascontiguousarray(chosen).view(np.uint8)
-
-
-@lru_cache(maxsize=32)
-def lane_library(native: str, parameters: int) -> LaneLibrary | None:
-    """The compiled lanes of an axis with a native text, built if need be; None where they cannot be.
-
-    Parameters
-    ----------
-    native : str
-        Of an axis without recorded signals.
-    parameters : int
-    """
-    text = print_c_lanes(native, parameters)
-    try:
-        path = compiled_library(text, lambda workshop: None)
-        library = ctypes.CDLL(str(path))
-    except (NativeUnavailableError, OSError):
-        return None
-
-    def call(function: str, *arguments: Any) -> None:
-        getattr(library, function)(*map(as_c, arguments))
-
-    return LaneLibrary(call, parameters, known=has_known_part(native))

@@ -27,6 +27,8 @@ class LoadedLibrary:
     ----------
     path : Path
         Loading executes it, so it must come from the cache.
+    having : str
+        A function that it has.
 
     Raises
     ------
@@ -34,14 +36,14 @@ class LoadedLibrary:
         It does not load, or is not the library of an axis.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, having: str = "direct_dynamics_rows") -> None:
         self._library = ctypes.CDLL(str(path))
-        if not hasattr(self._library, "direct_dynamics_rows"):
+        if not hasattr(self._library, having):
             raise OSError(f"{path} is not the library of an axis")
 
     def __call__(self, function: str, *arguments: int | float | NDArray[Any] | None) -> int:
         """Call a function; the interpreter's lock is released."""
-        return int(getattr(self._library, function)(*map(as_c, arguments)))
+        return int(getattr(self._library, function)(*map(_as_c, arguments)))
 
 
 class NativeLibrary:
@@ -233,7 +235,7 @@ def beside(parameters: Array, gains: Array) -> Array:
     return np.concatenate([parameters, np.broadcast_to(gains, shape)], axis=-1)
 
 
-def as_c(argument: int | float | NDArray[Any] | None) -> Any:
+def _as_c(argument: int | float | NDArray[Any] | None) -> Any:
     if isinstance(argument, np.ndarray):
         return ctypes.c_void_p(argument.ctypes.data)
     if isinstance(argument, float):

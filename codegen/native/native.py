@@ -11,14 +11,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from axisid.codegen.printers import has_known_part, print_c_lanes
 from axisid.support.arrays import Array
 
 from .compiler import find_compiler
 from .errors import NativeUnavailableError
+from .lanes import LaneLibrary
+from .lanes_check import check_lanes
 from .library import LoadedLibrary, NativeLibrary
 from .library_cache import build_library, cached_library, compiled_library
 from .self_test import check_library
 from .workshop import Workshop
+
+_MOTION = 4  # what the inverse model takes where no signals are recorded
 
 
 class Native:
@@ -53,6 +58,8 @@ class Native:
         self.refusal = "" if enabled else "it was switched off"
         self._to_warn = enabled
         self._looked = False
+        self._lanes: LaneLibrary | None = None
+        self._looked_for_lanes = False
 
     def library(self) -> NativeLibrary | None:
         """Return the library, compiling it if it is not cached; None where it cannot be had."""
@@ -73,6 +80,29 @@ class Native:
 
     def _load(self, path: Path) -> NativeLibrary:
         return NativeLibrary(LoadedLibrary(path), self._functions, path, self._gains)
+
+    def lanes(self) -> LaneLibrary | None:
+        """Return compiled rows of lanes, made when first needed; None where they cannot be had.
+
+        They are of an axis without recorded signals.
+        """
+        if not self._looked_for_lanes:
+            self._looked_for_lanes = True
+            served = self._functions["idm_regressor"].n_in() == _MOTION
+            if served and self.library() is not None:
+                with contextlib.suppress(NativeUnavailableError, OSError):
+                    self._lanes = self._compiled_lanes()
+        return self._lanes
+
+    def _compiled_lanes(self) -> LaneLibrary:
+        count = self._functions["direct_dynamics"].size1_in("parameters")
+        known = has_known_part(self.text)
+
+        def check(workshop: Workshop) -> None:
+            check_lanes(LaneLibrary(workshop.call, count, known=known), self._functions)
+
+        path = compiled_library(print_c_lanes(self.text, count), check)
+        return LaneLibrary(LoadedLibrary(path, "lanes_measured"), count, known=known)
 
     def compile_afresh(self) -> None:
         """Compile and test the library in a folder of its own, cached or not.

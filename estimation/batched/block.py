@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
-from axisid.codegen.native import LaneLibrary, Thinning, lane_library
+from axisid.codegen.native import LaneLibrary, Thinning
 from axisid.estimation.signals import FilteredRecord, SampledFilter
 from axisid.estimation.thresholds.signals import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array
@@ -75,9 +75,7 @@ class Block:
     @cached_property
     def library(self) -> LaneLibrary | None:
         """Compiled rows; None where there is no compiler, or nothing is decimated."""
-        if self.template.prefilter.decimate == 1 or self.axis.native.library() is None:
-            return None
-        return lane_library(self.axis.native.text, len(self.axis.parameters))
+        return None if self.template.prefilter.decimate == 1 else self.axis.native.lanes()
 
     @cached_property
     def thinning(self) -> Thinning:

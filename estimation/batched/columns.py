@@ -27,8 +27,8 @@ class LaneSignals:
 def measured_columns(axis: GeneratedAxis, s: LaneSignals, delay: float) -> Array:
     """Regressor, known part and force, the force so many samples earlier, (N, p + 2, L)."""
     q, dq, _ = s.motion
-    flat = (np.ravel(each) for each in (s.control, q, dq))
-    force = drive_force(axis, *flat).reshape(q.shape)
+    made = drive_force(axis, np.ravel(s.control), np.ravel(q), np.ravel(dq))
+    force = made.reshape(q.shape)
     if delay:
         force = (1 - delay) * force + delay * earlier(force)
     return np.concatenate([_rows(axis, (*s.motion, np.sign(dq))), force[:, None]], axis=1)

@@ -32,7 +32,7 @@ def lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> LaneDevia
     most = (most_lags(len(scores)) if lags is None else lags) + 2
     lagged = lagged_products(block.library, scores, min(most, len(scores) - 1))
     models = {name: COVARIANCES[name].covariance(lags) for name in names}
-    for lane in np.flatnonzero(fits.well):
+    for lane in map(int, np.flatnonzero(fits.well)):
         n, k = fits.counts[lane], shape[1]
         by_name = {
             "iid": (fits.power[lane] / (n - 1) * np.diagonal(inverse[lane]), n - k),
@@ -43,8 +43,10 @@ def lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> LaneDevia
             found.freedom[name][lane] = freedom
             if name == "hac" and lags is None and np.min(freedom) < FEW_SCORES.value:
                 applied = models[name].applied(_solution(block, fits, inverse[lane], lane))
-                variances, found.freedom[name][lane] = np.diag(applied.matrix), applied.freedom
-            found.deviations[name][lane] = np.sqrt(np.maximum(variances, 0.0))
+                of_few, found.freedom[name][lane] = np.diag(applied.matrix), applied.freedom
+            else:
+                of_few = variances
+            found.deviations[name][lane] = np.sqrt(np.maximum(of_few, 0.0))
     return found
 
 
@@ -65,7 +67,7 @@ def _solution(block: Block, fits: LaneFits, inverse: Array, lane: int) -> Soluti
     return Solution(
         theta=fits.theta[lane],
         residuals=np.ascontiguousarray(fits.residuals[own, lane]),
-        inverse_factor=np.linalg.cholesky(inverse),
+        inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=float),
         influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
         neighbours=Neighbours.of(places, block.template.prefilter.decimate),
     )

@@ -16,7 +16,7 @@ from axisid.support.arrays import Array
 from .block import Block, Chosen
 from .iteration import LaneFits, unexplained
 from .regression import products, solved
-from .workspace import of_lanes
+from .workspace import of_lanes, some_lanes
 
 _MOST = 6  # corrections, as of one record
 
@@ -41,9 +41,11 @@ class _Found:
 def lane_bias(block: Block, fits: LaneFits, deviations: Array) -> LaneBias:
     """The filter's bias of lanes that ended well, for deviations (L, p)."""
     chosen = fits.well & fits.follows
+    if not chosen.any():
+        return LaneBias(bias=np.full_like(fits.theta, np.nan), well=chosen)
     lanes = np.flatnonzero(chosen)
-    seen = (of_lanes(each, lanes) for each in (fits.position, fits.control))
-    first = _quiet(block, fits, *seen, fits.theta, chosen)
+    position, control = (of_lanes(each, lanes) for each in (fits.position, fits.control))
+    first = _quiet(block, fits, position, control, fits.theta, chosen)
     size = _in_deviations(first.bias, deviations)
     bias, well = first.bias.copy(), first.well.copy()
     residuals = first.residuals.copy()
@@ -90,8 +92,12 @@ def _again(block: Block, fits: LaneFits, bias: Array, chosen: Chosen) -> _Found:
     raw, fine = block.simulated(physical[chosen], chosen)
     there = chosen.copy()
     there[np.flatnonzero(chosen)[~fine]] = False
-    seen = (of_lanes(raw[name], np.flatnonzero(fine)) for name in ("position", "control"))
-    return _quiet(block, fits, *seen, physical, there, check=True)
+    if not fine.any():
+        return _Found(np.full_like(bias, np.nan), np.zeros_like(fits.residuals), there)
+    position, control = (
+        of_lanes(raw[name], np.flatnonzero(fine)) for name in ("position", "control")
+    )
+    return _quiet(block, fits, position, control, physical, there, check=True)
 
 
 def _quiet(
@@ -106,8 +112,8 @@ def _quiet(
 ) -> _Found:
     """What the instruments make of loops of chosen lanes, simulated with parameters (L, p)."""
     lanes = np.flatnonzero(chosen)
-    of = (None if each is None else of_lanes(each, lanes) for each in (fits.excluded, fits.rows))
-    rows = block.rows(block.seen(position, control), *of)
+    excluded, there = (some_lanes(each, lanes) for each in (fits.excluded, fits.rows))
+    rows = block.rows(block.seen(position, control), excluded, there)
     found = solved(block.library, rows.left, rows.regressor, of_lanes(fits.instruments, lanes))
     bias, residuals = np.full_like(fits.theta, np.nan), np.zeros_like(fits.residuals)
     bias[chosen], residuals[:, chosen] = found.theta - physical[chosen], found.residuals

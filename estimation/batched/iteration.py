@@ -11,7 +11,7 @@ from axisid.support.arrays import Array
 
 from .block import Block, Chosen, LaneRows
 from .regression import fitted, inverse_products, row_counts, solved
-from .workspace import of_lanes, put_lanes, space
+from .workspace import of_lanes, put_lanes, some_lanes, space
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
 
@@ -70,10 +70,11 @@ def loops_of(
 ) -> Loops:
     """Simulate chosen lanes with parameters (L, p); what others have is of no meaning."""
     raw, fine = block.simulated(physical[chosen], chosen)
-    of = (None if each is None else each[:, chosen] for each in (excluded, rows))
-    Z, intercept = block.simulated_rows(raw, physical[chosen], *of)
+    lanes = np.flatnonzero(chosen)
+    own, there = some_lanes(excluded, lanes), some_lanes(rows, lanes)
+    Z, intercept = block.simulated_rows(raw, physical[chosen], own, there)
     well = np.zeros(len(chosen), dtype=bool)
-    well[np.flatnonzero(chosen)[fine]] = True
+    well[lanes[fine]] = True
     return Loops(
         position=raw["position"],
         control=raw["control"],
@@ -153,8 +154,8 @@ def iterated(
             break
         going = at[~done]
         Z = of_lanes(loops.Z, np.flatnonzero(inside)[~done])
-        rows_of = (of_lanes(each, going) for each in (measured.left, measured.regressor))
-        found = solved(block.library, *rows_of, Z)
+        left, regressor = (of_lanes(e, going) for e in (measured.left, measured.regressor))
+        found = solved(block.library, left, regressor, Z)
         inverse = inverse_products(block.library, Z)
         sigma = found.power / (counts[going] - 1)
         deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))

@@ -54,7 +54,7 @@ def lane_starts(
         return start, np.array([memory is None for memory in found])
     first = control[:START_SAMPLES]
     off = first - _at_rest(axis, reference, position, len(first))
-    return start, ~at_rest_misses(off, below_limit(axis, first), control)
+    return start, np.asarray(~at_rest_misses(off, below_limit(axis, first), control))
 
 
 def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: int) -> Array:

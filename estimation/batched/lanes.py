@@ -50,7 +50,7 @@ class RecordLanes(Exact):
             )
 
     def __len__(self) -> int:
-        return self.position.shape[1]
+        return int(self.position.shape[1])
 
     def record(self, lane: int) -> Record:
         """One lane as a record."""

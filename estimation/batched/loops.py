@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS, LoopSettings, LoopStart
 from axisid.estimation.simulation import (
+    MOST_SUBSTEPS,
     allowed_distance,
     has_constant_substeps,
     has_inertia,
@@ -34,13 +35,19 @@ def simulated_lanes(
 
     The signals are there until the next loops of the thread are simulated.
     """
-    first = np.zeros((0,))
-    well = has_inertia(axis, physical, start.position, first)
-    counts = substeps_at_start(axis, physical, start.position, lanes.period, first)
-    library = axis.native.library()
-    alike = bool(np.all(counts == counts[0])) and counts[0] <= _MOST
-    if library is None or not (has_constant_substeps(axis) and alike and well.all()):
-        return _apart(axis, physical, lanes, start, position_noise)
+    nothing = np.zeros(0)  # of recorded signals
+    well = has_inertia(axis, physical, start.position, nothing)
+    if not well.any():
+        return _nowhere(len(lanes.reference), len(physical)), well
+    # What cannot be simulated repeats a lane that can.
+    physical = np.where(well[:, None], physical, physical[np.argmax(well)])
+    counts = substeps_at_start(axis, physical, start.position, lanes.period, nothing)
+    library, alike = axis.native.library(), bool(np.all(counts == counts[0]))
+    if library is None or not (
+        has_constant_substeps(axis) and alike and counts[0] <= MOST_SUBSTEPS
+    ):
+        signals, fine = _apart(axis, physical, lanes, start, position_noise)
+        return signals, well & fine
     reach = float(np.ptp(lanes.reference))
     away = np.abs(start.position - lanes.reference[0])
     settings = LoopSettings(
@@ -62,10 +69,12 @@ def simulated_lanes(
         into=spaces("loop", len(SIGNALS), *shape),
     )
     signals[_BEFORE] = signals.pop(SIGNALS[-1])
-    return signals, status == 0
+    return signals, well & (status == 0)
 
 
-_MOST = 1024
+def _nowhere(samples: int, lanes: int) -> dict[str, Array]:
+    """Signals of loops that cannot be simulated."""
+    return {name: np.full((samples, lanes), np.nan) for name in _WANTED}
 
 
 def _apart(

@@ -10,10 +10,13 @@ as after one of the last that the forward pass made.
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.native import Thinning
 from axisid.estimation.signals import DECIMATION_PADDING, SampledFilter
 from axisid.support.arrays import Array
+
+Modes = NDArray[np.complex128]
 
 
 def thinning_of(sampled: SampledFilter, samples: int) -> Thinning:
@@ -63,50 +66,43 @@ def thinning_of(sampled: SampledFilter, samples: int) -> Thinning:
     )
 
 
-def _modes(sections: Array) -> tuple[Array, Array, Array, float]:
+def _modes(sections: Array) -> tuple[Modes, Modes, Modes, float]:
     """One pole of each pair, its residue, its gain forward and backward, and what is direct."""
-    half = np.array([np.roots(section[3:]) for section in sections])
-    upper = np.take_along_axis(half, np.argmax(half.imag, axis=1)[:, None], axis=1)[:, 0]
-    poles = np.concatenate([upper, upper.conj()])
+    pairs = np.array([np.roots(section[3:]) for section in sections])
+    poles: Modes = np.where(pairs[:, 0].imag > 0, pairs[:, 0], pairs[:, 1])
+    every = np.concatenate([poles, poles.conj()])
 
-    # Of `k prod(1 - z/x) / prod(1 - z/p)`, z the delay, by the sections' polynomials.
-    def response(delay: Array) -> Array:
-        powers = delay[..., None, None] ** np.arange(3)
-        return np.prod((powers * sections[:, :3]).sum(-1), axis=-1)
+    def numerator(delays: Modes) -> Modes:
+        powers = delays[:, None, None] ** np.arange(3)
+        return np.asarray(np.prod((powers * sections[:, :3]).sum(axis=-1), axis=-1))
 
-    def others(pole: complex, delay: complex) -> complex:
-        return complex(np.prod([1 - p * delay for p in poles if p != pole]))
-
-    def denominator(delay: complex) -> complex:
-        return complex(np.prod(1 - poles * delay))
-
-    residues = np.array([response(np.asarray(1 / p)) / others(p, 1 / p) for p in upper])
-    behind = np.array([response(np.asarray(p)) / denominator(p) for p in upper])
+    others = [np.prod(1 - every[every != pole] / pole) for pole in poles]
+    residues = numerator(np.asarray(1 / poles, dtype=complex)) / np.array(others)
+    behind = numerator(poles) / np.prod(1 - poles[:, None] * every, axis=1)
     first = float(np.prod(sections[:, 0]))
     last = float(np.prod(sections[:, 2] / sections[:, 5]))
-    return upper, residues, residues * behind, first * last
+    return poles, residues, residues * behind, first * last
 
 
-def _ends(poles: Array, residues: Array, gains: Array, beyond: int) -> Array:
+def _ends(poles: Modes, residues: Modes, gains: Modes, beyond: int) -> Array:
     """What modes that run backward start from, by how far the forward ones are from settled.
 
     Both `beyond` samples after the last value, which goes on there.
     """
-    every, weights = (
-        np.concatenate([poles, poles.conj()]),
-        np.concatenate([residues, residues.conj()]),
-    )
-    l, i = poles[:, None], every[None, :]
-    sums = l / (1 - l) - l * i / (1 - l * i)
-    found = (residues / gains)[:, None] * l**-beyond * weights * i**-beyond * sums
-    own, other = found[:, : len(poles)], found[:, len(poles) :]
-    real, imaginary = own + other, 1j * (own - other)  # of the forward modes' parts
+    ahead = np.concatenate([poles, poles.conj()])[None, :]
+    weights = np.concatenate([residues, residues.conj()])
+    own = poles[:, None]
+    sums = own / (1 - own) - own * ahead / (1 - own * ahead)
+    found = (residues / gains)[:, None] * own**-beyond * weights * ahead**-beyond * sums
+    same, other = found[:, : len(poles)], found[:, len(poles) :]
+    real, imaginary = same + other, 1j * (same - other)  # of the forward modes' parts
     matrix = np.empty((2 * len(poles),) * 2)
     matrix[0::2, 0::2], matrix[1::2, 0::2] = real.real, real.imag
     matrix[0::2, 1::2], matrix[1::2, 1::2] = imaginary.real, imaginary.imag
     return matrix
 
 
-def _pairs(values: Array) -> Array:
+def _pairs(values: Modes) -> Array:
     """Real and imaginary parts in turn along the last axis."""
-    return np.stack([values.real, values.imag], axis=-1).reshape(*values.shape[:-1], -1)
+    parts = np.stack([values.real, values.imag], axis=-1)
+    return parts.reshape(*values.shape[:-1], -1)

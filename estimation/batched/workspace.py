@@ -5,11 +5,14 @@ written. So what a thread had for one block serves for its next.
 """
 
 from threading import local
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 _KEPT = local()
 
@@ -28,11 +31,16 @@ def spaces(name: str, count: int, *shape: int) -> tuple[Array, ...]:
     return tuple(space(f"{name} {i}", *shape) for i in range(count))
 
 
-def of_lanes(values: Array, chosen: NDArray[np.intp]) -> Array:
+def of_lanes(values: NDArray[Scalar], chosen: NDArray[np.intp]) -> NDArray[Scalar]:
     """Some lanes, by number, of values (..., L); all of them as they are."""
     if len(chosen) == values.shape[-1]:
         return values
     return np.ascontiguousarray(values[..., chosen])
+
+
+def some_lanes(values: NDArray[Scalar] | None, chosen: NDArray[np.intp]) -> NDArray[Scalar] | None:
+    """The same of values that there may be."""
+    return None if values is None else of_lanes(values, chosen)
 
 
 def put_lanes(values: Array, chosen: NDArray[np.intp], made: Array) -> None:

@@ -237,6 +237,7 @@ class Sections:
 
     @classmethod
     def of(cls, sections: Array) -> "Sections":
+        """Return sections with the state in which they settle."""
         from scipy.signal import sosfilt_zi
 
         return cls(frozen(sections), frozen(sosfilt_zi(sections)))

@@ -20,6 +20,7 @@ from .runaway import allowed_distance as allowed_distance
 from .simulated import Simulation as Simulation
 from .simulated import logged_control as logged_control
 from .simulated import signals_about as signals_about
+from .steps import MOST_SUBSTEPS as MOST_SUBSTEPS
 from .steps import has_constant_substeps as has_constant_substeps
 from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law

@@ -239,7 +239,7 @@ static inline void weighted_rows(enum kind kind, const struct source *s, const s
 
 /* The rows of a block that ends with `last`; beyond the ends of the stretch odd extensions, and
    then what is there last. */
-static inline void block_rows(enum kind kind, const struct source *s, const struct thinning *t,
+static void block_rows(enum kind kind, const struct source *s, const struct thinning *t,
                               ptrdiff_t last, ptrdiff_t first, ptrdiff_t count, int columns,
                               const struct bench *w, ptrdiff_t *at)
 {

@@ -1,0 +1,112 @@
+"""Lanes that are identified side by side are what each record gives alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
+from axisid.codegen import GeneratedAxis
+from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
+from axisid.estimation.batched.block import Block
+from axisid.estimation.simulation import trajectory
+
+TRUTH = np.array([100.2, 236.9, 24.8])
+PERIOD = 1e-3
+KEEP = Prefilter(cutoff=60.0, decimate=10, reversals="keep")
+PUBLISHED = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
+
+
+@pytest.fixture(scope="module")
+def axis() -> GeneratedAxis:
+    return build(load_axis("emps2015"))
+
+
+@pytest.fixture(scope="module")
+def lanes(axis: GeneratedAxis) -> RecordLanes:
+    experiment = axis.axis.experiment
+    assert experiment is not None
+    reference = trajectory(experiment.moves, PERIOD)[:5000].copy()
+    noise = 1e-6 * np.random.default_rng(3).normal(size=(len(reference), 3))
+    sets = np.tile(TRUTH, (3, 1))
+    wanted = ("position", "control")
+    made = simulate_batch(axis, sets, reference, PERIOD, position_noise=noise, wanted=wanted)
+    return RecordLanes(
+        reference=reference,
+        position=made["position"] + noise,
+        control=made["control"],
+        period=PERIOD,
+    )
+
+
+def _agree(found: LaneEstimates, lane: int, alone: Estimate) -> None:
+    sd = np.sqrt(np.diag(alone.covariances["hac"]))
+    np.testing.assert_allclose(found.values[lane], alone.physical, rtol=1e-9)
+    for name, matrix in alone.covariances.items():
+        deviations = np.sqrt(np.diag(matrix))
+        np.testing.assert_allclose(found.deviations[name][lane], deviations, rtol=1e-7)
+        np.testing.assert_allclose(found.freedom[name][lane], alone.freedom[name], rtol=1e-7)
+    bias = np.full(len(sd), np.nan) if alone.filter_bias is None else alone.filter_bias
+    # Of a loop that is simulated anew: where it reverses it magnifies the last digits.
+    np.testing.assert_allclose(found.filter_bias[lane] / sd, bias / sd, atol=1e-5)
+    assert found.iterations[lane] == len(alone.iterates) - 1
+
+
+@pytest.mark.parametrize("prefilter", [None, KEEP, PUBLISHED], ids=["default", "keep", "published"])
+def test_a_lane_is_what_identify_makes_of_its_record(
+    axis: GeneratedAxis, lanes: RecordLanes, prefilter: Prefilter | None
+) -> None:
+    found = identify_lanes(axis, lanes, prefilter=prefilter)
+    assert "side by side" in found.how
+    lane = found.how.index("side by side")
+    _agree(found, lane, identify(axis, lanes.record(lane), prefilter, ["idm-iv"])["idm-iv"])
+
+
+def test_without_a_compiler_lanes_are_the_same(
+    axis: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    monkeypatch.setattr(Block, "library", None)
+    plain = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    assert plain.how == compiled.how == ("side by side",) * 3
+    np.testing.assert_allclose(plain.values, compiled.values, rtol=1e-9)
+    np.testing.assert_allclose(plain.deviations["hac"], compiled.deviations["hac"], rtol=1e-7)
+
+
+def test_a_lane_is_the_same_to_the_last_bit_in_any_company(
+    axis: GeneratedAxis, lanes: RecordLanes
+) -> None:
+    together = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    alone = identify_lanes(axis, lanes.part(slice(2, 3)), prefilter=PUBLISHED)
+    assert np.array_equal(together.values[2:], alone.values)
+    assert np.array_equal(together.deviations["hac"][2:], alone.deviations["hac"])
+    assert np.array_equal(together.filter_bias[2:], alone.filter_bias)
+
+
+def test_what_is_not_served_is_identified_alone(axis: GeneratedAxis, lanes: RecordLanes) -> None:
+    found = identify_lanes(axis, lanes.part(slice(0, 1)), "idm-ls", PUBLISHED)
+    assert found.how == ("alone",)
+    alone = identify(axis, lanes.record(0), PUBLISHED, ["idm-ls"])["idm-ls"]
+    assert np.array_equal(found.values[0], alone.physical)
+
+
+def test_a_lane_that_cannot_be_identified_is_told_and_the_others_are_not_harmed(
+    axis: GeneratedAxis, lanes: RecordLanes
+) -> None:
+    position = lanes.position.copy()
+    position[100, 1] = np.nan
+    found = identify_lanes(axis, replace(lanes, position=position), prefilter=PUBLISHED)
+    assert found.how == ("side by side", "failed", "side by side")
+    assert "position" in found.errors[1]
+    assert np.all(np.isnan(found.values[1]))
+    _agree(found, 2, identify(axis, lanes.record(2), PUBLISHED, ["idm-iv"])["idm-iv"])
+
+
+def test_lanes_of_other_shapes_and_covariances_that_are_none_are_refused(
+    axis: GeneratedAxis, lanes: RecordLanes
+) -> None:
+    with pytest.raises(UsageError) as shapes:
+        replace(lanes, control=lanes.control[:, :2])
+    with pytest.raises(UsageError) as name:
+        identify_lanes(axis, lanes, covariance="hacc")
+    assert (shapes.value.code, name.value.code) == ("lane-shapes", "lane-covariance")
