@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import (
@@ -45,7 +45,6 @@ from axisid.estimation.noise import (
 )
 from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import (
-    DirectForm,
     InverseForm,
     ResidualTests,
     quiet_loops,
@@ -57,6 +56,7 @@ from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
 from .beside import instruments_beside, without_instruments
+from .preferred import preferred_method
 from .records_alike import Alike, Apart, records_alike
 
 
@@ -411,25 +411,3 @@ class Case:
         if Z is None or isinstance(simulated, Missing) or self.preferred.ddm_quantities:
             return None
         return Z, simulated
-
-
-def preferred_method(problem: Problem, estimates: Mapping[str, Estimate]) -> str:
-    """The method that is judged: output error or instruments, else least squares; inverse first.
-
-    Output error where every record's control is the declared law's, on which it rests; where it is
-    not, or that cannot be told, instruments.
-    """
-
-    def preference(method: str, *, by_law: bool = False) -> tuple[bool, bool, bool]:
-        estimate = estimates[method]
-        measured = estimate.loop_rows is None
-        return measured, estimate.by_output_error != by_law, isinstance(estimate.form, DirectForm)
-
-    first = min(estimates, key=preference)
-    believed = min(estimates, key=partial(preference, by_law=True))
-    return believed if believed != first and _laws_hold(problem) else first
-
-
-def _laws_hold(problem: Problem) -> bool:
-    laws = (check_law(data.axis, data.record) for data in problem.data)
-    return all(isinstance(law, LawCheck) and law.passed for law in laws)
