@@ -91,6 +91,7 @@ def test_json_and_csv_hold_every_method_and_parameter(result: Identification) ->
         assert row["unit"] == value.unit == figures["unit"]
 
 
+@pytest.mark.slow
 def test_toml_takes_the_place_of_a_declarations_parameters(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

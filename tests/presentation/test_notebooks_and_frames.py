@@ -73,6 +73,7 @@ def test_what_is_no_library_or_no_table_is_refused(
         result.to_frame("polars")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", ["pandas", "polars"])
 def test_comparison_validation_and_diagnosis_are_dataframes(
     result: Identification, emps2015: GeneratedAxis, twin: Record, library: str

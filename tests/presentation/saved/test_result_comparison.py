@@ -41,6 +41,7 @@ def spoiled(file: Path, folder: Path, change: Callable[[dict[str, Any]], None]) 
     return target
 
 
+@pytest.mark.slow
 def test_differences_are_in_combined_deviations(files: tuple[Path, Path]) -> None:
     a, b = (json.loads(f.read_text()) for f in files)
     result = compare_results(*files)

@@ -99,6 +99,7 @@ def _given(axis: Axis, name: str) -> Axis:
     return _uncertain_gain() if name == "left out" else axis
 
 
+@pytest.mark.slow
 def test_parameters_and_covariances_are_those_that_were_written(pair: Pair) -> None:
     saved, result = pair.saved, pair.result
     assert list(saved) == list(result)
@@ -226,6 +227,7 @@ def test_what_the_prefilter_left_open_is_chosen_anew_for_another_record(
     assert read["idm-ls"].equation_error_percent == live["idm-ls"].equation_error_percent
 
 
+@pytest.mark.slow
 def test_its_own_record_is_known_by_its_samples(pair: Pair) -> None:
     own, other = pair.result.record, twin_record(pair.axis, seed=7)
     again = replace(own, position=own.position.copy())
@@ -290,6 +292,7 @@ def test_it_is_exported_validated_and_compared_as_the_live_result(pair: Pair) ->
     assert compare_results(pair.file, pair.result).differences == both.differences
 
 
+@pytest.mark.slow
 def test_figures_whose_data_the_file_holds_are_drawn(pair: Pair) -> None:
     assert isinstance(pair.saved.plot("autocorrelation"), Figure)
     with refuses("no-saved-rows", says="'force'"):
