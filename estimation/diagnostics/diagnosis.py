@@ -71,7 +71,7 @@ class Diagnosis(Presentable, Exact):
     law : LawCheck or Missing
         The control law against the record, or why it cannot be checked.
     instruments : InstrumentTests or None
-        Of `preferred`; None for least squares.
+        Of `preferred`, or of idm-iv beside it where that is by output error; None without any.
     endogeneity : Endogeneity or Missing
         Of idm-iv; None without it, or where instruments and regressor are too alike to test.
     excitation : tuple of Excitation
@@ -216,9 +216,10 @@ class Case:
 
     @cached_property
     def instruments(self) -> InstrumentTests | None:
-        """Of the judged estimate; None for least squares."""
-        preferred = self.preferred
-        return None if preferred.Z is None else instrument_tests(preferred.X, preferred.Z)
+        """Of the judged estimate, or of idm-iv beside one by output error; None without any."""
+        by_loop = self.preferred.by_output_error
+        of = self.estimates.get("idm-iv") if by_loop else self.preferred
+        return None if of is None or of.Z is None else instrument_tests(of.X, of.Z)
 
     @cached_property
     def strength(self) -> Check | Missing:
@@ -227,8 +228,13 @@ class Case:
 
     @property
     def weak(self) -> bool:
-        """Whether the instruments tell nothing."""
+        """Whether the instruments of the judged estimate tell nothing."""
         return isinstance(self.strength, Check) and self.strength.status == "fail"
+
+    @property
+    def weak_beside(self) -> bool:
+        """Whether instruments tell nothing, of the judged estimate or beside it."""
+        return isinstance(self.strength, Check) and self.strength.status != "pass"
 
     @cached_property
     def endogeneity(self) -> Endogeneity | Missing:
@@ -365,7 +371,7 @@ class Case:
     @cached_property
     def noise_biases(self) -> Mapping[str, Mapping[str, NoiseBias]]:
         """Least squares less instruments; nothing where these are too weak to tell."""
-        if self.weak or isinstance(self.beside, Missing):
+        if self.weak_beside or isinstance(self.beside, Missing):
             return {}
         found = {} if self.beside is None else {self.beside.method: self.beside}
         return noise_biases({**self.estimates, **found})
@@ -376,7 +382,7 @@ class Case:
         iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
         if iv is None or didim is None:
             return None
-        if self.weak:
+        if self.weak_beside:
             return Missing("the instruments are too weak to tell")
         found = second_opinion(iv, didim)
         return found or Missing("the two are not of the same rows")

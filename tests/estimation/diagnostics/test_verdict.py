@@ -23,6 +23,7 @@ NAMES = [
     "least squares against instruments",
     "inverse against direct",
     "self-test",
+    "second opinion",
     "excitation",
     "precision",
     "bounds",

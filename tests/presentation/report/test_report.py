@@ -237,12 +237,12 @@ def test_provenance_has_the_time_the_platform_and_how_deviations_were_found(
 def test_curves_are_those_of_the_result(page: Page, result: Identification) -> None:
     data = page.data
     force = data["plots"][0]["panels"][0]["series"]
-    estimate = result["idm-iv"]
+    estimate = result["didim"]
     measured = next(s for s in force if s["label"] == "measured")
     assert values(measured["y"], data["arrays"]) == pytest.approx(estimate.y, rel=1e-6)
     time = values(measured["x"], data["arrays"])
     assert time == pytest.approx(estimate.rows * estimate.period)
-    error = next(s for s in force if s["label"] == "error, IDM-IV")
+    error = next(s for s in force if s["label"] == "error, DIDIM")
     assert values(error["y"], data["arrays"]) == pytest.approx(estimate.residuals, rel=1e-6)
 
 

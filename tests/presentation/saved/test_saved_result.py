@@ -406,7 +406,7 @@ def _first(content: dict[str, Any]) -> dict[str, Any]:
         (_changed(lambda w: _first(w).update(rows="7")), "expected int, got str at"),
         (_changed(lambda w: _first(w).update(rows=3)), "has 3 rows for 3 parameters"),
         (_changed(lambda w: _first(w).update(method="ols")), "there is no method 'ols'"),
-        (_changed(lambda w: w.update(estimates=[])), "there is no 'idm-iv'"),
+        (_changed(lambda w: w.update(estimates=[])), "there is no 'didim'"),
         (_changed(lambda w: _first(w).update(covariance=[[1.0]])), "are not of its 3 parameters"),
         (_changed(lambda w: _first(w)["curvatures"].pop("M")), "are of other parameters"),
         (_changed(lambda w: w["prefilter"].update(cutoff=-1.0)), "cutoff is -1"),
