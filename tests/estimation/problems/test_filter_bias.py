@@ -164,7 +164,7 @@ def test_what_noise_moves_without_a_reference_is_named() -> None:
 
 
 def test_check_and_notes_name_what_is_moved(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = identify(emps2015, twin, KEPT)
+    result = identify(emps2015, twin, KEPT, ["idm-ls", "idm-iv"])
     (check,) = (c for c in result.verdict if c.name == "filter bias")
     assert check.status == "note"  # 0.1 % of the mass, and the intervals are free of it
     assert "moves M by +0.1" in check.meaning

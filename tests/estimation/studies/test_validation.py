@@ -35,9 +35,10 @@ def test_on_its_own_record_an_estimate_has_its_own_errors(
     result = identify(emps2015, record, Prefilter(hold=hold))  # type: ignore[arg-type]
     for validation in validate(result, record):
         estimate = result[validation.method]
-        assert validation.equation_error_percent == pytest.approx(
-            estimate.equation_error_percent, rel=1e-9
-        )
+        if not estimate.by_output_error:  # whose rows are the loop's
+            assert validation.equation_error_percent == pytest.approx(
+                estimate.equation_error_percent, rel=1e-9
+            )
         assert validation.simulation_error_percent == pytest.approx(
             estimate.simulation_error_percent, rel=1e-9
         )
