@@ -1,6 +1,6 @@
-from .batched import LaneEstimates as LaneEstimates
-from .batched import RecordLanes as RecordLanes
 from .batched import identify_lanes as identify_lanes
+from .batched.rows import LaneEstimates as LaneEstimates
+from .batched.rows import RecordLanes as RecordLanes
 from .checks import Check as Check
 from .diagnostics import Diagnosis as Diagnosis
 from .diagnostics.estimates import Excitation as Excitation

@@ -52,6 +52,7 @@ FLOORS = (
     ("estimation.law_search",),
     ("estimation.streaming",),
     ("estimation.identification",),
+    ("estimation.batched.rows",),
     ("estimation.batched", "estimation.predictions"),
     ("estimation.fitting",),
     ("estimation.studies",),
@@ -98,6 +99,7 @@ TESTED_ELSEWHERE = {
     "control": "modeling.laws",
     "modeling.wording": "modeling.derivation",
     "codegen.thresholds": "estimation.thresholds",
+    "estimation.batched.rows": "estimation.batched",
     "estimation.checks": "estimation.diagnostics",
     "presentation.documents": "presentation.saved",
 }

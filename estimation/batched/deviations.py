@@ -4,15 +4,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from axisid.estimation.batched.rows import (
+    Block,
+    combined,
+    inverse_products,
+    lagged_products,
+)
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.regression import Covariance, Hac, Solution, most_lags
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.regression import FEW_SCORES
 from axisid.support.arrays import Array
 
-from .block import Block
 from .iteration import LaneFits
-from .regression import combined, inverse_products, lagged_products
 
 
 @dataclass(frozen=True, slots=True)

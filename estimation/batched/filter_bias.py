@@ -4,6 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from axisid.estimation.batched.rows import (
+    Block,
+    Chosen,
+    of_lanes,
+    products,
+    solved,
+    some_lanes,
+)
 from axisid.estimation.thresholds.estimates import (
     MAX_FILTER_HOP,
     MAX_SIMULATION_ERROR,
@@ -13,10 +21,7 @@ from axisid.estimation.thresholds.estimates import (
 )
 from axisid.support.arrays import Array
 
-from .block import Block, Chosen
 from .iteration import LaneFits, unexplained
-from .regression import products, solved
-from .workspace import of_lanes, some_lanes
 
 _MOST = 6  # corrections, as of one record
 

@@ -7,15 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from axisid.estimation.batched.rows import (
+    Block,
+    Chosen,
+    LaneRows,
+    measured_columns,
+    solved,
+)
 from axisid.estimation.signals import Information, Prefilter, searches_friction
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array
 
-from .block import Block, Chosen, LaneRows
-from .columns import measured_columns
 from .iteration import LaneFits, Loops, iterated, loops_of, simulated_left, unexplained
-from .regression import solved
 from .served import clearly_shown
 
 

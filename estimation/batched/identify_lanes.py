@@ -8,6 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.batched.rows import (
+    ALONE,
+    FAILED,
+    SIDE_BY_SIDE,
+    Block,
+    LaneEstimates,
+    RecordLanes,
+)
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.identification import identify
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -15,11 +23,9 @@ from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.user_values import is_among, quoted
 
-from .block import Block
 from .deviations import lane_deviations
 from .filter_bias import lane_bias
 from .first_fit import fitted_lanes
-from .lanes import ALONE, FAILED, SIDE_BY_SIDE, LaneEstimates, RecordLanes
 from .served import METHOD, is_served
 
 _BLOCK = 32  # lanes side by side: those that are simulated together

@@ -8,7 +8,7 @@ import pytest
 from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
-from axisid.estimation.batched.block import Block
+from axisid.estimation.batched.rows import Block
 from axisid.estimation.simulation import trajectory
 
 TRUTH = np.array([100.2, 236.9, 24.8])
