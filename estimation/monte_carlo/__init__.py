@@ -17,5 +17,6 @@ from .runs import INTERVALS as INTERVALS
 from .runs import Estimand as Estimand
 from .runs import FailedRun as FailedRun
 from .table import OUTPUT_SUFFIXES as OUTPUT_SUFFIXES
-from .table import read_runs as read_runs
+from .table import check_output as check_output
+from .table import run_columns as run_columns
 from .table import write_runs as write_runs

@@ -146,7 +146,7 @@ class MonteCarlo(Presentable, Exact):
         return np.array(truths, dtype=float)
 
     def _direct_truths(self, method: str, known: Mapping[str, float]) -> dict[str, float]:
-        """True parameters of the direct model; none where those of the inverse one are not known."""
+        """True parameters of the direct model; none where the inverse one's are not known."""
         axis = self.plan.axis
         names = [e.name for e in self.estimands if (e.method, e.kind) == (method, DIRECT)]
         if not names or any(name not in known for name in axis.names):
@@ -252,8 +252,8 @@ class MonteCarlo(Presentable, Exact):
     def estimated(self, method: str) -> Share:
         """How many runs a method gave an estimate in."""
         places = [i for i, each in enumerate(self.estimands) if each.method == method]
-        there = np.isfinite(self.corrected[:, places]).any(axis=1)
-        return Share.of_truths(there)
+        there = np.isfinite(self.corrected[:, places])
+        return Share.of_truths(np.asarray(there.any(axis=1)))
 
     @property
     def judged(self) -> int:
@@ -275,7 +275,7 @@ class MonteCarlo(Presentable, Exact):
     def clean(self) -> Share:
         """How many of the verdicts no check fails in."""
         failing = self._statuses_judged == STATUSES.index("fail")
-        return Share.of_truths(~failing.any(axis=1))
+        return Share.of_truths(np.asarray(~failing.any(axis=1)))
 
     @property
     def lost(self) -> Mapping[str, Mapping[str, int]]:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.estimates import COVARIANCES, Estimate, Value, student_interval
+from axisid.estimation.estimates import COVARIANCES, Value, student_interval
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
@@ -163,9 +163,7 @@ def _identified(
     return (_estimated(plan, record, able) if able else None), refused
 
 
-def _estimated(
-    plan: MonteCarloPlan, record: Record, methods: Sequence[str]
-) -> Identification:
+def _estimated(plan: MonteCarloPlan, record: Record, methods: Sequence[str]) -> Identification:
     """The result by methods, with intervals, which are else found when they are asked for."""
     result = identify(plan.axis, record, plan.prefilter, methods, **plan.settings)
     for method in methods:

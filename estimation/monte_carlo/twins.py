@@ -71,9 +71,7 @@ def _alone(plan: TwinPlan, drawn: Sequence[DrawnNoise]) -> Iterator[Loop]:
             yield own, error.note
 
 
-def _together(
-    plan: TwinPlan, drawn: Sequence[DrawnNoise], threads: int | None
-) -> Iterator[Loop]:
+def _together(plan: TwinPlan, drawn: Sequence[DrawnNoise], threads: int | None) -> Iterator[Loop]:
     samples, resolution = len(plan.reference), plan.experiment.resolution
     own = [_own(plan, each) for each in drawn]
     noise = np.column_stack([each.position(samples) for each in drawn])
@@ -92,9 +90,7 @@ def _together(
         threads=threads,
     )
     time = plan.period * np.arange(samples, dtype=np.float64)
-    recorded = tuple(
-        np.asarray(plan.signals[s.name], dtype=float) for s in plan.axis.axis.signals
-    )
+    recorded = tuple(np.asarray(plan.signals[s.name], dtype=float) for s in plan.axis.axis.signals)
     for lane, each in enumerate(own):
         if lane in batch.failures:
             yield each, Note(batch.failures[lane])
