@@ -55,6 +55,7 @@ FLOORS = (
     ("estimation.predictions",),
     ("estimation.fitting",),
     ("estimation.studies",),
+    ("estimation.monte_carlo",),
     ("presentation.blocks",),
     ("presentation.formulas",),
     ("presentation.html",),
@@ -67,10 +68,12 @@ FLOORS = (
     ("presentation.saved",),
     ("presentation.console",),
     ("presentation.report",),
+    ("presentation.monte_carlo",),
     ("presentation",),
     ("exports",),
     ("paper",),
     ("commands.options",),
+    ("commands.identifying",),
     ("commands",),
 )
 #: Packages that give the names of the rooms in them, when they are asked; nobody below uses them.
@@ -85,6 +88,7 @@ BY_NAME = (
     "presentation",
     "exports",
     "commands.options",
+    "commands.identifying",
     "commands",
 )
 MOST_FILES = 12
@@ -94,6 +98,7 @@ STAGES = ("modeling", "codegen", "estimation")
 NO_ROOMS = ("axes", "axisid", "benchmarks", "faults", "fuzz", "golden", "integration", "strategies")
 #: Rooms without tests of their own, and where they are tested.
 TESTED_ELSEWHERE = {
+    "commands.identifying": "commands",
     "elements": "modeling.declaration",
     "control": "modeling.laws",
     "modeling.wording": "modeling.derivation",

@@ -13,7 +13,10 @@ from .plan import MonteCarloPlan as MonteCarloPlan
 from .result import CheckFigures as CheckFigures
 from .result import EstimandFigures as EstimandFigures
 from .result import MonteCarlo as MonteCarlo
+from .runs import DIRECT as DIRECT
 from .runs import INTERVALS as INTERVALS
+from .runs import MODEL_ERROR as MODEL_ERROR
+from .runs import PARAMETER as PARAMETER
 from .runs import Estimand as Estimand
 from .runs import FailedRun as FailedRun
 from .table import OUTPUT_SUFFIXES as OUTPUT_SUFFIXES

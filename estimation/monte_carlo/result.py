@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.presentable import Presentable
@@ -272,10 +274,10 @@ class MonteCarlo(Presentable, Exact):
         return self.numbers.statuses[self.numbers.judged]
 
     @cached_property
-    def clean(self) -> Share:
-        """How many of the verdicts no check fails in."""
+    def objected(self) -> Share:
+        """How many of the verdicts any check fails in."""
         failing = self._statuses_judged == STATUSES.index("fail")
-        return Share.of_truths(np.asarray(~failing.any(axis=1)))
+        return Share.of_truths(np.asarray(failing.any(axis=1)))
 
     @property
     def lost(self) -> Mapping[str, Mapping[str, int]]:
@@ -288,14 +290,18 @@ class MonteCarlo(Presentable, Exact):
     def normalised(self, place: int, of: str = "") -> Array:
         """Errors of an estimand in stated deviations, of the runs that have both, (r,).
 
+        A deviation is taken so that a normal distribution of it has the 95 % interval that is
+        stated, however many degrees of freedom that has.
+
         Parameters
         ----------
         place : int
             Among the estimands.
         of : str, optional
-            Of `COVARIANCES`; the chosen one by default.
+            Of `INTERVALS`; the chosen one by default.
         """
-        stated = self.deviations(of or self.plan.chosen)[:, place]
+        low, high = self.intervals(of or self.plan.chosen)[:, place].T
+        stated = (high - low) / 2 / float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
         errors = self.corrected[:, place] - self.truths[place]
         there = np.isfinite(errors) & (stated > 0)
         return np.asarray(errors[there] / stated[there])

@@ -27,7 +27,7 @@ from .declare import new, show
 from .export import export
 from .fit import fit
 from .generate import generate
-from .identify import identify
+from .identifying.identify import identify
 from .law import law
 from .paper import paper
 from .sweep import sweep

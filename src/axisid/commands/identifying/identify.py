@@ -31,8 +31,8 @@ from axisid.estimation.choices.covariances import assumptions, covariance_names,
 from axisid.estimation.choices.methods import ROW_LOSSES, is_iteration, method_names
 from axisid.presentation.console import ProgressLine
 
-from .identify_in_blocks import identify_streamed
-from .identify_outputs import put_identification
+from .in_blocks import identify_streamed
+from .outputs import put_identification
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

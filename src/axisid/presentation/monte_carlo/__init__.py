@@ -1,0 +1,10 @@
+"""A Monte-Carlo study as text, figures, plain data and a page.
+
+In: `MonteCarlo`. Out: a document of blocks, plots, what JSON has, a page.
+Knows nothing of how twins are made.
+"""
+
+from .document import monte_carlo_document as monte_carlo_document
+from .plots import PLOTS as PLOTS
+from .plots import monte_carlo_plot as monte_carlo_plot
+from .plots import monte_carlo_plots as monte_carlo_plots

@@ -1,0 +1,201 @@
+"""A study as tables: every estimate's bias, scatter and intervals, and how often each check fails."""
+
+import math
+from collections.abc import Iterable
+
+from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.monte_carlo import (
+    DIRECT,
+    MODEL_ERROR,
+    PARAMETER,
+    CheckFigures,
+    EstimandFigures,
+    Mean,
+    MonteCarlo,
+    Share,
+)
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.presentation.blocks import (
+    Block,
+    Cell,
+    Column,
+    Document,
+    Heading,
+    Paragraph,
+    Quantity,
+    Table,
+    paragraph,
+    text_columns,
+)
+from axisid.support.remedy import Wording, as_arguments
+
+_MOST_REASONS = 5  # that are told of what came to nothing
+_TITLES = {
+    PARAMETER: "Estimates without the filter's own bias",
+    DIRECT: "Parameters of the direct model",
+    "physical": "Declared parameters that follow",
+}
+
+
+def monte_carlo_document(result: MonteCarlo, *, wording: Wording = as_arguments) -> Document:
+    """What was done, the estimates by method, the checks, and what came to nothing."""
+    del wording
+    blocks: list[Block] = [Heading(facts=tuple(study_facts(result).items()))]
+    blocks += estimand_tables(result)
+    blocks += [checks_table(result)] if result.judged else []
+    blocks.append(remarks(result))
+    return tuple(blocks)
+
+
+def study_facts(result: MonteCarlo) -> dict[str, str]:
+    """What was done in each run."""
+    plan, unit = result.plan, result.plan.twin.axis.coordinate.unit
+    noise = plan.noise
+    done = f"{len(result)}" if len(result) == plan.runs else f"{len(result)} of {plan.runs}"
+    experiment = plan.twin.axis.experiment
+    position = noise.position
+    if position is None:
+        position = experiment.position_noise if experiment else 0.0
+    about = [f"position noise {position:g} {unit}"]
+    if noise.resolution is not None:
+        where = ", begun anywhere in a count" if noise.anywhere else ""
+        about.append(f"encoder of {noise.resolution:g} {unit}{where}")
+    drive = plan.twin.axis.drive.unit
+    told = {"velocity": f"{unit}/s", "acceleration": f"{unit}/s^2"}
+    told |= {"control": drive, "disturbance": drive}
+    about += [
+        f"{name} {getattr(noise, name):g} {own}" for name, own in told.items() if getattr(noise, name)
+    ]
+    if noise.correlation_time:
+        about.append(f"correlated over {noise.correlation_time:g} s")
+    return {
+        "axis": plan.axis.axis.name,
+        "twins": f"{done} of {plan.twin.axis.name}, seed {plan.seed}",
+        "noise": ", ".join(about),
+        "model": "the twins' own" if plan.is_right else "another than the twins'",
+        "methods": ", ".join(method.upper() for method in plan.methods),
+        "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {COVARIANCES[plan.chosen].label}",
+    }
+
+
+def estimand_tables(result: MonteCarlo) -> list[Block]:
+    """One table for each kind of parameter."""
+    tables: list[Block] = []
+    for kind, title in _TITLES.items():
+        of_kind = [each for each in result.figures if each.estimand.kind == kind]
+        if of_kind:
+            tables.append(_estimands(result, of_kind, title))
+    return tables
+
+
+def _estimands(result: MonteCarlo, figures: Iterable[EstimandFigures], title: str) -> Table:
+    listed, chosen = list(figures), result.plan.chosen
+    others = [
+        of
+        for of in (*COVARIANCES, MODEL_ERROR)
+        if of != chosen and any(of in each.coverage for each in listed)
+    ]
+    columns = (
+        *text_columns(["method", "", "unit"]),
+        Column("truth"),
+        Column("bias", parts=("error",)),
+        Column("scatter", parts=("error",)),
+        Column("stated"),
+        Column("holds", "%", parts=("95 % interval",)),
+        *(Column(_label(of), "%") for of in others),
+    )
+    beside = ", ".join(map(_label, others))
+    said = f"stated: deviation, {_label(chosen)}. holds: share of its intervals that hold the truth"
+    return Table(
+        columns=columns,
+        rows=tuple(_row(each, chosen, others) for each in listed),
+        labels=2,
+        title=title,
+        said=(f"{said}; beside it that of other deviations: {beside}." if beside else f"{said}.",),
+    )
+
+
+def _label(of: str) -> str:
+    return "model error" if of == MODEL_ERROR else COVARIANCES[of].label
+
+
+def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cell, ...]:
+    estimand = each.estimand
+    return (
+        estimand.method.upper(),
+        estimand.name,
+        estimand.unit,
+        _number(each.truth, 6),
+        mean_cell(each.bias),
+        mean_cell(each.scatter),
+        _number(each.deviations.get(chosen, math.nan), 2),
+        share_cell(each.coverage.get(chosen)),
+        *(share_cell(each.coverage.get(of)).value for of in others),
+    )
+
+
+def _number(value: float, digits: int) -> str:
+    return "-" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def mean_cell(mean: Mean) -> Quantity:
+    """A figure with its Monte-Carlo error."""
+    if math.isnan(mean.value):
+        return Quantity("-", "-")
+    return Quantity(f"{mean.value:.3g}", _number(mean.error, 2))
+
+
+def share_cell(share: Share | None) -> Quantity:
+    """A share in percent with Wilson's interval; a dash of none."""
+    if share is None or not share.of:
+        return Quantity("-", "-")
+    low, high = share.interval
+    return Quantity(f"{100 * share.value:.3g}", f"{100 * low:.3g} to {100 * high:.3g}")
+
+
+def checks_table(result: MonteCarlo) -> Table:
+    """How often each check fails; those that pass in every run are named below."""
+    beyond = [each for each in result.checks if each.passes.count < each.passes.of]
+    silent = [each.name for each in result.checks if each not in beyond]
+    empty = Quantity("", "")
+    return Table(
+        columns=(
+            *text_columns(["check"]),
+            *(Column(head, "%", parts=("95 % interval",)) for head in ("fails", "notes")),
+            Column("not evaluated", "%"),
+        ),
+        rows=(
+            *map(_check_row, beyond),
+            ("any of them", share_cell(result.objected), empty, ""),
+        ),
+        title=f"Checks of {result.judged} verdicts",
+        said=(f"Passed in every run: {', '.join(silent)}.",) if silent else (),
+    )
+
+
+def _check_row(check: CheckFigures) -> tuple[Cell, ...]:
+    fails, notes = map(share_cell, (check.fails, check.notes))
+    return check.name, fails, notes, share_cell(check.missing).value
+
+
+def remarks(result: MonteCarlo) -> Paragraph:
+    """What is beyond the Monte-Carlo error, and what came to nothing."""
+    said = [
+        "bias, scatter: mean error and standard deviation over the runs, with their standard "
+        "errors. Shares have Wilson's 95 % interval."
+    ]
+    off = {
+        f"{each.estimand.method.upper()} {each.estimand.name}": each.coverage[result.plan.chosen]
+        for each in result.figures
+        if result.plan.chosen in each.coverage
+    }
+    if few := [name for name, share in off.items() if share.interval[1] < INTERVAL_LEVEL.value]:
+        said.append(f"Intervals that hold the truth too rarely: {', '.join(few)}.")
+    if many := [name for name, share in off.items() if share.interval[0] > INTERVAL_LEVEL.value]:
+        said.append(f"Intervals that are wider than they need be: {', '.join(many)}.")
+    for of, reasons in result.lost.items():
+        count = sum(reasons.values())
+        listed = list(reasons.items())[:_MOST_REASONS]
+        why = "; ".join(f"{times} times: {reason}" for reason, times in listed)
+        said.append(f"{of} came to nothing in {count} of {len(result)} runs. {why}")
+    return paragraph(*said)
