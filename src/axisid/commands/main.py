@@ -30,6 +30,7 @@ from .generate import generate
 from .identifying.identify import identify
 from .law import law
 from .paper import paper
+from .study import study
 from .sweep import sweep
 
 _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
@@ -49,6 +50,7 @@ _NO_MEMORY = (
         compare,
         compare_results,
         law,
+        study,
         new,
         show,
         generate,

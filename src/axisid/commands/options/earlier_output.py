@@ -25,6 +25,8 @@ _MARKS = {
     "compare": _SCHEMA % b"comparison",
     "fit": _SCHEMA % b"fit",
     "compare-results": _SCHEMA % b"result_comparison",
+    "study": _SCHEMA % b"monte_carlo",
+    "study-runs": rb"axisid\.monte_carlo",
     "report": rb'<meta name="generator" content="axisid ',
     "figure": _FIGURE,
     "export": b"|".join(_EXPORTED),
@@ -41,8 +43,9 @@ def is_earlier(file: Path, kind: str) -> bool:
     file : Path
         A regular file.
     kind : str
-        ``identify``, ``fit``, ``sweep``, ``compare``, ``compare-results``, ``export``,
-        ``generate`` or ``paper``, of the command's own document; ``report`` or ``figure``.
+        ``identify``, ``fit``, ``sweep``, ``compare``, ``compare-results``, ``study``, ``export``,
+        ``generate`` or ``paper``, of the command's own document; ``study-runs``, ``report`` or
+        ``figure``.
 
     Raises
     ------

@@ -64,7 +64,9 @@ def study_facts(result: MonteCarlo) -> dict[str, str]:
     told = {"velocity": f"{unit}/s", "acceleration": f"{unit}/s^2"}
     told |= {"control": drive, "disturbance": drive}
     about += [
-        f"{name} {getattr(noise, name):g} {own}" for name, own in told.items() if getattr(noise, name)
+        f"{name} {getattr(noise, name):g} {own}"
+        for name, own in told.items()
+        if getattr(noise, name)
     ]
     if noise.correlation_time:
         about.append(f"correlated over {noise.correlation_time:g} s")
