@@ -17,6 +17,7 @@ from .runs import DIRECT as DIRECT
 from .runs import INTERVALS as INTERVALS
 from .runs import MODEL_ERROR as MODEL_ERROR
 from .runs import PARAMETER as PARAMETER
+from .runs import PHYSICAL as PHYSICAL
 from .runs import Estimand as Estimand
 from .runs import FailedRun as FailedRun
 from .table import OUTPUT_SUFFIXES as OUTPUT_SUFFIXES

@@ -7,6 +7,7 @@ from typing import TypeAlias
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.errors import EstimationError
 from axisid.support.progress import Progress
@@ -107,14 +108,18 @@ def monte_carlo(
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
     chosen = tuple(dict.fromkeys((methods,) if isinstance(methods, str) else methods))
+    made = twin_of(simulated, truth or {}, None if moves is None else tuple(moves))
+    given = Prefilter() if prefilter is None else prefilter
+    if isinstance(given, Prefilter):  # else the plan refuses it
+        given = given.at_rate_of(twin_plan(made).period)
     plan = MonteCarloPlan(
         axis=generated,
-        twin=twin_of(simulated, truth or {}, None if moves is None else tuple(moves)),
+        twin=made,
         runs=runs,
         seed=seed,
         methods=chosen,
         noise=TwinNoise() if noise is None else noise,
-        prefilter=prefilter,
+        prefilter=given,
         checks=min(checks, runs) if isinstance(checks, int) else checks,
         settings=settings_of(covariance, lags, start, loss),
     )

@@ -32,8 +32,8 @@ class MonteCarloPlan:
     methods : tuple of str
         Of `METHODS`.
     noise : TwinNoise
-    prefilter : Prefilter or None
-        As `identify` takes it.
+    prefilter : Prefilter
+        What it leaves open is chosen for the twins' rate.
     checks : int
         How many runs are judged, from the first on.
     settings : mapping of str to object
@@ -46,7 +46,7 @@ class MonteCarloPlan:
     seed: int
     methods: tuple[str, ...]
     noise: TwinNoise
-    prefilter: Prefilter | None
+    prefilter: Prefilter
     checks: int
     settings: Mapping[str, Any]
 
@@ -58,6 +58,11 @@ class MonteCarloPlan:
             raise UsageError(
                 f"the noise is {quoted(self.noise)}; give a TwinNoise, or leave it out.",
                 code="twin-noise",
+            )
+        if not isinstance(self.prefilter, Prefilter):
+            raise UsageError(
+                f"the prefilter is {quoted(self.prefilter)}; give a Prefilter, or leave it out.",
+                code="monte-carlo-prefilter",
             )
         for method in self.methods:
             if not is_among(method, METHODS):

@@ -5,7 +5,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,10 @@ MODEL_ERROR = "model"
 INTERVALS = (*COVARIANCES, MODEL_ERROR)
 #: Of what is estimated: a parameter as it is identified, one of the direct model, a declared one
 #: that follows.
-PARAMETER, DIRECT, PHYSICAL = "parameter", "direct", "physical"
+Kind: TypeAlias = Literal["parameter", "direct", "physical"]
+PARAMETER: Kind = "parameter"
+DIRECT: Kind = "direct"
+PHYSICAL: Kind = "physical"
 #: How a check may end, by its number in `BlockNumbers.statuses`; -1 where a run has no such check.
 STATUSES = ("pass", "note", "fail", "not evaluated")
 #: What came to nothing for all methods: the simulation, or the verdict.
@@ -51,7 +54,7 @@ class Estimand:
     method: str
     name: str
     unit: str
-    kind: str = PARAMETER
+    kind: Kind = PARAMETER
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

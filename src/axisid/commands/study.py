@@ -1,7 +1,10 @@
 """``axisid study``."""
 
+import shlex
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,7 +57,7 @@ def _noise_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.command(
     cls=Command,
     short_help="Identify many twins: bias, intervals, checks.",
-    epilog="Examples: axisid study emps2015 --runs 1000 --method idm-ls --method idm-iv --jobs 4, or "
+    epilog="Examples: axisid study emps2015 --runs 1000 --method idm-ls --method idm-iv, or "
     "axisid study my_axis.toml --twin worn.toml --checks 200 --report study.html",
 )
 @click.argument("axis", shell_complete=complete_axis)
@@ -269,8 +272,15 @@ class _Outputs:
             written.append(self.output)
         if self.report is not None:
             from axisid.presentation.monte_carlo.page import monte_carlo_page
+            from axisid.support.remedy import as_options
 
-            write_output(self.report, monte_carlo_page(result))
+            page = monte_carlo_page(
+                result,
+                command=shlex.join(["axisid", *sys.argv[1:]]),
+                made=datetime.now().astimezone(),
+                wording=as_options,
+            )
+            write_output(self.report, page)
             written.append(self.report)
         if self.figures is not None:
             from axisid.presentation.drawing import write_figures

@@ -30,7 +30,12 @@ from axisid.presentation.documents import (
 )
 from axisid.presentation.formulas import axis_document
 from axisid.presentation.html import blocks_html
-from axisid.presentation.monte_carlo import PLOTS, monte_carlo_document, monte_carlo_plot
+from axisid.presentation.monte_carlo import (
+    PLOTS,
+    monte_carlo_dict,
+    monte_carlo_document,
+    monte_carlo_plot,
+)
 from axisid.presentation.plots import (
     Plot,
     autocorrelation_plot,
@@ -171,6 +176,7 @@ as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
 as_document.register(StreamedEstimate, stream_dict)
 as_document.register(OutputFit, output_fit_dict)
+as_document.register(MonteCarlo, monte_carlo_dict)
 as_document.register(ResultComparison, ResultComparison.to_dict)
 as_document.register(SavedIdentification, lambda saved: plain(saved.document))
 as_document.register(SavedEstimate, lambda saved: plain(saved.document))

@@ -8,3 +8,4 @@ from .document import monte_carlo_document as monte_carlo_document
 from .plots import PLOTS as PLOTS
 from .plots import monte_carlo_plot as monte_carlo_plot
 from .plots import monte_carlo_plots as monte_carlo_plots
+from .written import monte_carlo_dict as monte_carlo_dict

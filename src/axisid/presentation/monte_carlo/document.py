@@ -1,4 +1,4 @@
-"""A study as tables: every estimate's bias, scatter and intervals, and how often each check fails."""
+"""A study as tables: bias, scatter and intervals of every estimate, and what checks say."""
 
 import math
 from collections.abc import Iterable
@@ -8,6 +8,7 @@ from axisid.estimation.monte_carlo import (
     DIRECT,
     MODEL_ERROR,
     PARAMETER,
+    PHYSICAL,
     CheckFigures,
     EstimandFigures,
     Mean,
@@ -33,7 +34,7 @@ _MOST_REASONS = 5  # that are told of what came to nothing
 _TITLES = {
     PARAMETER: "Estimates without the filter's own bias",
     DIRECT: "Parameters of the direct model",
-    "physical": "Declared parameters that follow",
+    PHYSICAL: "Declared parameters that follow",
 }
 
 
@@ -106,14 +107,11 @@ def _estimands(result: MonteCarlo, figures: Iterable[EstimandFigures], title: st
         Column("holds", "%", parts=("95 % interval",)),
         *(Column(_label(of), "%") for of in others),
     )
-    beside = ", ".join(map(_label, others))
-    said = f"stated: deviation, {_label(chosen)}. holds: share of its intervals that hold the truth"
     return Table(
         columns=columns,
         rows=tuple(_row(each, chosen, others) for each in listed),
         labels=2,
         title=title,
-        said=(f"{said}; beside it that of other deviations: {beside}." if beside else f"{said}.",),
     )
 
 
@@ -156,9 +154,8 @@ def share_cell(share: Share | None) -> Quantity:
 
 
 def checks_table(result: MonteCarlo) -> Table:
-    """How often each check fails; those that pass in every run are named below."""
+    """How often each check fails; of those that do not pass in every run."""
     beyond = [each for each in result.checks if each.passes.count < each.passes.of]
-    silent = [each.name for each in result.checks if each not in beyond]
     empty = Quantity("", "")
     return Table(
         columns=(
@@ -171,7 +168,6 @@ def checks_table(result: MonteCarlo) -> Table:
             ("any of them", share_cell(result.objected), empty, ""),
         ),
         title=f"Checks of {result.judged} verdicts",
-        said=(f"Passed in every run: {', '.join(silent)}.",) if silent else (),
     )
 
 
@@ -184,8 +180,11 @@ def remarks(result: MonteCarlo) -> Paragraph:
     """What is beyond the Monte-Carlo error, and what came to nothing."""
     said = [
         "bias, scatter: mean error and standard deviation over the runs, with their standard "
-        "errors. Shares have Wilson's 95 % interval."
+        f"errors. stated: deviation, {_label(result.plan.chosen)}. holds: share of its intervals "
+        "that hold the truth, with Wilson's 95 % interval; after it that of other deviations."
     ]
+    if silent := [each.name for each in result.checks if each.passes.count == each.passes.of]:
+        said.append(f"Passed in every run: {', '.join(silent)}.")
     off = {
         f"{each.estimand.method.upper()} {each.estimand.name}": each.coverage[result.plan.chosen]
         for each in result.figures
