@@ -13,6 +13,7 @@ from scipy.special import ndtri
 from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds.studies import MIN_BIAS
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.presentable import Presentable
@@ -233,6 +234,25 @@ class MonteCarlo(Presentable, Exact):
             deviations=deviations,
             coverage=coverage,
         )
+
+    @property
+    def biased(self) -> tuple[EstimandFigures, ...]:
+        """Where the mean error is beyond its own standard error."""
+        return tuple(each for each in self.figures if each.bias.distance > MIN_BIAS.value)
+
+    def miscovered(self, *, narrow: bool) -> tuple[EstimandFigures, ...]:
+        """Whose intervals hold the truth too rarely, or else are wider than they need be.
+
+        Both beyond the Monte-Carlo error, under the chosen covariance.
+        """
+        return tuple(each for each in self.figures if self._is_miscovered(each, narrow=narrow))
+
+    def _is_miscovered(self, each: EstimandFigures, *, narrow: bool) -> bool:
+        share = each.coverage.get(self.plan.chosen)
+        if share is None:
+            return False
+        low, high = share.interval
+        return high < INTERVAL_LEVEL.value if narrow else low > INTERVAL_LEVEL.value
 
     def of(self, method: str, name: str) -> EstimandFigures:
         """The figures of a parameter by a method.

@@ -1,7 +1,7 @@
 """A study as tables: bias, scatter and intervals of every estimate, and what checks say."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.monte_carlo import (
@@ -16,6 +16,7 @@ from axisid.estimation.monte_carlo import (
     Share,
 )
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds.studies import MIN_BIAS
 from axisid.presentation.blocks import (
     Block,
     Cell,
@@ -44,8 +45,7 @@ def monte_carlo_document(result: MonteCarlo, *, wording: Wording = as_arguments)
     blocks: list[Block] = [Heading(facts=tuple(study_facts(result).items()))]
     blocks += estimand_tables(result)
     blocks += [checks_table(result)] if result.judged else []
-    blocks.append(remarks(result))
-    return tuple(blocks)
+    return *blocks, legend(result), findings(result)
 
 
 def study_facts(result: MonteCarlo) -> dict[str, str]:
@@ -73,7 +73,7 @@ def study_facts(result: MonteCarlo) -> dict[str, str]:
         about.append(f"correlated over {noise.correlation_time:g} s")
     return {
         "axis": plan.axis.axis.name,
-        "twins": f"{done} of {plan.twin.axis.name}, seed {plan.seed}",
+        "twins": f"{done} twins of {plan.twin.axis.name}, seed {plan.seed}",
         "noise": ", ".join(about),
         "model": "the twins' own" if plan.is_right else "another than the twins'",
         "methods": ", ".join(method.upper() for method in plan.methods),
@@ -104,7 +104,8 @@ def _estimands(result: MonteCarlo, figures: Iterable[EstimandFigures], title: st
         Column("bias", parts=("error",)),
         Column("scatter", parts=("error",)),
         Column("stated"),
-        Column("holds", "%", parts=("95 % interval",)),
+        Column("holds", "%", group="holds"),
+        Column("95 % interval", "%", group="holds"),
         *(Column(_label(of), "%") for of in others),
     )
     return Table(
@@ -129,8 +130,8 @@ def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cel
         mean_cell(each.bias),
         mean_cell(each.scatter),
         _number(each.deviations.get(chosen, math.nan), 2),
-        share_cell(each.coverage.get(chosen)),
-        *(share_cell(each.coverage.get(of)).value for of in others),
+        *share_texts(each.coverage.get(chosen)),
+        *(share_texts(each.coverage.get(of))[0] for of in others),
     )
 
 
@@ -145,39 +146,37 @@ def mean_cell(mean: Mean) -> Quantity:
     return Quantity(f"{mean.value:.3g}", _number(mean.error, 2))
 
 
-def share_cell(share: Share | None) -> Quantity:
-    """A share in percent with Wilson's interval; a dash of none."""
+def share_texts(share: Share | None) -> tuple[str, str]:
+    """A share in percent, and Wilson's interval; dashes of none."""
     if share is None or not share.of:
-        return Quantity("-", "-")
+        return "-", "-"
     low, high = share.interval
-    return Quantity(f"{100 * share.value:.3g}", f"{100 * low:.3g} to {100 * high:.3g}")
+    return f"{100 * share.value:.3g}", f"{100 * low:.3g} to {100 * high:.3g}"
 
 
 def checks_table(result: MonteCarlo) -> Table:
     """How often each check fails; of those that do not pass in every run."""
     beyond = [each for each in result.checks if each.passes.count < each.passes.of]
-    empty = Quantity("", "")
+    shares = [
+        Column(head, "%", group=group)
+        for group in ("fails", "notes")
+        for head in (group, "95 % interval")
+    ]
+    total = ("any of them", *share_texts(result.objected), "", "", "")
     return Table(
-        columns=(
-            *text_columns(["check"]),
-            *(Column(head, "%", parts=("95 % interval",)) for head in ("fails", "notes")),
-            Column("not evaluated", "%"),
-        ),
-        rows=(
-            *map(_check_row, beyond),
-            ("any of them", share_cell(result.objected), empty, ""),
-        ),
+        columns=(*text_columns(["check"]), *shares, Column("not evaluated", "%")),
+        rows=(*map(_check_row, beyond), total),
         title=f"Checks of {result.judged} verdicts",
     )
 
 
 def _check_row(check: CheckFigures) -> tuple[Cell, ...]:
-    fails, notes = map(share_cell, (check.fails, check.notes))
-    return check.name, fails, notes, share_cell(check.missing).value
+    fails, notes = share_texts(check.fails), share_texts(check.notes)
+    return check.name, *fails, *notes, share_texts(check.missing)[0]
 
 
-def remarks(result: MonteCarlo) -> Paragraph:
-    """What is beyond the Monte-Carlo error, and what came to nothing."""
+def legend(result: MonteCarlo) -> Paragraph:
+    """What the columns are."""
     said = [
         "bias, scatter: mean error and standard deviation over the runs, with their standard "
         f"errors. stated: deviation, {_label(result.plan.chosen)}. holds: share of its intervals "
@@ -185,18 +184,42 @@ def remarks(result: MonteCarlo) -> Paragraph:
     ]
     if silent := [each.name for each in result.checks if each.passes.count == each.passes.of]:
         said.append(f"Passed in every run: {', '.join(silent)}.")
-    off = {
-        f"{each.estimand.method.upper()} {each.estimand.name}": each.coverage[result.plan.chosen]
-        for each in result.figures
-        if result.plan.chosen in each.coverage
-    }
-    if few := [name for name, share in off.items() if share.interval[1] < INTERVAL_LEVEL.value]:
-        said.append(f"Intervals that hold the truth too rarely: {', '.join(few)}.")
-    if many := [name for name, share in off.items() if share.interval[0] > INTERVAL_LEVEL.value]:
-        said.append(f"Intervals that are wider than they need be: {', '.join(many)}.")
+    return paragraph(*said)
+
+
+def findings(result: MonteCarlo) -> Paragraph:
+    """What is beyond the Monte-Carlo error, and what came to nothing."""
+    said = []
+    few, many = (result.miscovered(narrow=narrow) for narrow in (True, False))
+    if few:
+        said.append(f"Intervals that hold the truth too rarely: {_listed(few)}.")
+    if many:
+        said.append(f"Intervals that are wider than they need be: {_listed(many)}.")
+    if not few and not many and any(each.coverage for each in result.figures):
+        said.append(
+            "Every interval holds the truth as often as it says, within the Monte-Carlo error."
+        )
+    if result.biased:
+        said.append(
+            f"Bias beyond {MIN_BIAS.value:g} of its standard errors: {_listed(result.biased)}."
+        )
+    if result.judged:
+        share, interval = share_texts(result.objected)
+        said.append(
+            f"A check fails in {share} % ({interval} %) of {result.judged} verdicts "
+            f"{'on the right model' if result.plan.is_right else 'on a wrong model'}."
+        )
+    return paragraph(*said, *_lost(result))
+
+
+def _listed(figures: Iterable[EstimandFigures]) -> str:
+    return ", ".join(f"{each.estimand.method.upper()} {each.estimand.name}" for each in figures)
+
+
+def _lost(result: MonteCarlo) -> Iterator[str]:
+    """What came to nothing, with the reasons that occur most."""
     for of, reasons in result.lost.items():
         count = sum(reasons.values())
         listed = list(reasons.items())[:_MOST_REASONS]
-        why = "; ".join(f"{times} times: {reason}" for reason, times in listed)
-        said.append(f"{of} came to nothing in {count} of {len(result)} runs. {why}")
-    return paragraph(*said)
+        why = "; ".join(f"{times} times: {reason.removesuffix('.')}" for reason, times in listed)
+        yield f"{of} came to nothing in {count} of {len(result)} runs. {why}."

@@ -12,7 +12,7 @@ from axisid.presentation.report import Page, figure_html, framed, model_html
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
-from .document import checks_table, estimand_tables, remarks, study_facts
+from .document import checks_table, estimand_tables, findings, legend, study_facts
 from .plots import monte_carlo_plots
 
 
@@ -43,8 +43,9 @@ def monte_carlo_page(
         title=f"{heading}: axisid study",
         heading=f"{heading}: a Monte-Carlo study",
         subheading=f"{facts['twins']}, {facts['noise']}",
-        verdict=f'<section class="verdict">{blocks_html((remarks(result),))}</section>',
-        parameters=blocks_html((*estimand_tables(result), *checks)),
+        verdict='<section class="verdict"><h2>What it shows</h2>'
+        f"{blocks_html((findings(result),))}</section>",
+        parameters=blocks_html((*estimand_tables(result), *checks, legend(result))),
         figures="".join(figure_html(name, plot, wording) for name, plot in plots.items()),
         model=_models(plan.axis.axis, plan.twin.axis, right=plan.is_right),
         provenance=_provenance(facts, command, made),
