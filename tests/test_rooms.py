@@ -11,7 +11,7 @@ import pytest
 #: list. Rooms of one line know nothing of each other.
 FLOORS = (
     ("support",),
-    ("support.files",),
+    ("support.files", "support.jobs"),
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
@@ -69,8 +69,11 @@ FLOORS = (
     ("presentation.report",),
     ("presentation",),
     ("exports",),
+    ("fleets.items",),
+    ("fleets",),
     ("paper",),
     ("commands.options",),
+    ("commands.many",),
     ("commands",),
 )
 #: Packages that give the names of the rooms in them, when they are asked; nobody below uses them.
@@ -79,12 +82,14 @@ FACES = ("", "modeling", "codegen", "estimation")
 BY_NAME = (
     "support",
     "support.files",
+    "support.jobs",
     "codegen.thresholds",
     "estimation.thresholds",
     "estimation.choices",
     "presentation",
     "exports",
     "commands.options",
+    "commands.many",
     "commands",
 )
 MOST_FILES = 12

@@ -17,6 +17,7 @@ from typing import Any, NoReturn, TextIO
 
 import click
 
+from axisid.commands.many.fleet import fleet
 from axisid.commands.options.completion import completion
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import as_options
@@ -48,6 +49,7 @@ _NO_MEMORY = (
         sweep,
         compare,
         compare_results,
+        fleet,
         law,
         new,
         show,
