@@ -11,7 +11,7 @@ import pytest
 #: list. Rooms of one line know nothing of each other.
 FLOORS = (
     ("support",),
-    ("support.files",),
+    ("support.files", "support.jobs"),
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
@@ -71,9 +71,11 @@ FLOORS = (
     ("presentation.monte_carlo",),
     ("presentation",),
     ("exports",),
+    ("fleets.items",),
+    ("fleets",),
     ("paper",),
     ("commands.options",),
-    ("commands.identifying",),
+    ("commands.many",),
     ("commands",),
 )
 #: Packages that give the names of the rooms in them, when they are asked; nobody below uses them.
@@ -82,13 +84,14 @@ FACES = ("", "modeling", "codegen", "estimation")
 BY_NAME = (
     "support",
     "support.files",
+    "support.jobs",
     "codegen.thresholds",
     "estimation.thresholds",
     "estimation.choices",
     "presentation",
     "exports",
     "commands.options",
-    "commands.identifying",
+    "commands.many",
     "commands",
 )
 MOST_FILES = 12
@@ -98,7 +101,6 @@ STAGES = ("modeling", "codegen", "estimation")
 NO_ROOMS = ("axes", "axisid", "benchmarks", "faults", "fuzz", "golden", "integration", "strategies")
 #: Rooms without tests of their own, and where they are tested.
 TESTED_ELSEWHERE = {
-    "commands.identifying": "commands",
     "elements": "modeling.declaration",
     "control": "modeling.laws",
     "modeling.wording": "modeling.derivation",

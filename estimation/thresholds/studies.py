@@ -113,3 +113,15 @@ MIN_BIAS = Threshold(
     "bias",
     "chosen: chance exceeds it in 0.3 % of parameters",
 )
+FLEET_LEVEL = Threshold(
+    0.05,
+    "1",
+    "probability that one or more of the logs of a fleet stand out though all are alike",
+    "convention",
+)
+MIN_LOGS_PER_PARAMETER = Threshold(
+    5,
+    "logs",
+    "logs for each parameter from which the robust scatter of a fleet tells what is usual",
+    "chosen: with fewer, half of them hardly tell a scatter",
+)

@@ -20,6 +20,9 @@ from .estimation.studies import compare as compare
 from .estimation.studies import sweep as sweep
 from .estimation.studies import validate as validate
 from .exports.export import export as export
+from .fleets import Fleet as Fleet
+from .fleets import fleet as fleet
+from .fleets.items import FleetItem as FleetItem
 from .modeling.declaration import Axis as Axis
 from .modeling.declaration import fix as fix
 from .modeling.declaration import lagrange as lagrange

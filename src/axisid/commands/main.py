@@ -17,6 +17,7 @@ from typing import Any, NoReturn, TextIO
 
 import click
 
+from axisid.commands.many.fleet import fleet
 from axisid.commands.options.completion import completion
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import as_options
@@ -27,10 +28,10 @@ from .declare import new, show
 from .export import export
 from .fit import fit
 from .generate import generate
-from .identifying.identify import identify
+from .identify import identify
 from .law import law
+from .many.study import study
 from .paper import paper
-from .study import study
 from .sweep import sweep
 
 _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
@@ -49,6 +50,7 @@ _NO_MEMORY = (
         sweep,
         compare,
         compare_results,
+        fleet,
         law,
         study,
         new,

@@ -7,7 +7,7 @@ import pytest
 
 from axisid.commands.compare import compare
 from axisid.commands.export import export
-from axisid.commands.identifying.identify import identify
+from axisid.commands.identify import identify
 from axisid.estimation.choices.covariances import COVARIANCE_ROWS, covariance_names, takes_lags
 from axisid.estimation.choices.methods import (
     METHOD_ROWS,

@@ -6,6 +6,7 @@ Knows nothing of results and how they are made.
 
 from .base import JsonObject as JsonObject
 from .base import Matrix as Matrix
+from .base import about as about
 from .comparison import WrittenAlone as WrittenAlone
 from .comparison import WrittenCandidate as WrittenCandidate
 from .comparison import WrittenComparison as WrittenComparison
