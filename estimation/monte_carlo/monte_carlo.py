@@ -1,5 +1,6 @@
 """Many twins of an axis, each identified: the public function."""
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import TypeAlias
@@ -16,7 +17,9 @@ from .noise import TwinNoise
 from .plan import MonteCarloPlan, settings_of, twin_of
 from .result import MonteCarlo
 from .runs import joined
-from .spread import Done, Spreading, spread
+from .spread import Done, Spreading
+
+_MOST_REASONS = 3  # that are told where nothing came of any run
 
 #: Takes what is done of a study that something ends early.
 Keep: TypeAlias = Callable[[MonteCarlo], None]
@@ -84,8 +87,7 @@ def monte_carlo(
     progress : callable, optional
         Told how many runs are done.
     keep : callable, optional
-        Called with the runs that are done where something ends the study early: Ctrl-C, or a
-        process that is killed.
+        Called with the runs that are done where something ends the study early, such as Ctrl-C.
 
     Returns
     -------
@@ -98,7 +100,7 @@ def monte_carlo(
     ModelError
         The axis has no twin.
     EstimationError
-        A process ended early.
+        No twin gave an estimate, or something failed that no twin is to blame for.
 
     Notes
     -----
@@ -123,21 +125,23 @@ def monte_carlo(
         checks=min(checks, runs) if isinstance(checks, int) else checks,
         settings=settings_of(covariance, lags, start, loss),
     )
-    return run_plan(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
+    return _run(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
 
 
-def run_plan(
-    plan: MonteCarloPlan,
-    spreading: Spreading,
-    progress: Progress | None = None,
-    keep: Keep | None = None,
+def _run(
+    plan: MonteCarloPlan, spreading: Spreading, progress: Progress | None, keep: Keep | None
 ) -> MonteCarlo:
-    """Run a plan; see `monte_carlo`."""
     done = Done(plan=plan, progress=progress)
     try:
-        spread(done, spreading)
+        with contextlib.closing(spreading.numbers(plan)) as numbers:
+            done.take(numbers)
     except (KeyboardInterrupt, EstimationError):
         if keep is not None and done.blocks:
             keep(MonteCarlo(plan=plan, numbers=joined(done.blocks)))
         raise
-    return MonteCarlo(plan=plan, numbers=joined(done.blocks))
+    found = joined(done.blocks)
+    if not found.estimands:
+        reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in found.failures)
+        listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])
+        raise EstimationError(f"no twin gave an estimate. {listed}.", code="no-twin-identified")
+    return MonteCarlo(plan=plan, numbers=found)

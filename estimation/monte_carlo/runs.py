@@ -230,6 +230,18 @@ def packed(runs: Sequence[_Run]) -> BlockNumbers:
     )
 
 
+def lost_block(start: int, stop: int, reason: str) -> BlockNumbers:
+    """Runs that nobody knows the numbers of, since whoever worked on them was killed."""
+    lost = range(start, stop)
+    failures = [(FailedRun(run=run, of=SIMULATION, reason=reason),) for run in lost]
+    return packed(
+        [
+            _Run(run=run, values={}, checks=None, failures=failed)
+            for run, failed in zip(lost, failures, strict=True)
+        ]
+    )
+
+
 def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:
     """Blocks as one, in the order of the runs, whatever order they were made in."""
     ordered = sorted(blocks, key=lambda block: int(block.runs[0]))

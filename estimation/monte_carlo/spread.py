@@ -1,19 +1,22 @@
 """Blocks of runs one after the other, in processes of this machine, or by any executor."""
 
-import contextlib
-import multiprocessing
-import signal
-from collections.abc import Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
+from collections.abc import Generator, Iterator
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from functools import partial
+from time import monotonic
 
 from axisid.support.errors import EstimationError, UsageError
+from axisid.support.jobs.outcome import Outcome
+from axisid.support.jobs.run import pace, run_jobs
 from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
 from .plan import MonteCarloPlan
-from .runs import BlockNumbers, block_numbers
+from .runs import BlockNumbers, block_numbers, lost_block
+
+Block = tuple[int, int]  # first run and the one after the last
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,18 +46,52 @@ class Spreading:
                 )
         if self.executor is not None and self.jobs > 1:
             raise UsageError(
-                "both jobs and an executor are given; give one of them.", code="monte-carlo-spread"
+                "both jobs and an executor are given; give one of them.", code="monte-carlo-both"
             )
         if self.executor is not None and not isinstance(self.executor, Executor):
             raise UsageError(
                 f"the executor is {quoted(self.executor)}; give one of concurrent.futures, or what "
                 "Dask's Client.get_executor() gives.",
-                code="monte-carlo-spread",
+                code="monte-carlo-executor",
             )
 
-    def blocks(self, runs: int) -> list[tuple[int, int]]:
-        """First run of each block and the one after its last."""
-        return [(start, min(start + self.block, runs)) for start in range(0, runs, self.block)]
+    def numbers(self, plan: MonteCarloPlan) -> Generator[BlockNumbers, None, None]:
+        """The numbers of each block, as they come.
+
+        Raises
+        ------
+        EstimationError
+            Something failed in a worker that no twin is to blame for.
+        """
+        blocks = [
+            (start, min(start + self.block, plan.runs)) for start in range(0, plan.runs, self.block)
+        ]
+        if self.executor is None and min(self.jobs, len(blocks)) == 1:
+            for block in blocks:
+                yield block_numbers(plan, *block)
+            return
+        work = partial(_of_worker, plan)
+        jobs = min(self.jobs, len(blocks))
+        for outcome in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=self.executor):
+            yield _numbers(outcome, blocks[outcome.place])
+
+
+def _of_worker(plan: MonteCarloPlan, block: Block) -> BlockNumbers:
+    # In one thread: there are as many workers as processors can serve.
+    return block_numbers(plan, *block, threads=1)
+
+
+def _numbers(outcome: Outcome[BlockNumbers], block: Block) -> BlockNumbers:
+    """What a worker gave; of one that was killed, which runs are lost."""
+    if outcome.value is not None:
+        return outcome.value
+    reason = "" if outcome.failure is None else outcome.failure.reason
+    if outcome.failure is not None and outcome.failure.kind == "error":
+        raise EstimationError(
+            f"the runs {block[0]} to {block[1] - 1} failed in their worker: {reason}.",
+            code="monte-carlo-worker",
+        )
+    return lost_block(*block, reason)
 
 
 @dataclass(slots=True)
@@ -65,85 +102,21 @@ class Done:
     ----------
     plan : MonteCarloPlan
     progress : Progress or None
-        Told of runs.
+        Told how many runs are done.
     blocks : list of BlockNumbers
         In the order in which they were done.
-    runs : int
-        In them.
     """
 
     plan: MonteCarloPlan
     progress: Progress | None
     blocks: list[BlockNumbers] = field(default_factory=list)
-    runs: int = 0
 
-    def say(self) -> None:
-        """Tell how many runs are done."""
-        if self.progress is not None:
-            self.progress(self.runs, self.plan.runs, f"twins of {self.plan.twin.axis.name}")
-
-    def add(self, block: BlockNumbers) -> None:
-        """Keep a block, and tell of it."""
-        self.blocks.append(block)
-        self.runs += len(block.runs)
-        if self.runs < self.plan.runs:
-            self.say()
-
-
-def spread(done: Done, spreading: Spreading) -> None:
-    """Run every block into `done`, which has what was done before whatever is raised.
-
-    Raises
-    ------
-    EstimationError
-        A process ended before its block.
-    """
-    blocks = spreading.blocks(done.plan.runs)
-    done.say()
-    if spreading.executor is not None:
-        _submitted(done, blocks, spreading.executor)
-    elif spreading.jobs > 1 and len(blocks) > 1:
-        with _processes(min(spreading.jobs, len(blocks))) as pool:
-            _submitted(done, blocks, pool)
-    else:
-        for start, stop in blocks:
-            done.add(block_numbers(done.plan, start, stop))
-
-
-def _submitted(done: Done, blocks: Sequence[tuple[int, int]], executor: Executor) -> None:
-    # One thread of a worker simulates: there are as many workers as processors can serve.
-    futures = [executor.submit(block_numbers, done.plan, *block, threads=1) for block in blocks]
-    try:
-        for future in as_completed(futures):
-            done.add(future.result())
-    except BrokenExecutor as error:
-        raise EstimationError(
-            f"a process that ran twins has ended, killed or out of memory; {done.runs} of "
-            f"{done.plan.runs} runs are done. Use fewer jobs, or smaller blocks.",
-            code="monte-carlo-worker",
-        ) from error
-    finally:
-        for future in futures:
-            future.cancel()
-
-
-@contextlib.contextmanager
-def _processes(jobs: int) -> Iterator[Executor]:
-    """A pool of new processes, which are ended at once where anything is raised."""
-    before = {*multiprocessing.active_children()}
-    pool = ProcessPoolExecutor(
-        jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts
-    )
-    try:
-        yield pool
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for child in {*multiprocessing.active_children()} - before:
-            child.terminate()
-        raise
-    pool.shutdown()
-
-
-def _leave_interrupts() -> None:
-    """Ctrl-C goes to every process of a terminal; the one that started the others ends them."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    def take(self, numbers: Iterator[BlockNumbers]) -> None:
+        """Take blocks as they come, and tell of them."""
+        begin, done, total = monotonic(), 0, self.plan.runs
+        named = f"twins of {self.plan.twin.axis.name}"
+        for block in numbers:
+            self.blocks.append(block)
+            done += len(block.runs)
+            if self.progress is not None and done < total:
+                self.progress(done, total, f"{named}, {pace(done, total, monotonic() - begin)}")
