@@ -271,7 +271,7 @@ class _Outputs:
             write_runs(result, self.output)
             written.append(self.output)
         if self.report is not None:
-            from axisid.presentation.monte_carlo.page import monte_carlo_page
+            from axisid.presentation.monte_carlo import monte_carlo_page
             from axisid.support.remedy import as_options
 
             page = monte_carlo_page(

@@ -5,6 +5,7 @@ Knows nothing of how twins are made.
 """
 
 from .document import monte_carlo_document as monte_carlo_document
+from .page import monte_carlo_page as monte_carlo_page
 from .plots import PLOTS as PLOTS
 from .plots import monte_carlo_plot as monte_carlo_plot
 from .plots import monte_carlo_plots as monte_carlo_plots
