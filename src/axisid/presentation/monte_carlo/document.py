@@ -81,13 +81,15 @@ def study_facts(result: MonteCarlo) -> dict[str, str]:
     }
 
 
-def estimand_tables(result: MonteCarlo) -> list[Block]:
-    """One table for each kind of parameter."""
+def estimand_tables(result: MonteCarlo, of: str = "") -> list[Block]:
+    """One table for each kind of parameter; `of` is what their titles begin with."""
+    lead = f"{of}: " if of else ""
     tables: list[Block] = []
     for kind, title in _TITLES.items():
         of_kind = [each for each in result.figures if each.estimand.kind == kind]
         if of_kind:
-            tables.append(_estimands(result, of_kind, title))
+            said = f"{lead}{title[0].lower()}{title[1:]}" if lead else title
+            tables.append(_estimands(result, of_kind, said))
     return tables
 
 
