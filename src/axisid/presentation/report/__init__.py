@@ -3,4 +3,8 @@
 In: an identification. Out: a page. Knows nothing of how statistics are computed.
 """
 
+from .frame import Page as Page
+from .frame import figure_html as figure_html
+from .frame import framed as framed
+from .model import model_html as model_html
 from .outputs import Outputs as Outputs
