@@ -5,3 +5,4 @@ as `identify` has them. Knows nothing of diagnoses and documents.
 """
 
 from .identify_lanes import identify_lanes as identify_lanes
+from .served import is_served as is_served

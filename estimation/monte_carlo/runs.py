@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.batched.rows import LaneEstimates
 from axisid.estimation.estimates import COVARIANCES, Value, student_interval
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record
@@ -17,6 +18,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import Note, as_arguments
 
+from .lanes import LaneRuns, identified_lanes, runs_in_lanes
 from .plan import MonteCarloPlan
 from .twins import twins
 
@@ -124,8 +126,39 @@ def block_numbers(
     threads : int, optional
         Of the simulation, as `simulate_batch` takes it; the numbers are the same for any.
     """
-    made = twins(plan, range(start, stop), threads)
-    return packed([_run(plan, run, record) for run, record in made])
+    side_by_side = runs_in_lanes(plan, start, stop)
+    alone = range(start, side_by_side.start)
+    runs = [_run(plan, run, record) for run, record in twins(plan, alone, threads)] if alone else []
+    if side_by_side:
+        runs += _lane_runs(plan, identified_lanes(plan, side_by_side, threads))
+    return packed(runs)
+
+
+def _lane_runs(plan: MonteCarloPlan, lanes: LaneRuns) -> Iterator[_Run]:
+    """Runs that were identified side by side."""
+    (method,), found = plan.methods, lanes.estimates
+    for lane, run in enumerate(lanes.runs):
+        of, reason = SIMULATION, lanes.unsimulated.get(lane, "")
+        if not reason:
+            of, reason = method, found.errors.get(lane, "")
+        failed = (FailedRun(run=run, of=of, reason=reason),) if reason else ()
+        values = {} if reason else dict(_lane_values(plan, method, found, lane))
+        yield _Run(run=run, values=values, checks=None, failures=failed)
+
+
+def _lane_values(
+    plan: MonteCarloPlan, method: str, found: LaneEstimates, lane: int
+) -> Iterator[tuple[Estimand, Array]]:
+    for i, quantity in enumerate(plan.axis.parameters):
+        numbers = np.full(2 + 3 * len(INTERVALS), np.nan)
+        value, bias = float(found.values[lane, i]), float(found.filter_bias[lane, i])
+        corrected = value if np.isnan(bias) else value - bias
+        numbers[:2] = value, corrected
+        for j, of in enumerate(COVARIANCES):
+            deviation = float(found.deviations[of][lane, i])
+            interval = student_interval(corrected, deviation, float(found.freedom[of][lane, i]))
+            numbers[2 + 3 * j : 5 + 3 * j] = deviation, *interval
+        yield Estimand(method, quantity.name, quantity.unit), numbers
 
 
 def _run(plan: MonteCarloPlan, run: int, record: Record | Note) -> _Run:

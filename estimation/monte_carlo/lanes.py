@@ -1,0 +1,113 @@
+"""Twins that are identified side by side: of an axis and a noise that lanes serve."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.estimation.batched import identify_lanes, is_served
+from axisid.estimation.batched.rows import LaneEstimates, RecordLanes
+from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
+from axisid.estimation.simulation import TwinPlan, simulate_batch, twin_plan
+from axisid.support.arrays import Array
+
+from .noise import DrawnNoise, TwinNoise, resolution_of
+from .plan import MonteCarloPlan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneRuns:
+    """What lanes give of runs.
+
+    Attributes
+    ----------
+    runs : range
+    estimates : LaneEstimates
+        A lane for each run.
+    unsimulated : mapping of int to str
+        Why, of lanes whose twin could not be simulated.
+    """
+
+    runs: range
+    estimates: LaneEstimates
+    unsimulated: Mapping[int, str]
+
+
+def runs_in_lanes(plan: MonteCarloPlan, start: int, stop: int) -> range:
+    """Which of the runs from `start` to before `stop` go side by side: none, or those not judged.
+
+    Whether a run does depends on the plan and on its number alone.
+    """
+    return range(max(start, plan.checks), stop) if _are_lanes(plan) else range(stop, stop)
+
+
+def identified_lanes(plan: MonteCarloPlan, runs: range, threads: int | None) -> LaneRuns:
+    """Simulate and identify runs side by side."""
+    made = twin_plan(plan.twin)
+    drawn = [DrawnNoise(noise=plan.noise, plan=made, seed=plan.seed, run=run) for run in runs]
+    lanes, unsimulated = _simulated(made, drawn, threads)
+    estimates = identify_lanes(
+        plan.axis,
+        lanes,
+        plan.methods[0],
+        plan.prefilter,
+        covariance=plan.chosen,
+        lags=plan.settings["lags"],
+    )
+    return LaneRuns(runs=runs, estimates=estimates, unsimulated=unsimulated)
+
+
+def _are_lanes(plan: MonteCarloPlan) -> bool:
+    made, settings = twin_plan(plan.twin), plan.settings
+    declared = plan.axis.declared.parameters
+    lanes = RecordLanes(
+        reference=made.reference[:2],
+        position=np.zeros((2, 1)),
+        control=np.zeros((2, 1)),
+        period=made.period,
+        resolution=resolution_of(plan.noise, made),
+    )
+    return (
+        len(plan.methods) == 1
+        and (settings["start"], settings["loss"]) == (STARTS[0], ROW_LOSSES[0])
+        and plan.axis.names == tuple(p.name for p in declared)
+        and made.clocks is None
+        and not (made.added or made.signals or made.axis.axis.signals)
+        and made.injected is None
+        and made.axis.axis.response is None
+        and not made.axis.axis.drive.logs_what_acts
+        and _is_of_position(plan.noise)
+        and is_served(plan.axis, lanes, plan.methods[0], {})
+    )
+
+
+def _is_of_position(noise: TwinNoise) -> bool:
+    """Whether twins differ by the noise of their position, and of their recorded control, alone."""
+    beside = noise.velocity is not None or noise.acceleration is not None
+    return not (beside or noise.disturbance or noise.anywhere)
+
+
+def _simulated(
+    plan: TwinPlan, drawn: list[DrawnNoise], threads: int | None
+) -> tuple[RecordLanes, dict[int, str]]:
+    """The records of twins as lanes, and why there is none of some."""
+    samples = len(plan.reference)
+    noise: Array = np.column_stack([each.position(samples) for each in drawn])
+    batch = simulate_batch(
+        plan.axis,
+        np.tile(plan.truth, (len(drawn), 1)),
+        plan.reference,
+        plan.period,
+        position_noise=noise,
+        wanted=("position", "control"),
+        threads=threads,
+    )
+    noise += batch["position"]
+    control = batch["control"]
+    for lane, each in enumerate(drawn):
+        if (added := each.control) is not None:
+            control[:, lane] += added
+    lanes = RecordLanes(
+        reference=plan.reference, position=noise, control=control, period=plan.period
+    )
+    return lanes, batch.failures
