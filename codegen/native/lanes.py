@@ -88,7 +88,7 @@ class LaneLibrary:
             padding,
             float(period),
             *into,
-            self._aligned((samples + 2 * padding) * _WIDE),
+            self._memory((samples + 2 * padding) * _WIDE),
         )
 
     def measured(
@@ -177,14 +177,14 @@ class LaneLibrary:
         columns, groups = self._columns + 1, -(-lanes // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
         states = _STRETCH + groups * (-(-blocks // _STRETCH) + 1)
-        return self._aligned((blocked + columns * states * _STATES) * _WIDE)
+        return self._memory((blocked + columns * states * _STATES) * _WIDE)
 
-    def _aligned(self, size: int) -> Array:
-        """Floats that begin where a vector register may be loaded from; each thread has its own."""
-        raw = getattr(self._own, "raw", None)
-        if raw is None or len(raw) < size + _WIDE:
-            raw = self._own.raw = np.empty(size + _WIDE)
-        return np.asarray(raw[-(raw.ctypes.data // 8) % _WIDE :][:size])
+    def _memory(self, size: int) -> Array:
+        """Floats to work in, and as many to spare as a register has; each thread has its own."""
+        kept: Array | None = getattr(self._own, "memory", None)
+        if kept is None or len(kept) < size + _WIDE:
+            kept = self._own.memory = np.empty(size + _WIDE)
+        return kept
 
 
 def _rows_apart(columns: Array) -> Array:

@@ -3,7 +3,7 @@
 import re
 from importlib import resources
 
-_HEADERS = "#include <math.h>\n#include <stddef.h>\n#include <string.h>\n"
+_HEADERS = "#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n"
 
 
 def print_c_lanes(native: str, parameters: int) -> str:

@@ -6,6 +6,13 @@
 enum { WIDE = 8, COLUMNS = PARAMETERS + KNOWN + 1, MOST_SECTIONS = 5 };
 typedef double wide __attribute__((vector_size(8 * WIDE)));
 
+/* Where registers may be loaded from, in memory that has WIDE values to spare. */
+static inline double *aligned(double *memory)
+{
+    const uintptr_t size = sizeof(wide);
+    return (double *)(((uintptr_t)memory + size - 1) / size * size);
+}
+
 static inline wide load(const double *values, ptrdiff_t count)
 {
     wide found;
@@ -63,21 +70,21 @@ static void without_phase(wide *values, ptrdiff_t count, int sections, const dou
 }
 
 /* Positions through the low-pass, forward and backward with odd extensions, and their central
-   differences; `buffer` holds samples + 2 padding vectors, aligned. */
+   differences; `buffer` holds samples + 2 padding + 1 vectors. */
 void lanes_motion(ptrdiff_t samples, ptrdiff_t lanes, const double *position, ptrdiff_t sections,
                   const double *taps, const double *settled, ptrdiff_t padding, double period,
                   double *q, double *dq, double *ddq, double *buffer)
 {
     for (ptrdiff_t first = 0; first < lanes; first += WIDE) {
         const ptrdiff_t count = lanes - first;
-        wide *x = (wide *)buffer + padding;
+        wide *x = (wide *)aligned(buffer) + padding;
         for (ptrdiff_t k = 0; k < samples; ++k)
             x[k] = load(position + k * lanes + first, count);
         for (ptrdiff_t k = 1; k <= padding; ++k) {
             x[-k] = 2 * x[0] - x[k];
             x[samples - 1 + k] = 2 * x[samples - 1] - x[samples - 1 - k];
         }
-        without_phase((wide *)buffer, samples + 2 * padding, (int)sections, taps, settled);
+        without_phase(x - padding, samples + 2 * padding, (int)sections, taps, settled);
         const double twice = 2 * period;
         wide before = (x[1] - x[0]) / period, now = before, after = now;
         for (ptrdiff_t k = 0; k < samples; ++k) {
@@ -357,14 +364,15 @@ static inline void go_back(const int columns, const struct source *s, const stru
     }
 }
 
-/* Columns of lanes, filtered and thinned, (rows, columns, lanes). `work` is aligned, and holds
-   WIDE times (STREAMS + 2 COLUMNS + 1) blocks, and of a column of WIDE lanes STATES for each of
+/* Columns of lanes, filtered and thinned, (rows, columns, lanes). `work` holds WIDE times
+   (STREAMS + 2 COLUMNS + 1) blocks and one value, and of a column of WIDE lanes STATES for each of
    STRETCH blocks, for each stretch of so many, and twice more. Memory is read once, as it lies:
    what runs backward is worked out within a stretch, and what of it goes further is kept. */
 static inline void thin(enum kind kind, const int columns, const struct source *s,
                         const struct thinning *t, double *out, double *work)
 {
     const ptrdiff_t every = t->every, groups = (s->lanes + WIDE - 1) / WIDE;
+    work = aligned(work);
     struct bench w = {.values = (wide *)(work + STREAMS * every * WIDE)};
     w.others = w.values + COLUMNS * every;
     ptrdiff_t *at = (ptrdiff_t *)(w.others + COLUMNS * every);

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from axisid.codegen.artefacts import build
-from axisid.estimation.choices.methods import default_methods
+from axisid.estimation.choices.methods import method_names
 from axisid.estimation.monte_carlo import MonteCarlo, monte_carlo
 from axisid.modeling.text import load_axis
 from axisid.presentation.blocks import Document, plain_text
@@ -50,7 +50,7 @@ def run_distributions(
         name: monte_carlo(
             axis,
             runs,
-            default_methods(),
+            method_names(),
             prefilter=prefilter,
             start="nominal",
             seed=seed,

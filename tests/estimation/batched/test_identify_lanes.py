@@ -65,6 +65,7 @@ def test_a_lane_is_what_identify_makes_of_its_record(
 def test_without_a_compiler_lanes_are_the_same(
     axis: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    assert axis.native.lanes() is not None
     compiled = identify_lanes(axis, lanes, prefilter=PUBLISHED)
     monkeypatch.setattr(Block, "library", None)
     plain = identify_lanes(axis, lanes, prefilter=PUBLISHED)
