@@ -46,7 +46,7 @@ def lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> LaneDevia
         for name, (variances, freedom) in by_name.items():
             found.freedom[name][lane] = freedom
             if name == "hac" and lags is None and np.min(freedom) < FEW_SCORES.value:
-                applied = models[name].applied(_solution(block, fits, inverse[lane], lane))
+                applied = models[name].applied(lane_solution(block, fits, lane, inverse[lane]))
                 of_few, found.freedom[name][lane] = np.diag(applied.matrix), applied.freedom
             else:
                 of_few = variances
@@ -64,14 +64,19 @@ def _hac(model: Covariance, lagged: Array, rows: int) -> tuple[Array, Array]:
     return variances, np.minimum(found.freedom, rows - k)
 
 
-def _solution(block: Block, fits: LaneFits, inverse: Array, lane: int) -> Solution:
-    """A lane's solution as if it were alone."""
+def lane_solution(
+    block: Block, fits: LaneFits, lane: int, inverse: Array | None = None
+) -> Solution:
+    """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1`` where they are known."""
     own = slice(None) if fits.rows is None else fits.rows[:, lane]
     places = block.template.row_numbers.astype(np.int64)[own]
+    instruments = fits.instruments[own, :, lane]
+    if inverse is None:
+        inverse = np.asarray(np.linalg.inv(instruments.T @ instruments))
     return Solution(
         theta=fits.theta[lane],
         residuals=np.ascontiguousarray(fits.residuals[own, lane]),
-        inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=float),
-        influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
+        inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=np.float64),
+        influence=instruments @ fits.mixing[lane].T,
         neighbours=Neighbours.of(places, block.template.prefilter.decimate),
     )

@@ -12,6 +12,7 @@ from axisid.estimation.batched.rows import (
     solved,
     some_lanes,
 )
+from axisid.estimation.regression import Covariance
 from axisid.estimation.thresholds.estimates import (
     MAX_FILTER_HOP,
     MAX_SIMULATION_ERROR,
@@ -20,17 +21,29 @@ from axisid.estimation.thresholds.estimates import (
     SETTLED_FILTER_BIAS,
 )
 from axisid.support.arrays import Array
+from axisid.support.errors import DataError, EstimationError
 
 from .iteration import LaneFits, unexplained
+from .noisy_loops import NoisyLoops
 
 _MOST = 6  # corrections, as of one record
 
 
 @dataclass(frozen=True, slots=True)
 class LaneBias:
-    """Bias of lanes, (L, p), and of which it is known as of a lane alone."""
+    """What moves the estimates of lanes.
+
+    Attributes
+    ----------
+    bias : (L, p) array
+    hidden : (L, p) array
+        What noise in the loop adds to their variances.
+    well : (L,) array of bool
+        Of which lanes it is as of one alone.
+    """
 
     bias: Array
+    hidden: Array
     well: Chosen
 
 
@@ -43,11 +56,12 @@ class _Found:
     well: Chosen
 
 
-def lane_bias(block: Block, fits: LaneFits, deviations: Array) -> LaneBias:
-    """The filter's bias of lanes that ended well, for deviations (L, p)."""
+def lane_bias(block: Block, fits: LaneFits, deviations: Array, model: Covariance) -> LaneBias:
+    """The filter's bias of lanes that ended well, for deviations (L, p) under a covariance."""
     chosen = fits.well & fits.follows
     if not chosen.any():
-        return LaneBias(bias=np.full_like(fits.theta, np.nan), well=chosen)
+        none = np.full_like(fits.theta, np.nan)
+        return LaneBias(bias=none, hidden=np.zeros_like(none), well=chosen)
     lanes = np.flatnonzero(chosen)
     position, control = (of_lanes(each, lanes) for each in (fits.position, fits.control))
     first = _quiet(block, fits, position, control, fits.theta, chosen)
@@ -79,9 +93,20 @@ def lane_bias(block: Block, fits: LaneFits, deviations: Array) -> LaneBias:
     own, shared = products(block.library, residuals[:, None], both)[:, 0].T
     with np.errstate(all="ignore"):
         share = shared / own
-    # Where the record lacks the error, loops with noise are asked, lane by lane.
-    well &= ~(corrected & (own > 0) & ~(share >= MIN_FILTER_SHARE.value))
-    return LaneBias(bias=bias, well=well & chosen)
+    hidden = np.zeros_like(bias)
+    # Where the record lacks the error, loops with noise are asked.
+    for lane in map(int, np.flatnonzero(well & corrected & ~(share >= MIN_FILTER_SHARE.value))):
+        if not own[lane] > 0:
+            continue
+        at = (first.bias[lane], first.residuals[:, lane]), (bias[lane], residuals[:, lane])
+        try:
+            found = NoisyLoops(block, fits, lane).settled(*at, deviations[lane], model)
+        except (DataError, EstimationError):
+            well[lane] = False
+            continue
+        bias[lane] = np.nan if found.doubt else found.bias
+        hidden[lane] = 0.0 if found.hidden is None else np.diag(found.hidden)
+    return LaneBias(bias=bias, hidden=hidden, well=well & chosen)
 
 
 def _in_deviations(change: Array, deviations: Array) -> Array:

@@ -132,13 +132,17 @@ class _Found:
         """Identify a block side by side; returns which of its lanes went well, (L,)."""
         fits = fitted_lanes(block, asked)
         spread = lane_deviations(block, fits, lags)
-        bias = lane_bias(block, fits, spread.deviations[covariance])
+        model = COVARIANCES[covariance].covariance(lags)
+        bias = lane_bias(block, fits, spread.deviations[covariance], model)
         well = fits.well & bias.well & block.starts[1]
         lanes, made = first + np.flatnonzero(well), self._made
         made.values[lanes], made.filter_bias[lanes] = fits.theta[well], bias.bias[well]
         made.iterations[lanes] = fits.iterations[well]
         for name in COVARIANCES:
-            made.deviations[name][lanes] = spread.deviations[name][well]
+            deviations = spread.deviations[name][well]
+            if COVARIANCES[name].allows_autocorrelation:
+                deviations = np.sqrt(deviations**2 + bias.hidden[well])
+            made.deviations[name][lanes] = deviations
             made.freedom[name][lanes] = spread.freedom[name][well]
         return well
 

@@ -18,6 +18,7 @@ from .filter_bias import noise_free_record as noise_free_record
 from .filter_bias import settled_noise_free as settled_noise_free
 from .filter_bias import slopes_by_gain as slopes_by_gain
 from .following_bias import noise_free_following as noise_free_following
+from .following_bias import white_part as white_part
 from .held import Held as Held
 from .noisy_loop import record_as_measured as record_as_measured
 from .noisy_loop import rows_as_measured as rows_as_measured

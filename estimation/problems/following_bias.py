@@ -126,9 +126,13 @@ def white_noise(record: Record, loops: tuple[Simulation, ...], role: str) -> Arr
 
     Its slow part is the loops': they follow it, or do not quite move as the axis did.
     """
-    apart = getattr(record, role) - np.concatenate([getattr(s, role) for s in loops])
+    return white_part(getattr(record, role) - np.concatenate([getattr(s, role) for s in loops]))
+
+
+def white_part(apart: Array) -> Array:
+    """What of a difference, (N,), is as large as its second differences say that white noise is."""
     apart = apart - apart.mean()
-    size, white = np.std(apart), np.std(np.diff(apart, 2)) / 6**0.5
+    size, white = float(np.std(apart)), float(np.std(np.diff(apart, 2))) / 6**0.5
     return np.asarray(apart * min(1.0, white / size) if size else apart)
 
 

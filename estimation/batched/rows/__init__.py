@@ -13,6 +13,7 @@ from .lanes import FAILED as FAILED
 from .lanes import SIDE_BY_SIDE as SIDE_BY_SIDE
 from .lanes import LaneEstimates as LaneEstimates
 from .lanes import RecordLanes as RecordLanes
+from .loops import simulated_lanes as simulated_lanes
 from .regression import LaneSolutions as LaneSolutions
 from .regression import combined as combined
 from .regression import fitted as fitted
