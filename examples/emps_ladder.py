@@ -1,0 +1,265 @@
+"""Which physical model of the EMPS leaves the least error in open loop, by held-out cycles.
+
+Run it: python examples/emps_ladder.py DATA_EMPS.mat --output FOLDER
+
+The axis gets the recorded control, and its position is compared with the recorded one: no control
+law is simulated. It fits a ladder of models to windows of the public record, scores each on cycles
+that its fit had no part in, and prints the tables of docs/emps_ladder.md; what they are made of
+goes to FOLDER/emps_ladder.json, and what is there is not computed again. A window's first position
+and velocity are fitted on that window itself, of every model alike.
+"""
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from emps_ladder_data import (
+    Data,
+    Model,
+    Split,
+    Windows,
+    halves,
+    leave_one_out,
+    nothing_held,
+    read_data,
+)
+from emps_ladder_limits import PUSH, drifts, two_numbers
+from emps_ladder_tables import (
+    LENGTHS,
+    drifts_table,
+    ladder_table,
+    numbers_table,
+    parameters_table,
+    splits_table,
+    table,
+)
+
+from axisid import AxisidError, Record, fit
+from axisid.estimation import OutputFit, validate_fit
+
+Start = Mapping[str, float] | str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """What a model leaves, fitted to windows of one length.
+
+    Attributes
+    ----------
+    fitted, held : list of float
+        Root mean square on what was fitted and on what was held out, m, by split.
+    values, deviations : list of dict of str to float
+        Parameters by name, by split.
+    """
+
+    fitted: list[float]
+    held: list[float]
+    values: list[dict[str, float]]
+    deviations: list[dict[str, float]]
+
+    @property
+    def error(self) -> float:
+        """Of what was held out, over all splits; of what was fitted where nothing was."""
+        return rms(self.held or self.fitted)
+
+
+Scores = dict[str, Score]
+
+
+def rms(values: Sequence[float]) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def lowest(record: Record, model: Model, horizon: float, starts: Sequence[Start]) -> OutputFit:
+    """The lowest end of searches from several starts."""
+    ends, why = list[OutputFit](), ""
+    for start in starts:
+        try:
+            ends.append(fit(model.axis, record, "open-loop", horizon=horizon, start=start))
+        except AxisidError as error:
+            why = str(error)
+    if not ends:
+        raise SystemExit(f"{model.words}: {why}")
+    return min(ends, key=lambda end: end.error)
+
+
+def scored(
+    data: Data,
+    model: Model,
+    horizon: float,
+    splits: Sequence[Split],
+    starts: Sequence[Sequence[Start]],
+) -> Score:
+    """Fit the parts of each split that are not held out, and score those that are."""
+    found = Score(fitted=[], held=[], values=[], deviations=[])
+    for split, begin in zip(splits, starts, strict=True):
+        end = lowest(data.record(model, split.fitted), model, horizon, begin)
+        found.fitted.append(end.error)
+        found.values.append(dict(zip(end.names, map(float, end.physical), strict=True)))
+        found.deviations.append({name: float(end[name].deviation) for name in end.names})
+        if split.held:
+            found.held.append(held_error(data, model, end, split.held, horizon))
+    return found
+
+
+def held_error(data: Data, model: Model, result: OutputFit, held: Windows, horizon: float) -> float:
+    """Root mean square on parts that a fit is held against, m."""
+    pieces = data.pieces(held, horizon)
+    return rms([validate_fit(result, data.record(model, p), horizon=horizon).error for p in pieces])
+
+
+def rung(data: Data, model: Model, below: Scores | None) -> Scores:
+    """One model at every length of the windows; it starts where the rung below it ended."""
+
+    def starts(name: str, before: Score | None = None) -> list[list[Start]]:
+        ends: list[list[Start]] = [[] for _ in SPLITS[name]()]
+        for source in filter(None, (before, below and below[name])):
+            for k, each in enumerate(ends):
+                each.append(source.values[k])
+        return [each or ["nominal"] for each in ends]
+
+    def at(name: str, begin: list[list[Start]]) -> Score:
+        return scored(data, model, HORIZONS[name], SPLITS[name](), begin)
+
+    found = {"1 s": at("1 s", starts("1 s"))}
+    found["5 s"] = at("5 s", starts("5 s", found["1 s"]))
+    found["half"] = at("half", starts("half"))
+    two: list[Start] = [*found["half"].values]
+    found["whole"] = at("whole", [two + starts("whole")[0]])
+    return found
+
+
+def climbed(data: Data, file: Path) -> dict[str, Scores]:
+    """Every rung; those that a file has are taken from it."""
+    found = saved(file)
+    for model, below in LADDER:
+        if model.words in found:
+            continue
+        begin = time.process_time()
+        scores = rung(data, model, found[below.words] if below else None)
+        found[model.words] = scores
+        file.write_text(
+            json.dumps({n: {h: asdict(s) for h, s in f.items()} for n, f in found.items()})
+        )
+        told = ", ".join(f"{name} {1e6 * s.error:.1f} um" for name, s in scores.items())
+        seconds = time.process_time() - begin
+        print(f"{model.words}: {told}; {seconds:.0f} s of CPU", file=sys.stderr, flush=True)
+    return found
+
+
+def saved(file: Path) -> dict[str, Scores]:
+    """What was found before."""
+    if not file.is_file():
+        return {}
+    kept = json.loads(file.read_text())
+    return {n: {h: Score(**s) for h, s in f.items()} for n, f in kept.items()}
+
+
+#: Windows by what tables call them: their length, and what is held out.
+HORIZONS = {"1 s": 1.0, "5 s": 5.0, "half": 24.84, "whole": 24.84}
+SPLITS = {"1 s": leave_one_out, "5 s": leave_one_out, "half": halves, "whole": nothing_held}
+
+
+def _ladder() -> list[tuple[Model, Model | None]]:
+    """Every rung, and the one that it starts from."""
+    rungs: list[tuple[Model, Model | None]] = [(Model(), None)]
+
+    def add(below: Model, *terms: str, lag: float = 0.0) -> Model:
+        model = Model(terms=(*below.terms, *terms), lag=lag)
+        rungs.append((model, below))
+        return model
+
+    direction = add(rungs[0][0], "direction")
+    drift = add(direction, "drift")
+    place = add(drift, "slope", "friction slope")
+    bent = add(place, "bow", "friction bow")
+    balls = add(bent, "balls", "ball friction")
+    still = add(direction, "slope", "friction slope", "bow", "friction bow")
+    screw = add(balls, "screw", "screw friction")
+    add(direction, "cogging")
+    add(direction, "quadratic")
+    add(direction, lag=1e-3)
+    add(still, "balls", "ball friction")
+    add(screw, "cogging", "quadratic", "friction drift")
+    add(direction, "stribeck")
+    return rungs
+
+
+LADDER = _ladder()
+
+
+#: Of whose parameters a cycle gets two of its own.
+TUNED = (Model(), LADDER[1][0], LADDER[2][0])
+
+
+def limits(data: Data, scores: Mapping[str, Scores], file: Path) -> dict[str, Any]:
+    """What a force leaves by length of the windows, and what two numbers of a cycle buy."""
+    if file.is_file():
+        return dict(json.loads(file.read_text()))
+    direction = LADDER[1][0]
+    by_length = drifts(data, direction, scores[direction.words]["whole"].values[0])
+    two = {
+        model.words: {
+            name: two_numbers(data, model, HORIZONS[name], scores[model.words][name].values[0])
+            for name in ("1 s", "5 s")
+        }
+        for model in TUNED
+    }
+    found = {"drifts": by_length, "two numbers": two}
+    file.write_text(json.dumps(found))
+    return found
+
+
+def report(scores: Mapping[str, Scores], limited: Mapping[str, Any]) -> str:
+    """Every table of the document."""
+    lengths = " | ".join(f"{name} [um] | [N]" for name in LENGTHS)
+    cycles = " | ".join(f"{name}: fitted | 1 | 2 | 3 | 4" for name in LENGTHS[:2])
+    found = limited["drifts"]
+    return "\n".join(
+        [
+            table("Ladder", f"model | parameters | {lengths}", ladder_table(scores, found)),
+            table("Cycles held out, um", f"model | {cycles}", splits_table(scores)),
+            table(
+                f"{PUSH} N, um", "windows | as an offset | as friction", drifts_table(found, PUSH)
+            ),
+            table(
+                "Two numbers, um",
+                "model | windows | none | offset | offset and scale | of the cycle itself",
+                numbers_table(limited["two numbers"]),
+            ),
+            *(
+                table(words, f"parameter | {' | '.join(LENGTHS)}", parameters_table(of, names))
+                for words, of in scores.items()
+                for names in [[*of["1 s"].values[0]]]
+            ),
+        ]
+    )
+
+
+def main() -> None:
+    """Print the tables, and write what they are made of and the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data", type=Path, help="DATA_EMPS.mat")
+    parser.add_argument("--output", type=Path, default=Path("results"), help="a folder")
+    arguments = parser.parse_args()
+    folder = arguments.output
+    folder.mkdir(parents=True, exist_ok=True)
+    data = read_data(arguments.data)
+    scores = climbed(data, folder / "emps_ladder.json")
+    print(report(scores, limits(data, scores, folder / "emps_ladder_limits.json")))
+
+    from emps_ladder_figures import draw  # imports Matplotlib
+
+    for path in draw(data, scores, LADDER, folder):
+        print(f"wrote {path}")
+
+
+if __name__ == "__main__":
+    main()
