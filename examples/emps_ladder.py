@@ -13,7 +13,7 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ from emps_ladder_data import (
     nothing_held,
     read_data,
 )
-from emps_ladder_limits import PUSH, drifts, two_numbers
+from emps_ladder_limits import PUSH, drifts, offsets, two_numbers
 from emps_ladder_tables import (
     LENGTHS,
     drifts_table,
@@ -44,6 +44,7 @@ from axisid import AxisidError, Record, fit
 from axisid.estimation import OutputFit, validate_fit
 
 Start = Mapping[str, float] | str
+Rung = tuple[Model, Model | None]  # a model, and the one that it starts from
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,12 +116,12 @@ def held_error(data: Data, model: Model, result: OutputFit, held: Windows, horiz
     return rms([validate_fit(result, data.record(model, p), horizon=horizon).error for p in pieces])
 
 
-def rung(data: Data, model: Model, below: Scores | None) -> Scores:
+def rung(data: Data, model: Model, below: Scores) -> Scores:
     """One model at every length of the windows; it starts where the rung below it ended."""
 
     def starts(name: str, before: Score | None = None) -> list[list[Start]]:
         ends: list[list[Start]] = [[] for _ in SPLITS[name]()]
-        for source in filter(None, (before, below and below[name])):
+        for source in filter(None, (before, below.get(name))):
             for k, each in enumerate(ends):
                 each.append(source.values[k])
         return [each or ["nominal"] for each in ends]
@@ -136,19 +137,28 @@ def rung(data: Data, model: Model, below: Scores | None) -> Scores:
     return found
 
 
-def climbed(data: Data, file: Path) -> dict[str, Scores]:
-    """Every rung; those that a file has are taken from it."""
+def aside(data: Data, model: Model, below: Scores) -> Scores:
+    """One model at the shortest windows alone."""
+    starts = [[values] for values in below["1 s"].values]
+    return {"1 s": scored(data, model, HORIZONS["1 s"], leave_one_out(), starts)}
+
+
+Step = Callable[[Data, Model, Scores], Scores]
+
+
+def climbed(
+    data: Data, file: Path, ladder: Sequence[Rung], step: Step, known: Mapping[str, Scores]
+) -> dict[str, Scores]:
+    """Every rung of a ladder, some of which start at known ones; what a file has is taken."""
     found = saved(file)
-    for model, below in LADDER:
+    for model, below in ladder:
         if model.words in found:
             continue
         begin = time.process_time()
-        scores = rung(data, model, found[below.words] if below else None)
-        found[model.words] = scores
-        file.write_text(
-            json.dumps({n: {h: asdict(s) for h, s in f.items()} for n, f in found.items()})
-        )
-        told = ", ".join(f"{name} {1e6 * s.error:.1f} um" for name, s in scores.items())
+        found[model.words] = step(data, model, {**known, **found}[below.words] if below else {})
+        kept = {n: {h: asdict(s) for h, s in f.items()} for n, f in found.items()}
+        file.write_text(json.dumps(kept))
+        told = ", ".join(f"{n} {1e6 * s.error:.1f} um" for n, s in found[model.words].items())
         seconds = time.process_time() - begin
         print(f"{model.words}: {told}; {seconds:.0f} s of CPU", file=sys.stderr, flush=True)
     return found
@@ -167,36 +177,51 @@ HORIZONS = {"1 s": 1.0, "5 s": 5.0, "half": 24.84, "whole": 24.84}
 SPLITS = {"1 s": leave_one_out, "5 s": leave_one_out, "half": halves, "whole": nothing_held}
 
 
-def _ladder() -> list[tuple[Model, Model | None]]:
-    """Every rung, and the one that it starts from."""
-    rungs: list[tuple[Model, Model | None]] = [(Model(), None)]
+_PUBLISHED, _DIRECTION = Model(), Model(terms=("direction",))
 
-    def add(below: Model, *terms: str, lag: float = 0.0) -> Model:
-        model = Model(terms=(*below.terms, *terms), lag=lag)
-        rungs.append((model, below))
-        return model
 
-    direction = add(rungs[0][0], "direction")
-    drift = add(direction, "drift")
-    place = add(drift, "slope", "friction slope")
-    bent = add(place, "bow", "friction bow")
-    balls = add(bent, "balls", "ball friction")
-    still = add(direction, "slope", "friction slope", "bow", "friction bow")
-    screw = add(balls, "screw", "screw friction")
-    add(direction, "cogging")
-    add(direction, "quadratic")
-    add(direction, lag=1e-3)
-    add(still, "balls", "ball friction")
-    add(screw, "cogging", "quadratic", "friction drift")
-    add(direction, "stribeck")
-    return rungs
+def _higher(model: Model, *terms: str) -> Model:
+    return Model(terms=(*model.terms, *terms))
+
+
+def _ladder() -> Sequence[Rung]:
+    drift = _higher(_DIRECTION, "drift")
+    place = _higher(drift, "slope", "friction slope")
+    bent = _higher(place, "bow", "friction bow")
+    still = _higher(_DIRECTION, "slope", "friction slope", "bow", "friction bow")
+    return (
+        (_PUBLISHED, None),
+        (_DIRECTION, _PUBLISHED),
+        (drift, _DIRECTION),
+        (place, drift),
+        (bent, place),
+        (_higher(bent, "balls", "ball friction"), bent),
+        (still, _DIRECTION),
+    )
 
 
 LADDER = _ladder()
-
-
+#: What may be beside the direction, one by one.
+ASIDE: Sequence[Rung] = (
+    (_higher(_DIRECTION, "quadratic"), _DIRECTION),
+    (_higher(_DIRECTION, "friction drift"), _DIRECTION),
+    (_higher(_DIRECTION, "cogging"), _DIRECTION),
+    (Model(terms=("direction",), lag=1e-3), _DIRECTION),
+    (_higher(_DIRECTION, "ball friction"), _DIRECTION),
+    (_higher(_DIRECTION, "screw friction"), _DIRECTION),
+    (_higher(_DIRECTION, "stribeck"), _DIRECTION),
+)
 #: Of whose parameters a cycle gets two of its own.
-TUNED = (Model(), LADDER[1][0], LADDER[2][0])
+TUNED = (LADDER[1][0], LADDER[2][0], LADDER[4][0])
+
+
+#: Whose runs of the whole record are drawn.
+SHOWN = (
+    ("published, 4 parameters", LADDER[0][0]),
+    ("by direction, 5", LADDER[1][0]),
+    ("and drift, 6", LADDER[2][0]),
+    ("and position, 10", LADDER[4][0]),
+)
 
 
 def limits(data: Data, scores: Mapping[str, Scores], file: Path) -> dict[str, Any]:
@@ -207,17 +232,19 @@ def limits(data: Data, scores: Mapping[str, Scores], file: Path) -> dict[str, An
     by_length = drifts(data, direction, scores[direction.words]["whole"].values[0])
     two = {
         model.words: {
-            name: two_numbers(data, model, HORIZONS[name], scores[model.words][name].values[0])
+            name: two_numbers(data, model, HORIZONS[name], scores[model.words]["half"].values)
             for name in ("1 s", "5 s")
         }
         for model in TUNED
     }
-    found = {"drifts": by_length, "two numbers": two}
+    found = {"drifts": by_length, "two numbers": two, "offsets": offsets(data, direction)}
     file.write_text(json.dumps(found))
     return found
 
 
-def report(scores: Mapping[str, Scores], limited: Mapping[str, Any]) -> str:
+def report(
+    scores: Mapping[str, Scores], others: Mapping[str, Scores], limited: Mapping[str, Any]
+) -> str:
     """Every table of the document."""
     lengths = " | ".join(f"{name} [um] | [N]" for name in LENGTHS)
     cycles = " | ".join(f"{name}: fitted | 1 | 2 | 3 | 4" for name in LENGTHS[:2])
@@ -227,12 +254,25 @@ def report(scores: Mapping[str, Scores], limited: Mapping[str, Any]) -> str:
             table("Ladder", f"model | parameters | {lengths}", ladder_table(scores, found)),
             table("Cycles held out, um", f"model | {cycles}", splits_table(scores)),
             table(
+                "Beside the direction, held out, windows of 1 s",
+                "model | parameters | [um]",
+                [
+                    [words, f"{len(of['1 s'].values[0])}", f"{1e6 * of['1 s'].error:.0f}"]
+                    for words, of in others.items()
+                ],
+            ),
+            table(
                 f"{PUSH} N, um", "windows | as an offset | as friction", drifts_table(found, PUSH)
             ),
             table(
                 "Two numbers, um",
                 "model | windows | none | offset | offset and scale | of the cycle itself",
                 numbers_table(limited["two numbers"]),
+            ),
+            table(
+                "Each cycle by itself",
+                "parameter | value [N]",
+                [[n, f"{v:.2f} +- {sd:.2f}"] for n, (v, sd) in limited["offsets"].items()],
             ),
             *(
                 table(words, f"parameter | {' | '.join(LENGTHS)}", parameters_table(of, names))
@@ -252,12 +292,14 @@ def main() -> None:
     folder = arguments.output
     folder.mkdir(parents=True, exist_ok=True)
     data = read_data(arguments.data)
-    scores = climbed(data, folder / "emps_ladder.json")
-    print(report(scores, limits(data, scores, folder / "emps_ladder_limits.json")))
+    scores = climbed(data, folder / "emps_ladder.json", LADDER, rung, {})
+    others = climbed(data, folder / "emps_ladder_aside.json", ASIDE, aside, scores)
+    limited = limits(data, scores, folder / "emps_ladder_limits.json")
+    print(report(scores, others, limited))
 
     from emps_ladder_figures import draw  # imports Matplotlib
 
-    for path in draw(data, scores, LADDER, folder):
+    for path in draw(data, scores, SHOWN, folder):
         print(f"wrote {path}")
 
 

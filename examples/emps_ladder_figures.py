@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from emps_ladder_data import STEP, TURNS, Array, Data, Model, left
 from emps_ladder_models import GAIN
+from emps_ladder_tables import Scored
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.signal import butter, sosfiltfilt
@@ -16,8 +17,26 @@ _EDGE = 30.0  # Hz, of the force that is shown
 _STEADY, _MOVING = 0.05, 0.01  # m/s^2, m/s: where it is shown
 
 
-def draw(figures: Mapping[str, Figure], folder: Path) -> tuple[Path, ...]:
-    """Write figures into a folder."""
+def draw(
+    data: Data,
+    scores: Mapping[str, Mapping[str, Scored]],
+    shown: Sequence[tuple[str, Model]],
+    folder: Path,
+) -> tuple[Path, ...]:
+    """Draw every figure into a folder; `shown` are the models whose runs are drawn, with labels."""
+    errors = {
+        name: (
+            [1e6 * of[name].error for of in scores.values()],
+            [1e6 * float(np.sqrt(np.mean(np.square(of[name].fitted)))) for of in scores.values()],
+        )
+        for name in ("1 s", "5 s")
+    }
+    cases = [(label, m, scores[m.words]["whole"].values[0]) for label, m in shown]
+    figures = {
+        "emps_ladder": rungs([*scores], errors),
+        "emps_whole": whole_record(data, cases),
+        "emps_force": force_over_position(data),
+    }
     paths = []
     for name, figure in figures.items():
         path = folder / f"{name}.png"

@@ -1,13 +1,13 @@
 """What limits an open loop of the EMPS: how a force drifts, and what two numbers of a cycle buy."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from emps_ladder_data import Data, Model, cycle, left
 from emps_ladder_models import GAIN, rescaled
 
-from axisid import build, fit
+from axisid import Prefilter, build, fit, identify
 from axisid.estimation import validate_fit
 
 PUSH = 0.05  # N
@@ -34,15 +34,15 @@ def drifts(data: Data, model: Model, values: Mapping[str, float]) -> dict[str, d
 
 
 def two_numbers(
-    data: Data, model: Model, horizon: float, start: Mapping[str, float]
+    data: Data, model: Model, horizon: float, starts: Sequence[Mapping[str, float]]
 ) -> dict[str, list[float]]:
     """What a model leaves of a cycle, m, with none, one and two numbers from the cycle next to it.
 
-    All other parameters are from two cycles that are neither. The last entry has the two numbers of
+    All other parameters are from two cycles that are neither, those of `starts`. The last entry has the two numbers of
     the very cycle that is scored.
     """
     found: dict[str, list[float]] = {"none": [], "offset": [], "both": [], "of itself": []}
-    for fitted, near, held in ORDERS:
+    for (fitted, near, held), start in zip(ORDERS, starts, strict=True):
         known = [cycle(k) for k in fitted]
         result = fit(
             model.axis, data.record(model, known), "open-loop", horizon=horizon, start=start
@@ -61,3 +61,12 @@ def two_numbers(
             two = fit(axis, own, "open-loop", horizon=horizon, start=begin, fixed=fixed)
             found[name].append(validate_fit(two, scored).error)
     return found
+
+
+def offsets(data: Data, model: Model, cutoff: float = 60.0) -> dict[str, tuple[float, float]]:
+    """Offset and Coulomb friction of each cycle, by least squares with all else in common."""
+    cycles = [data.record(model, [cycle(k)]) for k in range(4)]
+    settings = Prefilter(cutoff=cutoff)
+    result = identify(model.axis, cycles, settings, ["idm-ls"], local=("tau0", "Fc"))
+    found = result["idm-ls"].parameters
+    return {n: (v.value, v.deviation) for n, v in found.items() if n[:-2] in ("tau0", "Fc")}

@@ -159,7 +159,10 @@ def rescaled(names: Sequence[str], values: Mapping[str, float]) -> Axis:
     """The stage with values as they are but for two numbers: a scale of friction, and an offset."""
     scale = Parameter("scale", "1", nominal=1.0, description="of friction")
     whole = axis_with(names)
-    frozen = {p.symbol: sympy.Float(values[p.name]) for p in whole.parameters}
+    frozen = {
+        p.symbol: Constant(values[p.name], p.unit, f"{p.name}_found").symbol
+        for p in whole.parameters
+    }
     friction = viscous(Fv, q) + coulomb(Fc, q)
     friction += sum(TERMS[name].resistance for name in names if name in FRICTION)
     others = sum(TERMS[name].resistance for name in names if name not in FRICTION)
@@ -167,7 +170,7 @@ def rescaled(names: Sequence[str], values: Mapping[str, float]) -> Axis:
         f"{whole.name}_rescaled"[-31:],
         coordinate=q,
         parameters=(scale, tau0),
-        inertia=Constant(values["M"], "kg"),
+        inertia=M.symbol.xreplace(frozen),
         resistance=(
             scale.symbol * friction.xreplace(frozen),
             sympy.sympify(others).xreplace(frozen),
