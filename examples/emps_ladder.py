@@ -195,24 +195,24 @@ def _ladder() -> Sequence[Rung]:
         (drift, _DIRECTION),
         (place, drift),
         (bent, place),
-        (_higher(bent, "balls", "ball friction"), bent),
         (still, _DIRECTION),
     )
 
 
 LADDER = _ladder()
-#: What may be beside the direction, one by one.
+_BENT = LADDER[4][0]
+#: What may be beside the direction, one by one, and beside the position: windows of 1 s alone.
 ASIDE: Sequence[Rung] = (
     (_higher(_DIRECTION, "quadratic"), _DIRECTION),
     (_higher(_DIRECTION, "friction drift"), _DIRECTION),
-    (_higher(_DIRECTION, "cogging"), _DIRECTION),
     (Model(terms=("direction",), lag=1e-3), _DIRECTION),
-    (_higher(_DIRECTION, "ball friction"), _DIRECTION),
-    (_higher(_DIRECTION, "screw friction"), _DIRECTION),
+    (_higher(_DIRECTION, "cogging"), _DIRECTION),
+    (_higher(_BENT, "ball friction"), _BENT),
+    (_higher(_BENT, "screw friction"), _BENT),
     (_higher(_DIRECTION, "stribeck"), _DIRECTION),
 )
 #: Of whose parameters a cycle gets two of its own.
-TUNED = (LADDER[1][0], LADDER[2][0], LADDER[4][0])
+TUNED = (_DIRECTION, _BENT)
 
 
 #: Whose runs of the whole record are drawn.
@@ -228,7 +228,7 @@ def limits(data: Data, scores: Mapping[str, Scores], file: Path) -> dict[str, An
     """What a force leaves by length of the windows, and what two numbers of a cycle buy."""
     if file.is_file():
         return dict(json.loads(file.read_text()))
-    direction = LADDER[1][0]
+    direction = _DIRECTION
     by_length = drifts(data, direction, scores[direction.words]["whole"].values[0])
     two = {
         model.words: {
@@ -254,7 +254,7 @@ def report(
             table("Ladder", f"model | parameters | {lengths}", ladder_table(scores, found)),
             table("Cycles held out, um", f"model | {cycles}", splits_table(scores)),
             table(
-                "Beside the direction, held out, windows of 1 s",
+                "Other terms, held out, windows of 1 s",
                 "model | parameters | [um]",
                 [
                     [words, f"{len(of['1 s'].values[0])}", f"{1e6 * of['1 s'].error:.0f}"]
@@ -293,8 +293,8 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     data = read_data(arguments.data)
     scores = climbed(data, folder / "emps_ladder.json", LADDER, rung, {})
-    others = climbed(data, folder / "emps_ladder_aside.json", ASIDE, aside, scores)
     limited = limits(data, scores, folder / "emps_ladder_limits.json")
+    others = climbed(data, folder / "emps_ladder_aside.json", ASIDE, aside, scores)
     print(report(scores, others, limited))
 
     from emps_ladder_figures import draw  # imports Matplotlib

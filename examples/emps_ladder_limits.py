@@ -38,8 +38,8 @@ def two_numbers(
 ) -> dict[str, list[float]]:
     """What a model leaves of a cycle, m, with none, one and two numbers from the cycle next to it.
 
-    All other parameters are from two cycles that are neither, those of `starts`. The last entry has the two numbers of
-    the very cycle that is scored.
+    All other parameters are from two cycles that are neither, by a fit from `starts`. The last
+    entry has the two numbers of the very cycle that is scored.
     """
     found: dict[str, list[float]] = {"none": [], "offset": [], "both": [], "of itself": []}
     for (fitted, near, held), start in zip(ORDERS, starts, strict=True):
