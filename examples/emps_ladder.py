@@ -201,6 +201,15 @@ def _ladder() -> Sequence[Rung]:
 
 LADDER = _ladder()
 _BENT = LADDER[4][0]
+#: What tables and figures call them.
+LABELS = (
+    "published",
+    "+ direction",
+    "+ drift",
+    "+ slope, friction slope",
+    "+ bow, friction bow",
+    "the last without drift",
+)
 #: What may be beside the direction, one by one, and beside the position: windows of 1 s alone.
 ASIDE: Sequence[Rung] = (
     (_higher(_DIRECTION, "quadratic"), _DIRECTION),
@@ -213,15 +222,8 @@ ASIDE: Sequence[Rung] = (
 )
 #: Of whose parameters a cycle gets two of its own.
 TUNED = (_DIRECTION, _BENT)
-
-
 #: Whose runs of the whole record are drawn.
-SHOWN = (
-    ("published, 4 parameters", LADDER[0][0]),
-    ("by direction, 5", LADDER[1][0]),
-    ("and drift, 6", LADDER[2][0]),
-    ("and position, 10", LADDER[4][0]),
-)
+SHOWN = tuple((label, m) for label, (m, _) in zip(LABELS, LADDER, strict=True))[:5]
 
 
 def limits(data: Data, scores: Mapping[str, Scores], file: Path) -> dict[str, Any]:
@@ -293,13 +295,14 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     data = read_data(arguments.data)
     scores = climbed(data, folder / "emps_ladder.json", LADDER, rung, {})
+    labelled = {label: scores[m.words] for label, (m, _) in zip(LABELS, LADDER, strict=True)}
     limited = limits(data, scores, folder / "emps_ladder_limits.json")
     others = climbed(data, folder / "emps_ladder_aside.json", ASIDE, aside, scores)
-    print(report(scores, others, limited))
+    print(report(labelled, others, limited))
 
     from emps_ladder_figures import draw  # imports Matplotlib
 
-    for path in draw(data, scores, SHOWN, folder):
+    for path in draw(data, labelled, SHOWN, folder):
         print(f"wrote {path}")
 
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.signal import butter, sosfiltfilt
 
-_COLORS = ("#0b6bcb", "#c2410c", "#15803d", "#7c3aed")
+_COLORS = ("#0b6bcb", "#c2410c", "#15803d", "#7c3aed", "#a16207")
 _GREY = "#8a8f98"
 _EDGE = 30.0  # Hz, of the force that is shown
 _STEADY, _MOVING = 0.05, 0.01  # m/s^2, m/s: where it is shown
@@ -31,7 +31,7 @@ def draw(
         )
         for name in ("1 s", "5 s")
     }
-    cases = [(label, m, scores[m.words]["whole"].values[0]) for label, m in shown]
+    cases = [(label, m, scores[label]["whole"].values[0]) for label, m in shown]
     figures = {
         "emps_ladder": rungs([*scores], errors),
         "emps_whole": whole_record(data, cases),
@@ -60,8 +60,9 @@ def rungs(labels: Sequence[str], errors: Mapping[str, tuple[list[float], list[fl
     figure, (axes,) = _panels(1, 4.6)
     places = np.arange(len(labels))
     for (name, (held, fitted)), color in zip(errors.items(), _COLORS, strict=False):
-        axes.plot(held, places, "o-", color=color, linewidth=1.2, label=f"{name}, held out")
-        axes.plot(fitted, places, "x:", color=color, linewidth=0.8, label=f"{name}, fitted")
+        for values, style, words in ((held, "o-", "held out"), (fitted, "x:", "fitted")):
+            axes.plot(values[:-1], places[:-1], style, color=color, label=f"{name}, {words}")
+            axes.plot(values[-1:], places[-1:], style, color=color)  # no rung above that one
     axes.set_xscale("log")
     axes.set_yticks(places, labels, fontsize=8)
     axes.invert_yaxis()
@@ -82,8 +83,8 @@ def whole_record(data: Data, cases: Sequence[tuple[str, Model, Mapping[str, floa
     for turn in TURNS[1:-1]:
         axes.axvline(turn, color=_GREY, linewidth=0.6, linestyle=":")
     axes.set_xlabel("time [s]")
-    axes.set_ylabel("simulated less recorded position [mm]")
-    axes.legend(frameon=False, fontsize=8)
+    axes.set_ylabel("simulated less recorded [mm]")
+    axes.legend(frameon=False, fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     return figure
 
 
@@ -108,7 +109,7 @@ def force_over_position(data: Data) -> Figure:
     q, v, force, time = steady_force(data)
     figure, panels = _panels(2, 5.4, sharex=True)
     for axes, sign, words in zip(panels, (1, -1), ("forward", "back"), strict=True):
-        for k, color in enumerate(_COLORS):
+        for k, color in enumerate(_COLORS[:4]):
             own = (np.sign(v) == sign) & (time >= TURNS[k]) & (time < TURNS[k + 1])
             axes.plot(1e3 * q[own], force[own], ".", ms=1.0, color=color, label=f"cycle {k + 1}")
         axes.set_ylabel("force left [N]")
