@@ -210,15 +210,12 @@ LABELS = (
     "+ bow, friction bow",
     "the last without drift",
 )
-#: What may be beside the direction, one by one, and beside the position: windows of 1 s alone.
+#: What may be beside them, one by one: windows of 1 s alone.
 ASIDE: Sequence[Rung] = (
     (_higher(_DIRECTION, "quadratic"), _DIRECTION),
     (_higher(_DIRECTION, "friction drift"), _DIRECTION),
     (Model(terms=("direction",), lag=1e-3), _DIRECTION),
-    (_higher(_DIRECTION, "cogging"), _DIRECTION),
-    (_higher(_BENT, "ball friction"), _BENT),
-    (_higher(_BENT, "screw friction"), _BENT),
-    (_higher(_DIRECTION, "stribeck"), _DIRECTION),
+    (_higher(_PUBLISHED, "stribeck"), _PUBLISHED),
 )
 #: Of whose parameters a cycle gets two of its own.
 TUNED = (_DIRECTION, _BENT)

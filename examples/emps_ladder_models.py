@@ -4,7 +4,7 @@ Each adds to ``M q'' + Fv q' + Fc sign q' + tau0``, the model that was published
 The control is recorded, so that no control law is declared.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from string import ascii_lowercase
 from types import MappingProxyType
@@ -17,7 +17,6 @@ from axisid.elements import (
     cogging,
     coulomb,
     offset,
-    periodic_coulomb,
     quadratic,
     stribeck,
     viscous,
@@ -25,7 +24,6 @@ from axisid.elements import (
 
 GAIN = 35.15065188248547  # N/V, of the public record
 SCREW = 20e-3  # m a turn
-BALLS = 10.79e-3  # m, found in the force that the published model leaves
 COLUMNS = {"time": "t", "position": "qm", "control": "vir"}
 
 q = Coordinate("q", unit="m")
@@ -62,20 +60,14 @@ def _of_one(words: str, name: str, unit: str, shape: sympy.Expr) -> Term:
     return Term(words=words, parameters=(parameter,), resistance=parameter.symbol * shape)
 
 
-def _harmonics(
-    words: str,
-    name: str,
-    element: Callable[..., sympy.Expr],
-    period: float,
-    orders: Sequence[int],
-) -> Term:
-    """Harmonics over the position of one period, which is known."""
+def _cogging(words: str, name: str, period: float, orders: Sequence[int]) -> Term:
+    """Harmonics of a force over the position, of one period that is known."""
     parameters: list[Parameter] = []
     resistance = sympy.S.Zero
     for n in orders:
         pair = Parameter(f"{name}c{n}", "N"), Parameter(f"{name}s{n}", "N")
         parameters += pair
-        resistance += element(*pair, q, period=Constant(period, "m"), harmonic=n)
+        resistance += cogging(*pair, q, period=Constant(period, "m"), harmonic=n)
     return Term(words=words, parameters=tuple(parameters), resistance=resistance)
 
 
@@ -107,15 +99,7 @@ TERMS = MappingProxyType(
         "friction slope": _of_one("friction over the position", "kd", "N/m", SIDE * DIRECTION),
         "bow": _of_one("force over its square", "k2", "N/m^2", SIDE**2),
         "friction bow": _of_one("friction over its square", "kd2", "N/m^2", SIDE**2 * DIRECTION),
-        "cogging": _harmonics("force, 2.5 and 1.25 mm", "e", cogging, SCREW / 8, (1, 2)),
-        "screw": _harmonics("force, 20 and 10 mm", "t", cogging, SCREW, (1, 2)),
-        "screw friction": _harmonics(
-            "friction, 20 and 10 mm", "w", periodic_coulomb, SCREW, (1, 2)
-        ),
-        "balls": _harmonics("force, 10.8 mm and 2 harmonics", "b", cogging, BALLS, (1, 2, 3)),
-        "ball friction": _harmonics(
-            "friction, 10.8 mm and 2 harmonics", "c", periodic_coulomb, BALLS, (1, 2, 3)
-        ),
+        "cogging": _cogging("force, 2.5 and 1.25 mm", "e", SCREW / 8, (1, 2)),
     }
 )
 
@@ -128,8 +112,6 @@ FRICTION = (
     "friction drift",
     "friction slope",
     "friction bow",
-    "screw friction",
-    "ball friction",
 )
 
 

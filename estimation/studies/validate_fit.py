@@ -64,7 +64,7 @@ class FitValidation(Exact):
 def validate_fit(
     result: OutputFit, record: Record, *, horizon: float | None = None
 ) -> FitValidation:
-    """Hold a fit, frozen, against another record of the axis: what does its output leave there?
+    """Hold a fit, frozen, against another record of the axis.
 
     A record that the fit was not made from says how well it predicts, and which of several models
     does so best. To hold out part of one log, read its parts (`windows` of `read_record`).
@@ -130,8 +130,8 @@ def _horizon(result: object, asked: object) -> float | None:
         )
     if result.local or len({axis.signature for axis in result.basis.axes}) > 1:
         raise UsageError(
-            "the fit has parameters or known values for each of its records, and nothing says which "
-            "are those of another record; fit without them.",
+            "the fit has parameters or known values for each of its records, and nothing says "
+            "which are those of another record; fit without them.",
             code="validated-fit-local",
         )
     if asked is None:
