@@ -29,7 +29,7 @@ from emps_ladder_data import (
     nothing_held,
     read_data,
 )
-from emps_ladder_limits import PUSH, drifts, offsets, two_numbers
+from emps_ladder_limits import PUSH, drifts, ends, offsets, two_numbers
 from emps_ladder_tables import (
     LENGTHS,
     drifts_table,
@@ -236,7 +236,19 @@ def limits(data: Data, scores: Mapping[str, Scores], file: Path) -> dict[str, An
         }
         for model in TUNED
     }
-    found = {"drifts": by_length, "two numbers": two, "offsets": offsets(data, direction)}
+    searched = {
+        label: {
+            name: ends(data, m, HORIZONS[name], scores[m.words][name].values[0])
+            for name in ("1 s", "whole")
+        }
+        for label, m in SHOWN[:4]
+    }
+    found = {
+        "drifts": by_length,
+        "two numbers": two,
+        "offsets": offsets(data, direction),
+        "ends": searched,
+    }
     file.write_text(json.dumps(found))
     return found
 
@@ -272,6 +284,15 @@ def report(
                 "Each cycle by itself",
                 "parameter | value [N]",
                 [[n, f"{v:.2f} +- {sd:.2f}"] for n, (v, sd) in limited["offsets"].items()],
+            ),
+            table(
+                "Ends of eight searches, um",
+                "model | windows | each",
+                [
+                    [words, name, " ".join(f"{1e6 * e:.0f}" for e in each)]
+                    for words, lengths in limited["ends"].items()
+                    for name, each in lengths.items()
+                ],
             ),
             *(
                 table(words, f"parameter | {' | '.join(LENGTHS)}", parameters_table(of, names))

@@ -63,6 +63,13 @@ def two_numbers(
     return found
 
 
+def ends(data: Data, model: Model, horizon: float, start: Mapping[str, float]) -> list[float]:
+    """What searches from eight starts leave of the whole record, m, the least first."""
+    found = fit(model.axis, data.record(model), "open-loop", horizon=horizon, start=start, starts=8)
+    least = min(cost for cost, _ in found.ends)
+    return sorted(found.error * float(np.sqrt(cost / least)) for cost, _ in found.ends)
+
+
 def offsets(data: Data, model: Model, cutoff: float = 60.0) -> dict[str, tuple[float, float]]:
     """Offset and Coulomb friction of each cycle, by least squares with all else in common."""
     cycles = [data.record(model, [cycle(k)]) for k in range(4)]
