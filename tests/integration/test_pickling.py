@@ -184,7 +184,7 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "fit,comparison,simulation,batch,law check,"
+    "fit,fit on another record,comparison,simulation,batch,law check,"
     "law search,block,drive timing,drive time,streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
