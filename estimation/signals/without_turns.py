@@ -11,6 +11,8 @@ One whose nonlinear parameters are of such friction is not asked: what the low-p
 about rest leads its search astray, however much of the inertia is lost with it.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -88,6 +90,7 @@ def _about(axis: GeneratedAxis) -> Array:
     return np.where(hidden, 1.0, axis.nominal)
 
 
+@lru_cache(maxsize=32)  # asked of an axis in every identification
 def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
     """Which columns of the inverse model, (p,), depend on which signal."""
     regressor = axis.functions["idm_regressor"]
