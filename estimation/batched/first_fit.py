@@ -11,7 +11,6 @@ from axisid.estimation.batched.rows import (
     Block,
     Chosen,
     LaneRows,
-    measured_columns,
     solved,
 )
 from axisid.estimation.signals import Information, Prefilter, searches_friction
@@ -91,15 +90,13 @@ def near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
 
 def _show_too_little(block: Block, near: Chosen) -> Chosen:
     """Which lanes hardly show a parameter without what is near reversals, (L,)."""
-    signals, kept = block.measured, block.template.kept[:, None]
-    columns = measured_columns(block.axis, signals, 0.0)
-    speed = np.abs(signals.motion[1])
-    moving = kept & (speed > MIN_MOVING_SPEED.value * speed.max(axis=0))
-    left = kept & ~near
-    found = np.zeros(near.shape[1], dtype=bool)
+    kept, found = block.template.kept, np.zeros(near.shape[1], dtype=bool)
     for lane in range(len(found)):
-        own = np.ascontiguousarray(columns[:, : len(block.axis.parameters), lane])
+        motion = [np.ascontiguousarray(each[:, lane]) for each in block.measured.motion]
+        speed = np.abs(motion[1])
+        columns, _ = block.axis.evaluate("idm_regressor", *motion, np.sign(motion[1]))
+        moving = kept & (speed > MIN_MOVING_SPEED.value * speed.max())
         information = Information(block.axis)
-        information.add_rows(own[moving[:, lane]], own[left[:, lane]])
+        information.add_rows(columns[moving], columns[kept & ~near[:, lane]])
         found[lane] = information.remaining < MIN_INFORMATION_LEFT.value
     return found

@@ -83,12 +83,13 @@ def position_noise(position: Array) -> float:
 
 def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:
     """Coefficient of a polynomial at its first sample, and its deviation."""
-    weights = _weights(len(values), degree, power)
-    return float(weights @ values), noise * float(np.linalg.norm(weights))
+    weights, size = _weights(len(values), degree, power)
+    return float(weights @ values), noise * size
 
 
 @lru_cache(maxsize=128)
-def _weights(count: int, degree: int, power: int) -> Array:
-    """Of so many values in a coefficient."""
+def _weights(count: int, degree: int, power: int) -> tuple[Array, float]:
+    """Of so many values in a coefficient, and the root of their squares' sum."""
     powers = (np.arange(count) / count)[:, None] ** np.arange(degree + 1)
-    return frozen(np.linalg.pinv(powers)[power] / count**power)
+    weights = frozen(np.linalg.pinv(powers)[power] / count**power)
+    return weights, float(np.linalg.norm(weights))
