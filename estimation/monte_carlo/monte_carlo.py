@@ -43,7 +43,7 @@ def monte_carlo(
     loss: str = ROW_LOSSES[0],
     jobs: int = 1,
     executor: Executor | None = None,
-    block: int = 16,
+    block: int = 32,
     progress: Progress | None = None,
     keep: Keep | None = None,
 ) -> MonteCarlo:

@@ -33,7 +33,7 @@ class Spreading:
         That takes the blocks in their place.
     """
 
-    block: int = 16
+    block: int = 32
     jobs: int = 1
     executor: Executor | None = None
 

@@ -1,5 +1,6 @@
 """Lanes that are identified side by side are what each record gives alone."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -111,3 +112,11 @@ def test_lanes_of_other_shapes_and_covariances_that_are_none_are_refused(
     with pytest.raises(UsageError) as name:
         identify_lanes(axis, lanes, covariance="hacc")
     assert (shapes.value.code, name.value.code) == ("lane-shapes", "lane-covariance")
+
+
+def test_lanes_and_their_estimates_can_be_sent_to_another_process(
+    axis: GeneratedAxis, lanes: RecordLanes
+) -> None:
+    found = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    for each in (lanes, found):
+        assert pickle.loads(pickle.dumps(each)) == each  # noqa: S301
