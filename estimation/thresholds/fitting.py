@@ -56,3 +56,24 @@ SAME_END = Threshold(
     "excess of a search's cost over the least, up to which it ended there too",
     "chosen",
 )
+LACKING_LEVEL = Threshold(
+    0.002,
+    "1",
+    "chance that noise asks for as much of the strongest force beside the model, up to which the "
+    "model lacks it",
+    "chosen: MEASURED",
+)
+MAX_BEYOND_NOISE = Threshold(
+    15.0,
+    "%",
+    "part of a recorded output that a simulated one leaves beyond noise, from which it does not "
+    "follow it",
+    "chosen: it is 4.5 on the EMPS record, 29 and 41 of models that lack most of their friction",
+)
+MAX_TIME_STEP = Threshold(
+    0.01,
+    "periods",
+    "distance of a drive's time that a search ends at from that of its loop, up to which the loop "
+    "need not be generated anew",
+    "chosen: the output is a straight line of it there",
+)
