@@ -150,7 +150,7 @@ def _lacking(of: Judged) -> Check:
     name, level = "missing terms", LACKING_LEVEL.value
     if isinstance(of.lacks, Missing):
         return Check.not_evaluated(name, of.lacks)
-    there = [lack for lack in of.lacks if lack.is_there]
+    there, wrong_law = [lack for lack in of.lacks if lack.is_there], _law(of).status == "fail"
     if there:
         told = {lack.subject: lack for lack in reversed(there)}  # of two shapes the stronger
         listed = "; ".join(
@@ -159,11 +159,12 @@ def _lacking(of: Judged) -> Check:
             if told[lack.subject] is lack
         )
         said = f"what is left asks for more than the model has: {listed}"
+        said += ". The law is not the record's, which asks for such forces too" * wrong_law
     else:
         said = "what is left goes with no force of the motion that was looked for"
     return Check(
         name=name,
-        status=passed(not there),
+        status=passed(not there, matters=not wrong_law),
         figure=of.lacks[0].chance if of.lacks else None,
         threshold=level,
         p_value=of.lacks[0].chance if of.lacks else None,

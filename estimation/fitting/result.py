@@ -240,6 +240,11 @@ class OutputFit(Presentable, Exact):
         return max(shares)
 
     @property
+    def step(self) -> float:
+        """Of the coarsest encoder, SI; 0 where nothing is known of any."""
+        return self.basis.predictions.step
+
+    @property
     def believed(self) -> bool:
         """Whether no check fails."""
         return all(check.status != "fail" for check in self.checks)
