@@ -138,6 +138,7 @@ class Ended:
             spans=s.spans,
             periods=s.periods,
             steps=None if steps is None else weights[:, None] * steps,
+            by_windows=self.horizon is not None,
         )
 
     def _twins(self) -> Array:

@@ -43,7 +43,7 @@ class Judged:
     unseen: tuple[str, ...]
     law: LawCheck | Missing
     law_moves: Mapping[str, Array]
-    law_move: Array | None
+    law_move: tuple[Array, Array] | None
     percent: float
     beyond_noise: float
     lacks: tuple[Lack, ...] | Missing
@@ -75,12 +75,13 @@ def _moved(of: Judged) -> Iterator[Check]:
     """What the law as it is in the record moves the parameters by."""
     if of.law_move is None:
         return
+    moved, sure = of.law_move
     with np.errstate(divide="ignore", invalid="ignore"):
-        far = np.nan_to_num(np.abs(of.law_move) / of.deviations, posinf=np.inf)
+        far = np.nan_to_num(np.abs(moved) / np.hypot(of.deviations, sure), posinf=np.inf)
     far = np.where(of.deviations > 0, far, 0.0)
     worst, most = int(np.argmax(far)), MAX_LAW_SHIFT.value
     name, value = of.names[worst], of.physical[worst]
-    share = 100 * abs(of.law_move[worst] / value) if value else np.inf
+    share = 100 * abs(moved[worst] / value) if value else np.inf
     beyond = far[worst] > most
     said = (
         f"the law as its control is recorded, in place of the declared one, moves {name} by "

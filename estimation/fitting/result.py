@@ -145,6 +145,10 @@ class OutputFit(Presentable, Exact):
     @cached_property
     def law_move(self) -> Array | None:
         """What the law as the records have it would move them by, (P,)."""
+        return None if self._law_move is None else self._law_move[0]
+
+    @cached_property
+    def _law_move(self) -> tuple[Array, Array] | None:
         return move_by_record(self._moves_of_records, self._laws)
 
     @cached_property
@@ -187,7 +191,7 @@ class OutputFit(Presentable, Exact):
                 unseen=self.unseen,
                 law=self.law,
                 law_moves=self.law_moves,
-                law_move=self.law_move,
+                law_move=self._law_move,
                 percent=self.error_percent,
                 beyond_noise=self.percent_beyond_noise,
                 lacks=self.lacks,

@@ -77,3 +77,9 @@ MAX_TIME_STEP = Threshold(
     "need not be generated anew",
     "chosen: the output is a straight line of it there",
 )
+FEWEST_WINDOWS = Threshold(
+    6.0,
+    "1",
+    "windows of an open loop more than parameters from which their scores tell what is chance",
+    "chosen: five degrees of freedom are left",
+)

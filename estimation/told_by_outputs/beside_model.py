@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.predictions import Predictions, slopes_of
-from axisid.estimation.thresholds.fitting import LACKING_LEVEL
+from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS, LACKING_LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
@@ -87,6 +87,9 @@ def lacks_beside(
     left : Left
     held : HeldParameters
     """
+    windows = sum(map(len, left.spans))
+    if left.by_windows and windows < left.jacobian.shape[1] + FEWEST_WINDOWS.value:
+        return Missing(f"{windows} windows are too few to tell chance from what the model lacks")
     with np.errstate(all="ignore"):
         forces = _by_forces(predictions, physical)
         if isinstance(forces, Missing):

@@ -10,6 +10,7 @@ freedom has the chance of g over its deviation.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import repeat, starmap
 from itertools import repeat
 
 import numpy as np
@@ -49,6 +50,10 @@ class Left:
         s, by record.
     steps : (n, B) array or None
         What the steps of an encoder make of the errors, weighted.
+    by_windows : bool
+        Whether the stretches are windows of an open loop. What moved the axis besides the recorded
+        control is summed up twice there, as no autoregression of errors is; windows are
+        independent, and their scores tell the variance.
     """
 
     errors: Array
@@ -61,6 +66,7 @@ class Left:
     spans: tuple[tuple[slice, ...], ...]
     periods: tuple[float, ...]
     steps: Array | None = None
+    by_windows: bool = False
 
     def beside(self, columns: Array) -> tuple[Array, Array]:
         """Columns (n, m) less what parameters make of them, and those parameters, (k, m)."""
@@ -168,11 +174,8 @@ def _is_own(net: Array, size: float) -> bool:
 def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> Lacking:
     size = float(net @ net)
     told = float(net @ errors) / size
-    models = left.autoregressions(errors - told * net)
-    made_of = [*map(_variance, models, left.spans, left.used, repeat(net))]
-    coloured = sum(variance for variance, _ in made_of)
-    unsure = sum(variance**2 * share for variance, share in made_of)
-    whole = 2 * coloured**2 / unsure if unsure > 0 else np.inf
+    beside = errors - told * net
+    coloured, whole = _of_windows(left, beside, net) if left.by_windows else _of(left, beside, net)
     freedom = max(whole - left.jacobian.shape[1] - 1, _FEWEST)  # of slow errors, with the column's
     variance = coloured * max(whole / freedom, 1.0) + float(np.sum((left.known @ made) ** 2))
     if left.steps is not None:
@@ -185,6 +188,22 @@ def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> 
         deviation=float(deviation),
         chance=2 * float(stdtr(freedom, -ratio)),
     )
+
+
+def _of(left: Left, errors: Array, column: Array) -> tuple[float, float]:
+    """Variance of what a column makes of errors, and of how many degrees of freedom it is."""
+    models = left.autoregressions(errors)
+    found = [*starmap(_variance, zip(models, left.spans, left.used, repeat(column)))]
+    whole = sum(variance for variance, _ in found)
+    unsure = sum(variance**2 * share for variance, share in found)
+    return whole, 2 * whole**2 / unsure if unsure > 0 else np.inf
+
+
+def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]:
+    """The same by the scores of windows."""
+    windows = [rows for spans in left.spans for rows in spans]
+    scores = np.array([column[rows] @ errors[rows] for rows in windows])
+    return float(scores @ scores), float(len(windows))
 
 
 def _variance(
