@@ -77,9 +77,11 @@ def _moved(of: Judged) -> Iterator[Check]:
         return
     moved, sure = of.law_move
     with np.errstate(divide="ignore", invalid="ignore"):
+        claimed = np.nan_to_num(np.abs(moved) / of.deviations, posinf=np.inf)
         far = np.nan_to_num(np.abs(moved) / np.hypot(of.deviations, sure), posinf=np.inf)
-    far = np.where(of.deviations > 0, far, 0.0)
-    worst, most = int(np.argmax(far)), MAX_LAW_SHIFT.value
+    claimed, far = (np.where(of.deviations > 0, each, 0.0) for each in (claimed, far))
+    most = MAX_LAW_SHIFT.value
+    worst = int(np.argmax(np.where(far > most, claimed, 0.0) if np.any(far > most) else far))
     name, value = of.names[worst], of.physical[worst]
     share = 100 * abs(moved[worst] / value) if value else np.inf
     beyond = far[worst] > most

@@ -10,7 +10,6 @@ freedom has the chance of g over its deviation.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import repeat, starmap
 from itertools import repeat
 
 import numpy as np
@@ -193,17 +192,18 @@ def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> 
 def _of(left: Left, errors: Array, column: Array) -> tuple[float, float]:
     """Variance of what a column makes of errors, and of how many degrees of freedom it is."""
     models = left.autoregressions(errors)
-    found = [*starmap(_variance, zip(models, left.spans, left.used, repeat(column)))]
+    found = [*map(_variance, models, left.spans, left.used, repeat(column))]
     whole = sum(variance for variance, _ in found)
     unsure = sum(variance**2 * share for variance, share in found)
     return whole, 2 * whole**2 / unsure if unsure > 0 else np.inf
 
 
 def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]:
-    """The same by the scores of windows."""
+    """The same by the scores of windows, of which as many count as the column is alike in."""
     windows = [rows for spans in left.spans for rows in spans]
     scores = np.array([column[rows] @ errors[rows] for rows in windows])
-    return float(scores @ scores), float(len(windows))
+    sizes = np.array([column[rows] @ column[rows] for rows in windows])
+    return float(scores @ scores), float(sizes.sum() ** 2 / (sizes @ sizes))
 
 
 def _variance(

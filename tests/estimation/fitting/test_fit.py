@@ -372,7 +372,7 @@ def test_a_constant_force_that_the_model_lacks_is_named(
 def test_a_value_that_is_held_wrongly_is_named(
     emps2015: GeneratedAxis, twin: Record, output: str
 ) -> None:
-    result = fit(emps2015, twin, output, fixed={"M": 95.0})
+    result = fit(emps2015, twin, output, fixed={"M": 95.0}, horizon=0.25)
     assert _status(result)["missing terms"] == "fail"
     assert not isinstance(result.lacks, Missing)
     assert result.lacks[0].subject == "another M than it is held at"
