@@ -54,6 +54,7 @@ FLOORS = (
     ("estimation.identification",),
     ("estimation.batched.rows",),
     ("estimation.batched", "estimation.predictions"),
+    ("estimation.told_by_outputs",),
     ("estimation.fitting",),
     ("estimation.studies",),
     ("estimation.monte_carlo",),

@@ -58,10 +58,10 @@ def report_html(
         subheading=_subheading(result),
         verdict=verdict_html(diagnosis.verdict, diagnosis.preferred, wording),
         parameters=parameters_html(result, checked, draws, wording=wording),
-        figures=_all_figures(result, plots, wording),
+        figures=figures_html(plots, result.record_names if result.of_records else (), wording),
         model=model_html(axis),
         provenance=provenance_html(result, command, made, wording=wording),
-        simulated=_simulated(result),
+        simulated=simulated_html(truth_text(result)),
         further="records" if result.of_records else "",
     )
     return framed(page, (p for of in plots.values() for p in of.values() if isinstance(p, Plot)))
@@ -97,14 +97,13 @@ def report_sweep(
     return swept.with_result(result)
 
 
-def _simulated(result: Identification) -> str:
-    """What nobody may overlook of a record that was not measured."""
-    if not result.record.provenance.truth:
+def simulated_html(truth: str) -> str:
+    """What nobody may overlook of a record that was not measured: what it was computed with."""
+    if not truth:
         return ""
-    truth = escape(truth_text(result))
     return (
         '<p class="simulated"><b>SIMULATED.</b> This record is not a measurement: it was computed '
-        f"with {truth}.</p>"
+        f"with {escape(truth)}.</p>"
     )
 
 
@@ -119,15 +118,14 @@ def _subheading(result: Identification) -> str:
     return f"{name}, identified from {record.provenance.source}, {size}"
 
 
-def _all_figures(
-    result: Identification, plots: Mapping[int, Mapping[str, Plot | Missing]], wording: Wording
+def figures_html(
+    plots: Mapping[int, Mapping[str, Plot | Missing]], names: Sequence[str], wording: Wording
 ) -> str:
     """The figures of all records, and those of each, of which the reader chooses one."""
-    if not result.of_records:
+    if len(plots) == 1:
         return _figures(plots[0], wording)
     options = "".join(
-        f'<option value="{i}">{i}: {escape(name)}</option>'
-        for i, name in enumerate(result.record_names, 1)
+        f'<option value="{i}">{i}: {escape(name)}</option>' for i, name in enumerate(names, 1)
     )
     picker = (
         '<p class="note record-picker" hidden><label>Figures of record '
