@@ -17,7 +17,7 @@ from axisid import Prefilter, TwinNoise, build, load_axis, monte_carlo
 NOISE = 5.0  # N
 COLOURS = {"white": 0.0, "coloured": 0.05}  # correlation time, s
 REPEATED = 3  # times the motion of the twin: as long as the EMPS record
-FILTER = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50))
+FILTER = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), reversals="keep")
 INTERVALS = ("iid", "hac")
 
 
