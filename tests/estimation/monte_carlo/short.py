@@ -21,7 +21,7 @@ def axis() -> GeneratedAxis:
 
 def study(runs: int = 4, methods: Any = ("idm-ls", "idm-iv"), **how: Any) -> MonteCarlo:
     """A study of some twins along a short way."""
-    return monte_carlo(axis(), runs, methods, prefilter=FILTER, moves=MOVES, **how)
+    return monte_carlo(axis(), runs, methods, **{"prefilter": FILTER, "moves": MOVES, **how})
 
 
 @cache

@@ -14,6 +14,7 @@ from axisid.support.missing import Missing
 _REACH = 5.0  # deviations to either side of a histogram
 _BINS = (10, 60)  # of it, least and most; the root of the runs between them
 _LEVELS = np.array([0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.975, 0.99])
+_FINE = 20  # points of a bar
 _MOST_POINTS = 300
 _FEWEST_RUNS = 10
 
@@ -67,15 +68,16 @@ def _panels(
 def _errors(result: MonteCarlo) -> Plot:
     bins = 2 * round(float(np.clip(np.sqrt(len(result)), *_BINS)) / 2)
     edges = np.linspace(-_REACH, _REACH, bins + 1)
-    corners = np.repeat(edges, 2)
+    # So many points that the steps are drawn as a line, not as its corners.
+    x = np.linspace(-_REACH, _REACH, _FINE * bins + 1)
+    bars = np.minimum(np.arange(len(x)) // _FINE, bins - 1)
 
     def density(place: int, label: str, tone: Tone) -> Series:
         errors = np.clip(result.normalised(place), -_REACH, _REACH)
         share = np.histogram(errors, edges)[0] / max(len(errors), 1) / np.diff(edges)
-        return Series(label=label, x=corners, y=np.pad(np.repeat(share, 2), 1), tone=tone)
+        return Series(label=label, x=x, y=share[bars], tone=tone)
 
     def normal() -> Series:
-        x = np.linspace(-_REACH, _REACH, 101)
         y = np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
         return Series(label="", x=x, y=y, tone="measured", dashed=True)
 
