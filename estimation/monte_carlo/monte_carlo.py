@@ -60,7 +60,8 @@ def monte_carlo(
     runs : int
         How many twins.
     methods : str or sequence of str, optional
-        Of `METHODS`, None for all that `identify` runs. What one of them refuses is a failure of the run, not of the study.
+        Of `METHODS`, None for all of them. What one refuses is a failure of the run, not of the
+        study.
     prefilter : Prefilter, optional
         As `identify` takes it.
     noise : TwinNoise, optional
