@@ -2,17 +2,20 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import beta, f
+from scipy.stats import chi2, f
 
 from axisid.estimation.thresholds.studies import FLEET_LEVEL, MIN_LOGS_PER_PARAMETER
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
-from .robust_scatter import Scatter, robust_scatter, squared_distances
+from .robust_scatter import robust_scatter, squared_distances
 from .row import FleetRow
+
+#: Quantile of the distances within which no log is looked at, and how many are beyond it of many.
+_NEAR, _LOOKED_AT = 0.9, 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +53,7 @@ class Usual:
     between : array, (p, p)
         Scatter between the logs' true values, less what the estimates' deviations explain.
     within : array, (p, p)
-        Mean covariance of the estimates.
+        Covariance of an estimate, the median over the logs.
     """
 
     centre: Array
@@ -110,58 +113,86 @@ def _judged(
     if len(rows) < least:
         few = f"of {len(rows)} logs nothing is usual; {least} or more tell what is"
         return Missing(few), ()
-    if np.linalg.matrix_rank(values - np.median(values, axis=0)) < len(names):
-        return Missing("the logs have values that are not independent of one another"), ()
+    scale = np.std(values, axis=0)
+    if not scale.all() or np.linalg.matrix_rank((values - values.mean(axis=0)) / scale) < len(
+        names
+    ):
+        return Missing("the values of the logs lie in fewer dimensions than parameters"), ()
     covariances = np.array([row.covariance for row in rows])
-    found = robust_scatter(values)
-    usual = _usual(found, covariances)
+    centre, scatter = robust_scatter(values)
+    first = _usual(centre, scatter, covariances)
+    robust = _distances(values, covariances, first)
+    order = np.argsort(-robust, kind="stable")
+    near = max(1 - _LOOKED_AT / len(rows), _NEAR)
+    far = int(np.count_nonzero(robust > chi2.ppf(near, len(names))))
+    count = _outlying(values[order], covariances[order], min(far, (len(rows) - len(names)) // 2))
+    alike = order[count:]
+    usual = _usual_of(values[alike], covariances[alike])
     distances = _distances(values, covariances, usual)
-    p_values = tail_probabilities(distances, found.used, len(names))
-    limit = -np.expm1(
-        np.log1p(-FLEET_LEVEL.value) / len(rows)
-    )  # of each, so that it is that of all
-    outlying = [int(i) for i in np.argsort(p_values, kind="stable") if p_values[i] < limit]
+    p_values = of_a_new_point(distances, len(alike), len(names))
     return usual, tuple(
         _outlier(names, rows[i], values[i], covariances[i], usual, distances[i], p_values[i])
-        for i in outlying
+        for i in sorted(order[:count], key=lambda i: -distances[i])
     )
 
 
-def _usual(found: Scatter, covariances: Array) -> Usual:
+def _outlying(values: Array, covariances: Array, most: int) -> int:
+    """How many of the first logs, the furthest first and `most` of them, are not like the others.
+
+    Each is held against all that follow it. The last that is too far for the furthest of as many
+    is an outlier with all before it, so that several that lie together do not hide one another
+    [1]_.
+
+    .. [1] C. Caroni, P. Prescott, "Sequential application of Wilks's multivariate outlier test",
+       Applied Statistics 41 (2), 1992.
+    """
+    size = values.shape[1]
+    found = 0
+    for i in range(most):
+        usual = _usual_of(values[i + 1 :], covariances[i + 1 :])
+        (distance,) = _distances(values[i : i + 1], covariances[i : i + 1], usual)
+        left = len(values) - i
+        if of_a_new_point(distance, left - 1, size) * left < FLEET_LEVEL.value:
+            found = i + 1
+    return found
+
+
+def _usual_of(values: Array, covariances: Array) -> Usual:
+    """What is usual among logs that are alike."""
+    scatter = np.atleast_2d(np.cov(values.T))
+    return _usual(values.mean(axis=0), scatter, covariances)
+
+
+def _usual(centre: Array, scatter: Array, covariances: Array) -> Usual:
     """Scatter of the logs without that of their estimates; none where that explains it."""
-    within = np.mean(covariances[found.used], axis=0)
+    within = np.median(covariances, axis=0)  # one log that knows little is none of the others
     # Both in units of the scatter, so that no parameter's unit decides what is too small.
-    root = np.linalg.cholesky(found.covariance)
-    excess = np.linalg.solve(root, np.linalg.solve(root, found.covariance - within).T)
+    root = np.linalg.cholesky(scatter)
+    excess = np.linalg.solve(root, np.linalg.solve(root, scatter - within).T)
     sizes, axes = np.linalg.eigh((excess + excess.T) / 2)
     turned = root @ axes
     between = turned * np.maximum(sizes, 0.0) @ turned.T
-    return Usual(centre=found.centre, between=between, within=within)
+    return Usual(centre=centre, between=between, within=within)
 
 
 def _distances(values: Array, covariances: Array, usual: Usual) -> Array:
     """Squared distances, each by the scatter and the log's own covariance."""
-    return np.array(
-        [
-            squared_distances(value[None], usual.centre, usual.between + covariance)[0]
-            for value, covariance in zip(values, covariances, strict=True)
-        ]
-    )
+    points = values[:, None, :]
+    centres = np.broadcast_to(usual.centre, values.shape)
+    return squared_distances(points, centres, usual.between + covariances)[:, 0]
 
 
-def tail_probabilities(distances: Array, used: NDArray[np.bool_], size: int) -> Array:
-    """Probability of squared distances as large, of points that are like the others.
+def of_a_new_point(distance: Any, count: int, size: int) -> Any:
+    """Probability of a squared distance as large, from the mean and covariance of other points.
 
-    A point that the centre and the scatter are of is nearer to them than one that is not: scaled
-    beta and F distributions [1]_.
-
-    .. [1] A. Cerioli, "Multivariate outlier detection with high-breakdown estimators", Journal of
-       the American Statistical Association 105 (489), 2010.
+    Parameters
+    ----------
+    distance : float or array
+    count, size : int
+        How many other points there are, and in how many dimensions.
     """
-    count = int(np.sum(used))
-    inside = beta.sf(distances * count / (count - 1) ** 2, size / 2, (count - size - 1) / 2)
-    scaled = distances * count * (count - size) / ((count + 1) * (count - 1) * size)
-    return np.asarray(np.where(used, inside, f.sf(scaled, size, count - size)))
+    scaled = distance * count * (count - size) / ((count + 1) * (count - 1) * size)
+    return f.sf(scaled, size, count - size)
 
 
 def _outlier(

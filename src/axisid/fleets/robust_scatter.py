@@ -1,17 +1,13 @@
 """Centre and scatter of points of which some are not like the others.
 
 Minimum covariance determinant: the half of the points that lies closest together [1]_, found by
-concentration steps from random starts [2]_, its covariance made consistent, and reweighted [3]_.
+concentration steps from random starts, of many points first among some of them [2]_.
 
 .. [1] P. J. Rousseeuw, "Multivariate estimation with high breakdown point", in Mathematical
    Statistics and Applications B, Reidel, 1985.
 .. [2] P. J. Rousseeuw, K. Van Driessen, "A fast algorithm for the minimum covariance determinant
    estimator", Technometrics 41 (3), 1999.
-.. [3] A. Cerioli, "Multivariate outlier detection with high-breakdown estimators", Journal of the
-   American Statistical Association 105 (489), 2010.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,60 +16,43 @@ from scipy.stats import chi2
 from axisid.support.arrays import Array
 
 Places = NDArray[np.intp]
-_STARTS, _KEPT, _STEPS = 200, 10, 30
+
+_STARTS, _KEPT, _STEPS, _FEW = 200, 10, 50, 600
 _SEED = 0  # the same points give the same numbers
-_WEIGHED = 0.975  # quantile within which points are weighed again
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scatter:
-    """Centre and scatter of the points that are like one another.
-
-    Attributes
-    ----------
-    centre : array, (p,)
-    covariance : array, (p, p)
-    used : array of bool, (n,)
-        The points that they are of.
-    """
-
-    centre: Array
-    covariance: Array
-    used: NDArray[np.bool_]
+_FLAT = 1e-12  # of a scatter's trace: what keeps points in a plane solvable
 
 
 def squared_distances(points: Array, centre: Array, covariance: Array) -> Array:
-    """Mahalanobis's squared distances, (n,), of points (n, p)."""
-    apart = points - centre
-    return np.asarray(np.sum(apart * np.linalg.solve(covariance, apart.T).T, axis=1))
+    """Mahalanobis's squared distances, (..., n), of points (..., n, p).
+
+    Parameters
+    ----------
+    points : array, (..., n, p)
+    centre : array, (..., p)
+    covariance : array, (..., p, p)
+    """
+    apart = points - centre[..., None, :]
+    solved = np.linalg.solve(covariance, np.swapaxes(apart, -1, -2))
+    return np.asarray(np.sum(apart * np.swapaxes(solved, -1, -2), axis=-1))
 
 
-def robust_scatter(points: Array) -> Scatter:
-    """Centre and scatter of the points that are like one another.
+def robust_scatter(points: Array) -> tuple[Array, Array]:
+    """Centre, (p,), and covariance, (p, p), of the points that are like one another.
+
+    The covariance is such that the median of the distances is what it is of normal points.
 
     Parameters
     ----------
     points : array, (n, p)
         More than twice as many as dimensions, of full rank.
     """
-    count, size = points.shape
-    half = (count + size + 1) // 2
-    scale = _spread(points)
-    scaled = (points - np.median(points, axis=0)) / scale
-    chosen = _closest(scaled, half)
-    centre, covariance = scaled[chosen].mean(axis=0), np.cov(scaled[chosen].T, ddof=0)
-    covariance = np.atleast_2d(covariance) * _consistent(half / count, size)
+    middle, scale = np.median(points, axis=0), _spread(points)
+    scaled = (points - middle) / scale
+    chosen = _closest(scaled)
+    centre, covariance = _moments(scaled[chosen])
     distances = squared_distances(scaled, centre, covariance)
-    # Small samples: the median of the distances is what it should be.
-    distances /= np.median(distances) / chi2.median(size)
-    used = distances <= chi2.ppf(_WEIGHED, size)
-    centre = scaled[used].mean(axis=0)
-    covariance = np.atleast_2d(np.cov(scaled[used].T)) * _consistent(_WEIGHED, size)
-    return Scatter(
-        centre=np.median(points, axis=0) + scale * centre,
-        covariance=covariance * np.outer(scale, scale),
-        used=used,
-    )
+    covariance = covariance * (np.median(distances) / chi2.median(points.shape[1]))
+    return middle + scale * centre, covariance * np.outer(scale, scale)
 
 
 def _spread(points: Array) -> Array:
@@ -82,41 +61,43 @@ def _spread(points: Array) -> Array:
     return np.asarray(np.where(apart > 0, apart, np.std(points, axis=0)))
 
 
-def _consistent(share: float, size: int) -> float:
-    """What the covariance of the innermost share of normal points is short of."""
-    edge = chi2.ppf(share, size)
-    return float(share / chi2.cdf(edge, size + 2))
+def _half(count: int, size: int) -> int:
+    return (count + size + 1) // 2
 
 
-def _closest(points: Array, half: int) -> Places:
+def _closest(points: Array) -> Places:
     """Which of the points are the half of least determinant."""
     count, size = points.shape
     rng = np.random.default_rng(_SEED)
-    begun = []
-    for _ in range(_STARTS):
-        chosen = rng.choice(count, size + 1, replace=False)
-        for _ in range(2):
-            chosen, determinant = _concentrated(points, chosen, half)
-        begun.append((determinant, chosen))
-    begun.sort(key=lambda each: each[0])
-    return min((_settled(points, *each, half) for each in begun[:_KEPT]), key=lambda e: e[0])[1]
-
-
-def _settled(points: Array, determinant: float, chosen: Places, half: int) -> tuple[float, Places]:
-    """A choice after as many steps as it changes in."""
+    few = rng.choice(count, _FEW, replace=False) if count > _FEW else np.arange(count)
+    part = points[few]
+    ranks = rng.random((_STARTS, len(few)))
+    chosen = np.argpartition(ranks, size + 1, axis=1)[:, : size + 1]
+    for _ in range(2):
+        chosen, determinants = _concentrated(part, part[chosen])
+    begun = few[chosen[np.argsort(determinants, kind="stable")[:_KEPT]]]
+    chosen, determinants = _concentrated(points, points[begun])
     for _ in range(_STEPS):
-        further, lower = _concentrated(points, chosen, half)
-        if not lower < determinant:
+        before = determinants
+        chosen, determinants = _concentrated(points, points[chosen])
+        if np.all(determinants >= before):
             break
-        determinant, chosen = lower, further
-    return determinant, chosen
+    return np.asarray(chosen[np.argmin(determinants)])
 
 
-def _concentrated(points: Array, chosen: Places, half: int) -> tuple[Places, float]:
-    """The half that is closest to the chosen points, and the determinant of its covariance."""
-    covariance = np.atleast_2d(np.cov(points[chosen].T, ddof=0))
-    least = 1e-12 * max(np.trace(covariance), 1e-300)  # of points in a plane
-    covariance = covariance + least * np.eye(len(covariance))
-    distances = squared_distances(points, points[chosen].mean(axis=0), covariance)
-    nearest = np.argpartition(distances, half - 1)[:half]
-    return nearest, float(np.linalg.det(np.atleast_2d(np.cov(points[nearest].T, ddof=0))))
+def _concentrated(points: Array, chosen: Array) -> tuple[Places, Array]:
+    """The halves, (s, h), that are closest to chosen points, (s, m, p), and their determinants."""
+    centre, covariance = _moments(chosen)
+    distances = squared_distances(points, centre, covariance)
+    half = _half(*points.shape)
+    nearest = np.argpartition(distances, half - 1, axis=1)[:, :half]
+    return nearest, np.linalg.det(_moments(points[nearest])[1])
+
+
+def _moments(points: Array) -> tuple[Array, Array]:
+    """Mean, (..., p), and covariance, (..., p, p), of points (..., m, p)."""
+    centre = points.mean(axis=-2)
+    apart = points - centre[..., None, :]
+    covariance = np.swapaxes(apart, -1, -2) @ apart / points.shape[-2]
+    least = _FLAT * np.trace(covariance, axis1=-2, axis2=-1) + np.finfo(float).tiny
+    return centre, covariance + least[..., None, None] * np.eye(points.shape[-1])
