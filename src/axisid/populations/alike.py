@@ -12,6 +12,7 @@ from .robust_scatter import robust_scatter, squared_distances
 
 #: Quantile of the distances within which no point is looked at, and how many are beyond it of many.
 _NEAR, _LOOKED_AT = 0.9, 20
+_FLAT = 1e-9  # of the estimates' variances: what keeps equal values solvable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,7 +124,7 @@ def _usual(centre: Array, scatter: Array, covariances: Array) -> Usual:
     """Scatter of the points without that of their estimates; none where that explains it."""
     within = np.median(covariances, axis=0)  # one that knows little says nothing of the others
     # Both in units of the scatter, so that no parameter's unit decides what is too small.
-    root = np.linalg.cholesky(scatter)
+    root = np.linalg.cholesky(scatter + _FLAT * np.diag(np.diag(within)))
     excess = np.linalg.solve(root, np.linalg.solve(root, scatter - within).T)
     sizes, axes = np.linalg.eigh((excess + excess.T) / 2)
     turned = root @ axes
