@@ -12,6 +12,7 @@ from .robust_scatter import robust_scatter, squared_distances
 
 #: Quantile of the distances within which no point is looked at, and how many are beyond it of many.
 _NEAR, _LOOKED_AT = 0.9, 20
+_FIRST = 0.8  # part of the level for the furthest point; the others share the rest as 1, 1/4, 1/9
 _FLAT = 1e-9  # of the estimates' variances: what keeps equal values solvable
 
 
@@ -110,7 +111,8 @@ def _outlying(values: Array, covariances: Array, most: int, level: float) -> int
         usual = _usual_of(values[i + 1 :], covariances[i + 1 :])
         (distance,) = usual.distances(values[i : i + 1], covariances[i : i + 1])
         left = len(values) - i
-        if of_a_new_point(distance, left - 1, size) * left < level:
+        own = (1 - _FIRST) * 6 / (np.pi * i) ** 2 if i else _FIRST
+        if of_a_new_point(distance, left - 1, size) * left < level * own:
             found = i + 1
     return found
 

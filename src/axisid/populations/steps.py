@@ -3,12 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
 
-_ORDERS = 1999  # orders in which the values might have come as well
+_ORDERS = 999  # orders in which the values might have come as well
 _SEED = 0  # the same series gives the same numbers
 _SHORTEST = 3  # values of a level
+_SHORTER = np.sqrt(2.0)  # from a length of stretches to the next
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,17 +56,18 @@ def steps_in(values: Array, variances: Array, level: float) -> tuple[Step, ...]:
 
 def _places(values: Array, variances: Array, level: float, first: int) -> list[tuple[int, float]]:
     """Where the level changes, with the probability of each by itself."""
-    if len(values) < 2 * _SHORTEST:
+    count = len(values)
+    if count < 2 * _SHORTEST:
         return []
     weights = 1 / _total(values, variances)
-    sizes = _sizes(values[None], weights[None])[0]
+    sizes, places = _largest(values[None], weights[None])
     rng = np.random.default_rng(_SEED)
-    orders = rng.permuted(np.tile(np.arange(len(values)), (_ORDERS, 1)), axis=1)
-    others = _sizes(values[orders], weights[orders]).max(axis=1)
-    p_value = (1 + np.count_nonzero(others >= sizes.max())) / (1 + _ORDERS)
+    orders = rng.permuted(np.tile(np.arange(count), (_ORDERS, 1)), axis=1)
+    others, _ = _largest(values[orders], weights[orders])
+    p_value = (1 + np.count_nonzero(others >= sizes[0])) / (1 + _ORDERS)
     if p_value > level:
         return []
-    place = int(np.argmax(sizes)) + _SHORTEST
+    place = int(places[0])
     before = _places(values[:place], variances[:place], level, first)
     after = _places(values[place:], variances[place:], level, first + place)
     return [*before, (first + place, float(p_value)), *after]
@@ -76,15 +79,38 @@ def _total(values: Array, variances: Array) -> Array:
     return variances + between
 
 
-def _sizes(values: Array, weights: Array) -> Array:
-    """Squared step in deviations, (s, n - 2 _SHORTEST + 1), at each place of series (s, n)."""
-    sums = np.cumsum(weights * values, axis=1)
-    weight = np.cumsum(weights, axis=1)
-    inner = slice(_SHORTEST - 1, values.shape[1] - _SHORTEST)
-    before, of_before = sums[:, inner], weight[:, inner]
-    after, of_after = sums[:, -1:] - before, weight[:, -1:] - of_before
-    difference = after / of_after - before / of_before
-    return np.asarray(difference**2 / (1 / of_before + 1 / of_after))
+def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Of each of several series, (s, n), the largest squared step in deviations, and its place.
+
+    It is looked for in stretches of many lengths, so that a step back does not hide it [1]_.
+
+    .. [1] S. Kovacs, P. Buehlmann, H. Li, A. Munk, "Seeded binary segmentation: a general
+       methodology for fast and optimal changepoint detection", Biometrika 110 (1), 2023.
+    """
+    sums = np.cumsum(np.pad(weights * values, ((0, 0), (1, 0))), axis=1)
+    weight = np.cumsum(np.pad(weights, ((0, 0), (1, 0))), axis=1)
+    best = np.full(len(values), -np.inf)
+    places = np.zeros(len(values), dtype=np.intp)
+    for start, stop in _stretches(values.shape[1]):
+        inner = slice(start + _SHORTEST, stop - _SHORTEST + 1)
+        before, of_before = (x[:, inner] - x[:, [start]] for x in (sums, weight))
+        after, of_after = (x[:, [stop]] - x[:, inner] for x in (sums, weight))
+        sizes = (after / of_after - before / of_before) ** 2 / (1 / of_before + 1 / of_after)
+        largest = sizes.max(axis=1)
+        places = np.where(largest > best, sizes.argmax(axis=1) + inner.start, places)
+        best = np.maximum(best, largest)
+    return best, places
+
+
+def _stretches(count: int) -> list[tuple[int, int]]:
+    """Stretches of a series: all of it, then ever shorter ones that overlap by half and more."""
+    found, length = [(0, count)], count / _SHORTER
+    while length >= 2 * _SHORTEST:
+        number = 2 * int(np.ceil(count / length)) - 1
+        starts = np.linspace(0, count - length, number)
+        found += [(int(start), int(np.ceil(start + length))) for start in starts]
+        length /= _SHORTER
+    return found
 
 
 def _step(

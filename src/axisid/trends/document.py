@@ -29,7 +29,7 @@ def trend_document(series: Sequence[Series], by: str) -> Document:
         facts=(
             ("results", str(results)),
             ("series", f"{len(series)}, {len(changed)} with a change"),
-            ("in order of", by or "the files"),
+            ("order", by or "as the files are named"),
         ),
     )
     shown = (*changed, *others[:_MOST_SHOWN])
@@ -62,7 +62,7 @@ def _row(chart: Chart) -> tuple[Cell, ...]:
         f"{limits.centre:.6g}",
         f"{limits.between:.3g}",
         own,
-        f"{limits.lower[-1]:.6g} .. {limits.upper[-1]:.6g}",
+        f"{limits.lower[-1]:.4g} .. {limits.upper[-1]:.4g}",
     )
 
 

@@ -15,13 +15,17 @@ from .series import Series
 def trend_plot(series: Series, by: str) -> Plot:
     """Values with their intervals over the results, the limits as a band, steps as marks."""
     steps = {step.place for chart in series.charts for step in chart.steps}
+    origin = series.origin(by)
+    places = np.array(series.places)
+    if origin:
+        places = places - places[0]
     return Plot(
         name="trend",
         title=series.title,
         caption="Whiskers are 95 % intervals; a band is where results stay that are alike.",
-        x_label=by or "result",
-        panels=tuple(_panel(chart, np.array(series.places)) for chart in series.charts),
-        marks=tuple((series.places[place], series.points[place].name) for place in sorted(steps)),
+        x_label=f"days from {origin}" if origin else by or "result",
+        panels=tuple(_panel(chart, places) for chart in series.charts),
+        marks=tuple((float(places[i]), series.points[i].name) for i in sorted(steps)),
         whole=not by,
     )
 

@@ -13,6 +13,7 @@ from axisid.support.errors import UsageError
 from axisid.support.user_values import quoted
 
 _RESULTS = "*.json"
+_DAY = 86_400.0  # s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,7 +125,7 @@ def _point(
 
 
 def place_of(point: Point, by: str) -> float:
-    """Where a point stands by a condition: a number, or the seconds of a date.
+    """Where a point stands by a condition: a number, or the days of a date since 1970.
 
     Raises
     ------
@@ -141,7 +142,7 @@ def place_of(point: Point, by: str) -> float:
         )
     if isinstance(told, str):
         try:
-            return datetime.fromisoformat(told).timestamp()
+            return datetime.fromisoformat(told).timestamp() / _DAY
         except ValueError:
             told = math.nan
     if not math.isfinite(told):

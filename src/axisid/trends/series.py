@@ -17,7 +17,7 @@ class Series:
     points : tuple of Point
         In their order.
     places : tuple of float
-        Where each stands: by the condition that orders them (a date as seconds), or from 1.
+        Where each stands: by the condition that orders them (a date as days since 1970), or from 1.
     charts : tuple of Chart
         One for each parameter.
     """
@@ -27,6 +27,11 @@ class Series:
     points: tuple[Point, ...]
     places: tuple[float, ...]
     charts: tuple[Chart, ...]
+
+    def origin(self, by: str) -> str:
+        """The first of the dates that order the results; empty where it is no date."""
+        first = self.points[0].conditions.get(by)
+        return first if isinstance(first, str) else ""
 
     @property
     def title(self) -> str:
