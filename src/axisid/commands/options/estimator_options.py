@@ -22,8 +22,7 @@ method_option = click.option(
     show_default="all",
     help="Estimator, again for each: ls least squares, iv instruments, idm and ddm of the inverse "
     "and the direct model, didim output error of the force by the simulated loop, where the "
-    "control law is right; all runs what axis and record allow but didim, and says what it left "
-    "out.",
+    "control law is right; all runs what axis and record allow, and says what it left out.",
 )
 covariance_option = click.option(
     "--covariance",
