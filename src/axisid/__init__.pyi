@@ -43,3 +43,5 @@ from .support.errors import EstimationError as EstimationError
 from .support.errors import ModelError as ModelError
 from .support.errors import UsageError as UsageError
 from .support.version import __version__ as __version__
+from .trends import Trend as Trend
+from .trends import trend as trend
