@@ -58,7 +58,7 @@ def _noise_options(command: Callable[..., None]) -> Callable[..., None]:
     cls=Command,
     short_help="Identify many twins: bias, intervals, checks.",
     epilog="Examples: axisid study emps2015 --runs 20 --method idm-ls --method idm-iv, or "
-    "axisid study emps2015 --truth Fc=30 --runs 20 --checks 2 --report study.html",
+    "axisid study emps2015 --truth Fc=30 --runs 20 --report study.html",
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.option("--runs", type=click.IntRange(min=1), default=_RUNS, show_default=True, help="Twins.")
