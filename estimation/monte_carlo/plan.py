@@ -7,7 +7,7 @@ from typing import Any
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Experiment, Move
-from axisid.support.errors import UsageError
+from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
@@ -56,6 +56,12 @@ class MonteCarloPlan:
             raise UsageError(
                 f"the noise is {quoted(self.noise)}; give a TwinNoise, or leave it out.",
                 code="twin-noise-type",
+            )
+        if self.noise.disturbance and self.twin.axis.drive.logs_what_acts:
+            raise ModelError(
+                f"the twins of {self.twin.axis.name!r} log what acts, which a disturbance is part "
+                "of; leave it out, or declare a drive that logs its command.",
+                code="twin-disturbance",
             )
         if not isinstance(self.prefilter, Prefilter):
             raise UsageError(
