@@ -206,6 +206,13 @@ def test_what_makes_no_sense_is_refused(given: dict[str, Any], code: str) -> Non
         study(**given)
 
 
+def test_a_disturbance_that_the_drive_would_log_is_refused() -> None:
+    declared = axis().axis
+    logging = replace(declared, drive=replace(declared.drive, delay=1e-3, logged="applied"))
+    with refuses("twin-disturbance"):
+        study(1, twin=logging, noise=TwinNoise(disturbance=0.1))
+
+
 def test_a_study_of_which_nothing_comes_says_why() -> None:
     with pytest.raises(EstimationError) as refused:
         study(2, truth={"M": -1.0})
