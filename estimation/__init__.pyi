@@ -20,6 +20,7 @@ from .monte_carlo import Estimand as Estimand
 from .monte_carlo import EstimandFigures as EstimandFigures
 from .monte_carlo import FailedRun as FailedRun
 from .monte_carlo import Mean as Mean
+from .monte_carlo import MonteCarlo as MonteCarlo
 from .monte_carlo import MonteCarloPlan as MonteCarloPlan
 from .monte_carlo import Share as Share
 from .monte_carlo import write_runs as write_runs

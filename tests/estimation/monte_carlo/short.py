@@ -3,8 +3,9 @@
 from functools import cache
 from typing import Any
 
-from axisid import MonteCarlo, Prefilter, build, load_axis, monte_carlo
+from axisid import Prefilter, build, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import MonteCarlo
 from axisid.modeling.declaration import Move
 
 MOVES = (
