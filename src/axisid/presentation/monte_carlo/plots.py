@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from axisid.estimation.monte_carlo import PARAMETER, Mean, MonteCarlo, Share
-from axisid.presentation.plots import Panel, Plot, Series, Tone, labelled, paired
+from axisid.presentation.plots import TITLES, Panel, Plot, Series, Tone, labelled, paired
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
@@ -83,7 +83,7 @@ def _errors(result: MonteCarlo) -> Plot:
 
     return Plot(
         name="errors",
-        title="Errors in stated deviations",
+        title=TITLES["errors"],
         caption="How often each error occurs, in the deviation that its run states; dashed, as a "
         f"normal distribution has it. What is beyond {_REACH:g} deviations is in the outermost "
         "bars.",
@@ -107,7 +107,7 @@ def _coverage(result: MonteCarlo) -> Plot:
 
     return Plot(
         name="coverage",
-        title="Intervals that hold the truth",
+        title=TITLES["coverage"],
         caption="Share of the intervals of every level that hold the truth, with Wilson's 95 % "
         "interval; dashed, as it should be. Below the line intervals are too narrow.",
         x_label="level of the interval [%]",
@@ -128,7 +128,7 @@ def _bias(result: MonteCarlo) -> Plot:
 
     return Plot(
         name="bias",
-        title="Bias, as runs come in",
+        title=TITLES["bias"],
         caption="Mean error up to each run, with two standard errors to either side.",
         x_label="runs",
         panels=_panels(
