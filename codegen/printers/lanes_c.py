@@ -3,6 +3,8 @@
 import re
 from importlib import resources
 
+#: In the order of the text, each of which calls those before it.
+_PARTS = ("motion.c", "rows.c", "products.c")
 _HEADERS = "#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n"
 
 
@@ -19,7 +21,7 @@ def print_c_lanes(native: str, parameters: int) -> str:
     functions = native[: native.index("\nvoid ")]
     functions = re.sub(r"^#include .*\n", "", functions, flags=re.MULTILINE)
     folder = resources.files(__package__) / "lanes"
-    template = (folder / "lanes.c").read_text()
+    template = "".join((folder / part).read_text() for part in _PARTS)
     sizes = f"#define PARAMETERS {parameters}\n#define KNOWN {int(has_known_part(native))}\n"
     return f"{_HEADERS}{sizes}\n{functions}\n{template}"
 

@@ -1,6 +1,6 @@
 """The instruments' iteration of lanes; see `axisid.estimation.methods.instrumental`."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,6 +121,12 @@ class _Ended:
     control: Array
     paces: list[Pace] = field(default_factory=list)
 
+    def fits(self, measured: LaneRows, excluded: Chosen | None, rows: Chosen | None) -> LaneFits:
+        """All lanes, with the rows that they were fitted to."""
+        own = {each.name: getattr(self, each.name) for each in fields(self)}
+        del own["paces"]
+        return LaneFits(measured=measured, excluded=excluded, rows=rows, **own)
+
 
 def iterated(
     block: Block,
@@ -179,21 +185,7 @@ def iterated(
         active[going[~found.sound]] = False
         if active.any():
             loops = loops_of(block, physical, active, excluded, rows)
-    return LaneFits(
-        measured=measured,
-        excluded=excluded,
-        rows=rows,
-        well=end.well,
-        follows=end.follows,
-        theta=end.theta,
-        residuals=end.residuals,
-        mixing=end.mixing,
-        power=end.power,
-        instruments=end.instruments,
-        iterations=end.iterations,
-        position=end.position,
-        control=end.control,
-    )
+    return end.fits(measured, excluded, rows)
 
 
 def _end(

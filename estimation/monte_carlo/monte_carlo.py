@@ -6,7 +6,8 @@ from concurrent.futures import Executor
 from typing import TypeAlias
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
+from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, method_names
+from axisid.estimation.identification import check_choices, requested_methods
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis, Move
@@ -14,7 +15,7 @@ from axisid.support.errors import EstimationError
 from axisid.support.progress import Progress
 
 from .noise import TwinNoise
-from .plan import MonteCarloPlan, settings_of, twin_of
+from .plan import MonteCarloPlan, twin_of
 from .result import MonteCarlo
 from .runs import joined
 from .spread import Done, Spreading
@@ -28,7 +29,7 @@ Keep: TypeAlias = Callable[[MonteCarlo], None]
 def monte_carlo(
     axis: Axis | GeneratedAxis,
     runs: int = 1000,
-    methods: str | Sequence[str] = "idm-iv",
+    methods: str | Sequence[str] | None = "idm-iv",
     *,
     prefilter: Prefilter | None = None,
     noise: TwinNoise | None = None,
@@ -58,8 +59,9 @@ def monte_carlo(
         That is identified; it declares a control law and an experiment, unless `twin` does.
     runs : int
         How many twins.
-    methods : str or sequence of str
-        Of `METHODS`. What one of them refuses is a failure of the run, not of the study.
+    methods : str or sequence of str, optional
+        Of `METHODS`, None for all of them. What one refuses is a failure of the run, not of the
+        study.
     prefilter : Prefilter, optional
         As `identify` takes it.
     noise : TwinNoise, optional
@@ -109,7 +111,8 @@ def monte_carlo(
     """
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
-    chosen = tuple(dict.fromkeys((methods,) if isinstance(methods, str) else methods))
+    check_choices(covariance, start, loss)
+    chosen = requested_methods(methods) or method_names()
     made = twin_of(simulated, truth or {}, None if moves is None else tuple(moves))
     given = Prefilter() if prefilter is None else prefilter
     if isinstance(given, Prefilter):  # else the plan refuses it
@@ -119,11 +122,11 @@ def monte_carlo(
         twin=made,
         runs=runs,
         seed=seed,
-        methods=chosen,
+        methods=tuple(dict.fromkeys(chosen)),
         noise=TwinNoise() if noise is None else noise,
         prefilter=given,
         checks=min(checks, runs) if isinstance(checks, int) else checks,
-        settings=settings_of(covariance, lags, start, loss),
+        settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},
     )
     return _run(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
 

@@ -5,14 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
-from axisid.estimation.methods import METHODS
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Experiment, Move
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.user_values import is_among, quoted
+from axisid.support.user_values import quoted
 
 from .noise import TwinNoise
 
@@ -57,22 +55,18 @@ class MonteCarloPlan:
         if not isinstance(self.noise, TwinNoise):
             raise UsageError(
                 f"the noise is {quoted(self.noise)}; give a TwinNoise, or leave it out.",
-                code="twin-noise",
+                code="twin-noise-type",
+            )
+        if self.noise.disturbance and self.twin.axis.drive.logs_what_acts:
+            raise ModelError(
+                f"the twins of {self.twin.axis.name!r} log what acts, which a disturbance is part "
+                "of; leave it out, or declare a drive that logs its command.",
+                code="twin-disturbance",
             )
         if not isinstance(self.prefilter, Prefilter):
             raise UsageError(
                 f"the prefilter is {quoted(self.prefilter)}; give a Prefilter, or leave it out.",
                 code="monte-carlo-prefilter",
-            )
-        for method in self.methods:
-            if not is_among(method, METHODS):
-                raise UsageError(
-                    f"there is no method {quoted(method)}; choose from {', '.join(METHODS)}.",
-                    code="unknown-method",
-                )
-        if not self.methods:
-            raise UsageError(
-                f"no method is given; choose from {', '.join(METHODS)}.", code="no-method"
             )
         object.__setattr__(self, "settings", FrozenMapping(self.settings))
 
@@ -87,21 +81,6 @@ class MonteCarloPlan:
         return str(self.settings["covariance"])
 
 
-def settings_of(covariance: str, lags: int | None, start: str, loss: str) -> dict[str, Any]:
-    """Settings of `identify` by name, as it would refuse them."""
-    from axisid.estimation.estimates import COVARIANCES
-
-    allowed = {"covariance": COVARIANCES, "start": STARTS, "loss": ROW_LOSSES}
-    given = {"covariance": covariance, "lags": lags, "start": start, "loss": loss}
-    for name, choices in allowed.items():
-        if not is_among(given[name], choices):
-            raise UsageError(
-                f"there is no {name} {quoted(given[name])}; choose from {', '.join(choices)}.",
-                code=f"unknown-{'row-loss' if name == 'loss' else name}",
-            )
-    return given
-
-
 def twin_of(
     axis: GeneratedAxis, truth: Mapping[str, float], moves: tuple[Move, ...] | None
 ) -> GeneratedAxis:
@@ -111,8 +90,6 @@ def twin_of(
     ------
     UsageError
         A value is of no parameter, or none.
-    ModelError
-        The axis declares no experiment to change.
     """
     if not truth and moves is None:
         return axis
@@ -129,23 +106,13 @@ def twin_of(
             raise UsageError(
                 f"the true {name} is {quoted(value)}; give a number, SI.", code="bad-truth"
             )
-    experiment = _experiment(declared.experiment, declared.name, moves)
-    changed = replace(experiment, truth={**experiment.truth, **truth})
+    experiment = declared.experiment
+    if experiment is None and moves is None:
+        return axis  # which then is refused as a twin
+    given = Experiment(moves=moves or ()) if experiment is None else experiment
+    changed = replace(given, moves=given.moves if moves is None else moves)
+    changed = replace(changed, truth={**changed.truth, **truth})
     return build(replace(declared, experiment=changed), native=axis.native.enabled)
-
-
-def _experiment(
-    declared: Experiment | None, name: str, moves: tuple[Move, ...] | None
-) -> Experiment:
-    if declared is None:
-        if moves is not None:
-            return Experiment(moves=moves)
-        raise ModelError(
-            f"axis {name!r} declares no experiment, so it has no twin. Declare experiment=..., or "
-            "give moves=...",
-            code="no-experiment",
-        )
-    return declared if moves is None else replace(declared, moves=moves)
 
 
 def _check_count(what: str, value: object, *, least: int) -> None:

@@ -125,3 +125,16 @@ MIN_LOGS_PER_PARAMETER = Threshold(
     "logs for each parameter from which the robust scatter of a fleet tells what is usual",
     "chosen: with fewer, half of them hardly tell a scatter",
 )
+TREND_LEVEL = Threshold(
+    0.05,
+    "1",
+    "probability that one or more results of a series are beyond their limits though nothing "
+    "changes, and the same that a step is told",
+    "convention",
+)
+MIN_SERIES = Threshold(
+    5,
+    "results",
+    "results of one axis from which the scatter between them tells limits",
+    "chosen: with fewer a limit is some ten deviations wide",
+)

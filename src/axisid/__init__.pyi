@@ -8,7 +8,6 @@ from .estimation.estimates import Estimate as Estimate
 from .estimation.fitting import fit as fit
 from .estimation.identification import Identification as Identification
 from .estimation.identification import identify as identify
-from .estimation.monte_carlo import MonteCarlo as MonteCarlo
 from .estimation.monte_carlo import TwinNoise as TwinNoise
 from .estimation.monte_carlo import monte_carlo as monte_carlo
 from .estimation.records import Record as Record
@@ -43,3 +42,5 @@ from .support.errors import EstimationError as EstimationError
 from .support.errors import ModelError as ModelError
 from .support.errors import UsageError as UsageError
 from .support.version import __version__ as __version__
+from .trends import Trend as Trend
+from .trends import trend as trend

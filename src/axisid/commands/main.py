@@ -18,6 +18,7 @@ from typing import Any, NoReturn, TextIO
 import click
 
 from axisid.commands.many.fleet import fleet
+from axisid.commands.many.trend import trend
 from axisid.commands.options.completion import completion
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import as_options
@@ -51,6 +52,7 @@ _NO_MEMORY = (
         compare,
         compare_results,
         fleet,
+        trend,
         law,
         study,
         new,

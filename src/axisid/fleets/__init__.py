@@ -6,5 +6,6 @@ of the command line, and of how a log is identified.
 
 from .fleet import fleet as fleet
 from .fleet import written_files as written_files
+from .ledger import read_ledger as read_ledger
 from .result import Fleet as Fleet
 from .row import FleetRow as FleetRow

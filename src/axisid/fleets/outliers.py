@@ -4,14 +4,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import beta, f
 
 from axisid.estimation.thresholds.studies import FLEET_LEVEL, MIN_LOGS_PER_PARAMETER
+from axisid.populations import Alike, Usual, alike_points
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
-from .robust_scatter import Scatter, robust_scatter, squared_distances
 from .row import FleetRow
 
 
@@ -38,24 +36,6 @@ class Outlier:
     p_value: float
     parameter: str
     apart: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Usual:
-    """What is usual among logs of one axis.
-
-    Attributes
-    ----------
-    centre : array, (p,)
-    between : array, (p, p)
-        Scatter between the logs' true values, less what the estimates' deviations explain.
-    within : array, (p, p)
-        Mean covariance of the estimates.
-    """
-
-    centre: Array
-    between: Array
-    within: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,58 +90,16 @@ def _judged(
     if len(rows) < least:
         few = f"of {len(rows)} logs nothing is usual; {least} or more tell what is"
         return Missing(few), ()
-    if np.linalg.matrix_rank(values - np.median(values, axis=0)) < len(names):
-        return Missing("the logs have values that are not independent of one another"), ()
+    scale = np.std(values, axis=0)
+    if not scale.all() or np.linalg.matrix_rank((values - values.mean(axis=0)) / scale) < len(
+        names
+    ):
+        return Missing("the values of the logs lie in fewer dimensions than parameters"), ()
     covariances = np.array([row.covariance for row in rows])
-    found = robust_scatter(values)
-    usual = _usual(found, covariances)
-    distances = _distances(values, covariances, usual)
-    p_values = tail_probabilities(distances, found.used, len(names))
-    limit = -np.expm1(
-        np.log1p(-FLEET_LEVEL.value) / len(rows)
-    )  # of each, so that it is that of all
-    outlying = [int(i) for i in np.argsort(p_values, kind="stable") if p_values[i] < limit]
-    return usual, tuple(
-        _outlier(names, rows[i], values[i], covariances[i], usual, distances[i], p_values[i])
-        for i in outlying
+    found = alike_points(values, covariances, FLEET_LEVEL.value)
+    return found.usual, tuple(
+        _outlier(names, rows[i], values[i], covariances[i], found, i) for i in found.far
     )
-
-
-def _usual(found: Scatter, covariances: Array) -> Usual:
-    """Scatter of the logs without that of their estimates; none where that explains it."""
-    within = np.mean(covariances[found.used], axis=0)
-    # Both in units of the scatter, so that no parameter's unit decides what is too small.
-    root = np.linalg.cholesky(found.covariance)
-    excess = np.linalg.solve(root, np.linalg.solve(root, found.covariance - within).T)
-    sizes, axes = np.linalg.eigh((excess + excess.T) / 2)
-    turned = root @ axes
-    between = turned * np.maximum(sizes, 0.0) @ turned.T
-    return Usual(centre=found.centre, between=between, within=within)
-
-
-def _distances(values: Array, covariances: Array, usual: Usual) -> Array:
-    """Squared distances, each by the scatter and the log's own covariance."""
-    return np.array(
-        [
-            squared_distances(value[None], usual.centre, usual.between + covariance)[0]
-            for value, covariance in zip(values, covariances, strict=True)
-        ]
-    )
-
-
-def tail_probabilities(distances: Array, used: NDArray[np.bool_], size: int) -> Array:
-    """Probability of squared distances as large, of points that are like the others.
-
-    A point that the centre and the scatter are of is nearer to them than one that is not: scaled
-    beta and F distributions [1]_.
-
-    .. [1] A. Cerioli, "Multivariate outlier detection with high-breakdown estimators", Journal of
-       the American Statistical Association 105 (489), 2010.
-    """
-    count = int(np.sum(used))
-    inside = beta.sf(distances * count / (count - 1) ** 2, size / 2, (count - size - 1) / 2)
-    scaled = distances * count * (count - size) / ((count + 1) * (count - 1) * size)
-    return np.asarray(np.where(used, inside, f.sf(scaled, size, count - size)))
 
 
 def _outlier(
@@ -169,16 +107,16 @@ def _outlier(
     row: FleetRow,
     value: Array,
     covariance: Array,
-    usual: Usual,
-    distance: float,
-    p_value: float,
+    found: Alike,
+    place: int,
 ) -> Outlier:
+    usual = found.usual
     apart = (value - usual.centre) / np.sqrt(np.diag(usual.between + covariance))
     furthest = int(np.argmax(np.abs(apart)))
     return Outlier(
         name=row.name,
-        distance=float(np.sqrt(distance)),
-        p_value=float(p_value),
+        distance=float(np.sqrt(found.distances[place])),
+        p_value=float(found.p_values[place]),
         parameter=names[furthest],
         apart=float(apart[furthest]),
     )

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from axisid.codegen.artefacts import build
-from axisid.estimation.choices.methods import method_names
 from axisid.estimation.monte_carlo import MonteCarlo, monte_carlo
 from axisid.modeling.text import load_axis
 from axisid.presentation.blocks import Document, plain_text
@@ -16,7 +15,7 @@ from axisid.presentation.monte_carlo import estimand_tables, findings, legend
 from axisid.support.files.json_text import json_text
 from axisid.support.progress import Progress
 
-from .study import APPROPRIATE, INAPPROPRIATE, written_into
+from .study import APPROPRIATE, INAPPROPRIATE, METHODS, written_into
 
 #: The filters by name, as files are named for them.
 FILTERS = {"appropriate": APPROPRIATE, "inappropriate": INAPPROPRIATE}
@@ -50,7 +49,7 @@ def run_distributions(
         name: monte_carlo(
             axis,
             runs,
-            method_names(),
+            METHODS,
             prefilter=prefilter,
             start="nominal",
             seed=seed,

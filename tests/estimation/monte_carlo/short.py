@@ -3,8 +3,9 @@
 from functools import cache
 from typing import Any
 
-from axisid import MonteCarlo, Prefilter, build, load_axis, monte_carlo
+from axisid import Prefilter, build, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import MonteCarlo
 from axisid.modeling.declaration import Move
 
 MOVES = (
@@ -21,7 +22,7 @@ def axis() -> GeneratedAxis:
 
 def study(runs: int = 4, methods: Any = ("idm-ls", "idm-iv"), **how: Any) -> MonteCarlo:
     """A study of some twins along a short way."""
-    return monte_carlo(axis(), runs, methods, prefilter=FILTER, moves=MOVES, **how)
+    return monte_carlo(axis(), runs, methods, **{"prefilter": FILTER, "moves": MOVES, **how})
 
 
 @cache

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import MonteCarlo, TwinNoise, build, identify, load_axis, monte_carlo
+from axisid import TwinNoise, build, identify, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import MonteCarlo
 from axisid.estimation.monte_carlo.figures import Share
 from axisid.estimation.monte_carlo.noise import DrawnNoise
 from axisid.estimation.monte_carlo.runs import BlockNumbers, Estimand, FailedRun, joined
@@ -199,9 +200,10 @@ def test_other_true_values_are_simulated() -> None:
         ({"checks": 1.5}, "monte-carlo-count"),
         ({"methods": "ols"}, "unknown-method"),
         ({"methods": ()}, "no-method"),
-        ({"noise": 1e-6}, "twin-noise"),
+        ({"noise": 1e-6}, "twin-noise-type"),
         ({"truth": {"m": 1.0}}, "unknown-truth"),
         ({"truth": {"M": "heavy"}}, "bad-truth"),
+        ({"prefilter": 60.0}, "monte-carlo-prefilter"),
         ({"covariance": "ols"}, "unknown-covariance"),
         ({"start": "far"}, "unknown-start"),
         ({"loss": "l1"}, "unknown-row-loss"),
@@ -213,6 +215,13 @@ def test_other_true_values_are_simulated() -> None:
 def test_what_makes_no_sense_is_refused(given: dict[str, Any], code: str) -> None:
     with refuses(code):
         study(**given)
+
+
+def test_a_disturbance_that_the_drive_would_log_is_refused() -> None:
+    declared = axis().axis
+    logging = replace(declared, drive=replace(declared.drive, delay=1e-3, logged="applied"))
+    with refuses("twin-disturbance"):
+        study(1, twin=logging, noise=TwinNoise(disturbance=0.1))
 
 
 def test_a_study_of_which_nothing_comes_says_why() -> None:

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
-import polars
+import polars as pl
 import pytest
 
 from axisid.estimation.monte_carlo.table import run_columns, write_runs
@@ -16,7 +16,7 @@ def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
     npz, parquet = tmp_path / "runs.npz", tmp_path / "runs.parquet"
     for file in (npz, parquet):
         write_runs(judged(), file)
-    frame = polars.read_parquet(parquet)
+    frame = pl.read_parquet(parquet)
     with np.load(npz) as arrays:
         assert frame.columns == [name for name in arrays if name != "axisid.monte_carlo"]
         for name in frame.columns:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from axisid.commands.options.completion import complete_axis
+from axisid.commands.options.estimator_options import covariance_option
 from axisid.commands.options.filter_options import Filtering, filter_options
 from axisid.commands.options.inputs import leave_out_option
 from axisid.commands.options.option_checks import Command, check_needed
@@ -24,7 +25,6 @@ from axisid.commands.options.outputs import (
     write_output,
 )
 from axisid.commands.options.start_option import start_option
-from axisid.estimation.choices.covariances import assumptions, covariance_names
 from axisid.estimation.choices.methods import method_names
 from axisid.presentation.console import ProgressLine
 
@@ -58,7 +58,7 @@ def _noise_options(command: Callable[..., None]) -> Callable[..., None]:
     cls=Command,
     short_help="Identify many twins: bias, intervals, checks.",
     epilog="Examples: axisid study emps2015 --runs 20 --method idm-ls --method idm-iv, or "
-    "axisid study emps2015 --truth Fc=30 --runs 20 --checks 2 --report study.html",
+    "axisid study emps2015 --truth Fc=30 --runs 20 --report study.html",
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.option("--runs", type=click.IntRange(min=1), default=_RUNS, show_default=True, help="Twins.")
@@ -100,13 +100,7 @@ def _noise_options(command: Callable[..., None]) -> Callable[..., None]:
 )
 @filter_options()
 @leave_out_option
-@click.option(
-    "--covariance",
-    type=click.Choice(covariance_names()),
-    default=covariance_names()[0],
-    show_default=True,
-    help=f"What intervals assume of the residuals: {assumptions()}.",
-)
+@covariance_option
 @start_option()
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
 @click.option(

@@ -34,6 +34,8 @@ _MARKS = {
     "fleet": _SCHEMA % b"fleet",
     "fleet-table": rb"\Aname,log,axis,serial,|axisid\.fleet/\d",
     "paper-distributions": rb"\A\d+ twins, appropriate filter",
+    "trend": _SCHEMA % b"trend",
+    "trend-table": rb"\Aaxis,serial,result,place,",
     "paper": rb"\A[^\n]* samples of [^\n]* ms\ntrue values: ",
 }
 
@@ -47,8 +49,9 @@ def is_earlier(file: Path, kind: str) -> bool:
         A regular file.
     kind : str
         ``identify``, ``fit``, ``sweep``, ``compare``, ``compare-results``, ``study``, ``export``,
-        ``generate``, ``fleet`` or ``paper``, of the command's own document; ``study-runs``,
-        ``paper-distributions``, ``report``, ``figure`` or ``fleet-table``.
+        ``generate``, ``fleet``, ``trend`` or ``paper``, of the command's own document;
+        ``study-runs``, ``paper-distributions``, ``report``, ``figure``, ``fleet-table`` or
+        ``trend-table``.
 
     Raises
     ------

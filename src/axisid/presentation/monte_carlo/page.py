@@ -8,7 +8,7 @@ from axisid.modeling.declaration import Axis
 from axisid.presentation.blocks import Heading
 from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import Plot
-from axisid.presentation.report import Page, figure_html, framed, model_html
+from axisid.presentation.report import figures_html, model_html, page_of
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
@@ -39,20 +39,20 @@ def monte_carlo_page(
     heading = plan.axis.axis.title or plan.axis.axis.name
     facts = study_facts(result)
     checks = (checks_table(result),) if result.judged else ()
-    page = Page(
-        title=f"{heading}: axisid study",
-        heading=f"{heading}: a Monte-Carlo study",
-        subheading=f"{facts['twins']}, {facts['noise']}",
+    return page_of(
+        (plot for plot in plots.values() if isinstance(plot, Plot)),
+        several=False,
+        heading=escape(f"{heading}: a Monte-Carlo study"),
+        subheading=escape(f"{facts['twins']}, {facts['noise']}"),
         verdict='<section class="verdict"><h2>What it shows</h2>'
         f"{blocks_html((findings(result),))}</section>",
         parameters=blocks_html((*estimand_tables(result), *checks, legend(result))),
-        figures="".join(figure_html(name, plot, wording) for name, plot in plots.items()),
+        figures=figures_html({0: plots}, (), wording),
         model=_models(plan.axis.axis, plan.twin.axis, right=plan.is_right),
         provenance=_provenance(facts, command, made),
         simulated='<p class="simulated"><b>SIMULATED.</b> Nothing here is measured: every run is a '
         "twin of the axis with noise of its own.</p>",
     )
-    return framed(page, (plot for plot in plots.values() if isinstance(plot, Plot)))
 
 
 def _models(axis: Axis, twin: Axis, *, right: bool) -> str:

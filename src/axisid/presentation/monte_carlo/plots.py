@@ -7,13 +7,14 @@ import numpy as np
 from scipy.special import ndtr
 
 from axisid.estimation.monte_carlo import PARAMETER, Mean, MonteCarlo, Share
-from axisid.presentation.plots import Panel, Plot, Series, Tone, labelled, paired
+from axisid.presentation.plots import TITLES, Panel, Plot, Series, Tone, labelled, paired
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 _REACH = 5.0  # deviations to either side of a histogram
 _BINS = (10, 60)  # of it, least and most; the root of the runs between them
 _LEVELS = np.array([0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.975, 0.99])
+_FINE = 20  # points of a bar
 _MOST_POINTS = 300
 _FEWEST_RUNS = 10
 
@@ -67,21 +68,22 @@ def _panels(
 def _errors(result: MonteCarlo) -> Plot:
     bins = 2 * round(float(np.clip(np.sqrt(len(result)), *_BINS)) / 2)
     edges = np.linspace(-_REACH, _REACH, bins + 1)
-    corners = np.repeat(edges, 2)
+    # So many points that the steps are drawn as a line, not as its corners.
+    x = np.linspace(-_REACH, _REACH, _FINE * bins + 1)
+    bars = np.minimum(np.arange(len(x)) // _FINE, bins - 1)
 
     def density(place: int, label: str, tone: Tone) -> Series:
         errors = np.clip(result.normalised(place), -_REACH, _REACH)
         share = np.histogram(errors, edges)[0] / max(len(errors), 1) / np.diff(edges)
-        return Series(label=label, x=corners, y=np.pad(np.repeat(share, 2), 1), tone=tone)
+        return Series(label=label, x=x, y=share[bars], tone=tone)
 
     def normal() -> Series:
-        x = np.linspace(-_REACH, _REACH, 101)
         y = np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
         return Series(label="", x=x, y=y, tone="measured", dashed=True)
 
     return Plot(
         name="errors",
-        title="Errors in stated deviations",
+        title=TITLES["errors"],
         caption="How often each error occurs, in the deviation that its run states; dashed, as a "
         f"normal distribution has it. What is beyond {_REACH:g} deviations is in the outermost "
         "bars.",
@@ -105,7 +107,7 @@ def _coverage(result: MonteCarlo) -> Plot:
 
     return Plot(
         name="coverage",
-        title="Intervals that hold the truth",
+        title=TITLES["coverage"],
         caption="Share of the intervals of every level that hold the truth, with Wilson's 95 % "
         "interval; dashed, as it should be. Below the line intervals are too narrow.",
         x_label="level of the interval [%]",
@@ -126,7 +128,7 @@ def _bias(result: MonteCarlo) -> Plot:
 
     return Plot(
         name="bias",
-        title="Bias, as runs come in",
+        title=TITLES["bias"],
         caption="Mean error up to each run, with two standard errors to either side.",
         x_label="runs",
         panels=_panels(

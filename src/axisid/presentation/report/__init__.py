@@ -4,8 +4,7 @@ In: an identification or a fit. Out: a page. Knows nothing of how statistics are
 """
 
 from .fit_page import fit_report_html as fit_report_html
-from .frame import Page as Page
-from .frame import figure_html as figure_html
-from .frame import framed as framed
-from .model import model_html as model_html
 from .outputs import Outputs as Outputs
+from .page import figures_html as figures_html
+from .page import model_html as model_html
+from .page import page_of as page_of

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from datetime import datetime
+from html import escape
 
 from axisid.estimation.fitting import OutputFit
 from axisid.presentation.blocks import Heading, Notes, Table
@@ -11,9 +12,7 @@ from axisid.presentation.text.fits import output_fit_document
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 
-from .frame import Page, framed
-from .model import model_html
-from .page import figures_html, simulated_html
+from .page import figures_html, model_html, page_of, simulated_html
 from .provenance import facts_html, made_by
 from .verdict import verdict_html
 
@@ -43,11 +42,13 @@ def fit_report_html(
     samples = sum(map(len, fit.records))
     sources = [record.provenance.source for record in fit.records]
     plots = fit_plots(fit)
-    heading = axis.title or axis.name
-    page = Page(
-        title=f"{heading}: axisid report",
-        heading=heading,
-        subheading=f"{axis.name}, {fit.output} fitted to {', '.join(sources)}, {samples} samples",
+    return page_of(
+        (p for of in plots.values() for p in of.values() if isinstance(p, Plot)),
+        several=len(fit.records) > 1,
+        heading=escape(axis.title or axis.name),
+        subheading=escape(
+            f"{axis.name}, {fit.output} fitted to {', '.join(sources)}, {samples} samples"
+        ),
         verdict=verdict_html(fit.checks, f"fit of the {fit.output}", wording),
         parameters="".join(f'<div class="scroll">{blocks_html((block,))}</div>' for block in shown),
         figures=figures_html(plots, sources, wording),
@@ -61,9 +62,7 @@ def fit_report_html(
             command,
         ),
         simulated=simulated_html(_truth(fit)),
-        further="records" if len(fit.records) > 1 else "",
     )
-    return framed(page, (p for of in plots.values() for p in of.values() if isinstance(p, Plot)))
 
 
 def fit_plots(fit: OutputFit) -> dict[int, dict[str, Plot | Missing]]:

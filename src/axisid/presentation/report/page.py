@@ -1,22 +1,33 @@
 """The page: every part in its place, and nothing from outside."""
 
-from collections.abc import Callable, Mapping, Sequence
+import base64
+import hashlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from html import escape
+from importlib.resources import files
+from string import Template
+
+import sympy
 
 from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Sweep, Validation, default_cutoffs, sweep
-from axisid.presentation.plots import Plot, plots_by_record
+from axisid.modeling.declaration import Axis, ControlLaw, Memory, equation_of_motion
+from axisid.modeling.quantities import FORCE, Coordinate, Formula, written
+from axisid.presentation.formulas import formula_mathml
+from axisid.presentation.html import prose_html
+from axisid.presentation.plots import TITLES, Plot, plots_by_record
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
+from axisid.support.version import __version__
 
-from .frame import Page, figure_html, framed
-from .model import model_html
+from .embedding import figures_data, script_json
 from .parameters import parameters_html
 from .provenance import provenance_html, truth_text
 from .verdict import verdict_html
 
 _PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # beside one another
+_SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
 _CUTOFFS = 8
 
 
@@ -52,19 +63,45 @@ def report_html(
     plots = plots_by_record(result, cutoffs)
     heading = axis.title or axis.name
     checked = (validation,) if isinstance(validation, Validation) else tuple(validation or ())
-    page = Page(
-        title=f"{heading}: axisid report",
-        heading=heading,
-        subheading=_subheading(result),
+    return page_of(
+        (p for of in plots.values() for p in of.values() if isinstance(p, Plot)),
+        several=bool(result.of_records),
+        heading=escape(heading),
+        subheading=escape(_subheading(result)),
         verdict=verdict_html(diagnosis.verdict, diagnosis.preferred, wording),
         parameters=parameters_html(result, checked, draws, wording=wording),
         figures=figures_html(plots, result.record_names if result.of_records else (), wording),
         model=model_html(axis),
         provenance=provenance_html(result, command, made, wording=wording),
         simulated=simulated_html(truth_text(result)),
-        further="records" if result.of_records else "",
     )
-    return framed(page, (p for of in plots.values() for p in of.values() if isinstance(p, Plot)))
+
+
+def page_of(plots: Iterable[Plot], *, several: bool, heading: str, **parts: str) -> str:
+    """A page of its parts in HTML, with the data of its figures.
+
+    Parameters
+    ----------
+    plots : iterable of Plot
+    several : bool
+        Whether a reader chooses of which record figures are.
+    heading : str
+    **parts
+        What else stands in the template.
+    """
+    style = _asset("page.css") + _asset("records.css") * several
+    script = "".join(map(_asset, _SCRIPTS)) + _asset("records.js") * several
+    return Template(_asset("page.html")).substitute(
+        parts,
+        version=__version__,
+        title=f"{heading}: axisid report",
+        heading=heading,
+        data=script_json(figures_data(plots)),
+        style=style,
+        script=script,
+        style_hash=_hash(style),
+        script_hash=_hash(script),
+    )
 
 
 def report_sweep(
@@ -143,5 +180,60 @@ def _figures(plots: Mapping[str, Plot | Missing], wording: Wording, record: int 
     # Where one of a pair cannot be drawn, the other takes the whole width.
     halves = {name for pair in _PAIRS if len({kinds.get(n) for n in pair}) == 1 for name in pair}
     return "".join(
-        figure_html(name, plot, wording, of, half=name in halves) for name, plot in plots.items()
+        _figure(name, plot, wording, of, half=name in halves) for name, plot in plots.items()
     )
+
+
+def _figure(name: str, plot: Plot | Missing, wording: Wording, of: str, *, half: bool) -> str:
+    wide = (' class="half"' if half else "") + of
+    heading = TITLES[name] if isinstance(plot, Missing) else plot.title
+    title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
+    if isinstance(plot, Missing):
+        why = prose_html(f"None: {plot.note.worded(wording)}")
+        return f'<figure{wide}>{title}<p class="none">{why}</p></figure>'
+    return (
+        f'<figure{wide} id="figure-{plot.name}">{title}'
+        f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'
+        f"<figcaption>{prose_html(plot.caption)}</figcaption></figure>"
+    )
+
+
+def model_html(axis: Axis) -> str:
+    """The equation of motion, the drive and the control law."""
+    q, law = axis.coordinate, axis.control
+    motion = formula_mathml(equation_of_motion(axis), q)
+    said = (
+        f"Position {q.name} in {q.unit}; {FORCE}, the drive's force, is {axis.drive.force_text(q)}."
+    )
+    said += f" There {axis.drive.timing_text}." if axis.drive.timing_text else ""
+    equation = f'<div class="equation">{motion}<p>{escape(said)}</p></div>'
+    return equation if law is None else equation + _law(law, q)
+
+
+def _law(law: ControlLaw, q: Coordinate) -> str:
+    """What the drive computes once a period, and what it remembers until the next."""
+    formulas = [Formula(name="control", value=law.output)]
+    formulas += [Formula(name=_next(memory), value=memory.following) for memory in law.memory]
+    typeset = "".join(formula_mathml(formula, q) for formula in formulas)
+    how = "continuous" if law.continuous else f"evaluated every {1e3 * law.period:g} ms and held"
+    late = f", applied {law.delay} samples late" if law.delay else ""
+    gains = ", ".join(f"{name} = {value:g}" for name, value in law.gains.items())
+    facts = f"{law.name}, {how}{late}" + (f"; {gains}." if gains else ".")
+    if law.memory:
+        starts = ", ".join(f"{m.name} = {written(m.start, q)}" for m in law.memory)
+        facts += f" Kept from sample to sample; at the first: {starts.replace('_', ' ')}."
+    return f'<h3>Control law</h3><div class="equation">{typeset}<p>{escape(facts)}</p></div>'
+
+
+def _next(memory: Memory) -> sympy.Symbol:
+    return sympy.Symbol(f"{memory.name}_next")
+
+
+def _asset(name: str) -> str:
+    return (files(__package__) / "assets" / name).read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    """What the page's security policy knows its own script or style by."""
+    digest = hashlib.sha256(text.encode()).digest()
+    return f"sha256-{base64.b64encode(digest).decode()}"

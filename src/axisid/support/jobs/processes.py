@@ -127,9 +127,9 @@ class _Processes:
             self._stillborn += 1
             if self._stillborn >= _MOST_STILLBORN:
                 raise UsageError(
-                    f"processes end before they begin to work ({how}). Call it under "
-                    'if __name__ == "__main__": in a script, since each process reads the script '
-                    "again.",
+                    f"processes end before they begin to work ({how}); what they say on standard "
+                    "error tells why. A script has to call it under if __name__ == "
+                    '"__main__":, since each process reads the script again.',
                     code="no-workers",
                 )
         else:
