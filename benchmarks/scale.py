@@ -2,7 +2,8 @@
 
 A fleet of short twins with three corrupt logs, of whose workers one is killed in the middle: what
 each log costs with its diagnosis, what resuming costs, and how often right and wrong machines are
-told. Then what Dask adds to a task, on a cluster of this machine.
+told. Then what Dask adds to a task, on a cluster of this machine, and what an identification costs
+alone and among lanes.
 
     python benchmarks/scale.py                  a table
     python benchmarks/scale.py --json -         one JSON object
@@ -21,6 +22,7 @@ from pathlib import Path
 import numpy as np
 from figures import give, parser_of
 from fleet_logs import AXIS, write_logs
+from lanes import measure as lane_figures
 
 from axisid import Fleet, fleet
 from axisid.support.jobs.run import run_jobs
@@ -106,11 +108,12 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--logs", type=int, default=200, help="of the fleet")
     parser.add_argument("--jobs", type=int, default=2, help="processes of the fleet")
-    parser.add_argument("--only", choices=["fleet", "dask"], help="one part")
+    parser.add_argument("--only", choices=["fleet", "dask", "lanes"], help="one part")
     given = parser.parse_args()
     parts: Mapping[str, Callable[[], Figures]] = {
         "fleet": lambda: fleet_figures(given.logs, given.jobs),
         "dask": lambda: dask_figures(TASKS),
+        "lanes": lane_figures,
     }
     figures: Figures = {}
     for name, measure in parts.items():
