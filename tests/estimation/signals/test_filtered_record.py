@@ -77,7 +77,7 @@ def test_one_identification_low_passes_each_motion_once(
     result_filter = Prefilter()
     monkeypatch.setattr(SampledFilter, "motion", counted)
     result = identify(emps2015, record, result_filter)
-    assert len(result) == 4
+    assert len(result) == 5
     assert len(filtered) == 2
     assert all(result[method].parameters for method in result)
     assert len(filtered) == 6
