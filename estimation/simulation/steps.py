@@ -271,6 +271,8 @@ def _probed(
     signals: Sequence[Array],
 ) -> Array:
     """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
+    if axis.states:
+        return _rates_with_states(axis, q, dq, s, parameters, force)
     waves = _wave_numbers(axis, q, parameters, signals)
     way = np.full(len(q), PROBE) if waves is None else PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
@@ -289,6 +291,21 @@ def _probed(
         here, faster, further = accelerations.reshape(3, -1)
         damping, stiffness = np.abs(faster - here) / PROBE, np.abs(further - here) / way
         rates = np.maximum(damping, np.sqrt(stiffness))
+    return np.where(np.isfinite(rates), rates, 0.0)
+
+
+def _rates_with_states(
+    axis: GeneratedAxis, q: Array, dq: Array, s: Array, parameters: Array, force: Array | None
+) -> Array:
+    """Rates of motion and internal states together, the states where they start, (n,)."""
+    held = _held(axis, q, ())
+    held[:, 0] = 0.0 if force is None else force
+    begin = axis.functions["state_start"]
+    sets = np.atleast_2d(parameters)
+    states = np.array([begin(each)[0].full().ravel() for each in sets])
+    where = states[0] if parameters.ndim == 1 else states
+    with np.errstate(all="ignore"):
+        rates = axis.evaluate("plant_rate", q, dq, held, s, where, parameters)[0][:, 0]
     return np.where(np.isfinite(rates), rates, 0.0)
 
 
