@@ -26,6 +26,7 @@ STATES = "states"
 #: after a second of presliding changes by less than 1e-6 (`benchmarks/presliding.py`).
 RESOLVED_STATES = 0.2
 
+_NOTHING = 1e-150  # beside any damping, 1/s
 # Rodas4: the stages' arguments, and what they add to the right-hand side, over the step.
 _GAMMA = 0.25
 _STAGES = (
@@ -128,15 +129,27 @@ class Remembering:
         return self.builder.inline(self.dynamics, (q,), (dq,), (self.force,), *mode)
 
     def rate(self, motion: Sequence[int]) -> int:
-        """How fast motion and states may change, 1/s, for steps to be as short."""
+        """How fast motion and states may change, 1/s, for steps to be as short.
+
+        Velocity v and state z have the rates that solve ``r**2 + T r + S = 0``, with
+        ``S = a_v g_z - a_z g_v`` and ``T = -(a_v + g_z)``: they swing with ``sqrt(S)`` where T is
+        little; else the one rate is about T, and what has it dies out within a step, the other
+        ``S/T``. The relaxation itself changes with the speed, from nothing where the axis turns.
+        """
         build, found, width = self.builder.apply, self._at(motion), len(motion)
         slopes = found["slopes"]
-        stiffness = slopes[0]
+        by_velocity = slopes[1]
+        stiffness, damping = slopes[0], build("abs", by_velocity)
         for j in range(2, width):
-            by_velocity = slopes[(j - 1) * width + 1]
-            stiffness = build("add", stiffness, build("mul", slopes[j], by_velocity))
+            row = slopes[(j - 1) * width : j * width]
+            stiffness = build("add", stiffness, build("mul", slopes[j], row[1]))
+            stiffness = build("sub", stiffness, build("mul", by_velocity, row[j]))
+            damping = build("add", damping, build("abs", row[j]))
+        stiffness = build("abs", stiffness)
+        slow = build("div", stiffness, build("add", damping, self.builder.constant(_NOTHING)))
+        swinging = build("min", build("sqrt", stiffness), slow)
         relaxing = build("mul", build("abs", found["rates"][0]), found["curvature"][0])
-        return build("sqrt", build("max", build("abs", stiffness), relaxing))
+        return build("max", swinging, build("sqrt", relaxing))
 
     def step(self, motion: Vector, step: int) -> Vector:
         """Position, velocity and states `step` seconds later."""

@@ -138,9 +138,12 @@ class VirtualPlant:
         self.sides = 0 if switching is None else switching.size1_in("sides")
         self.moving = switching is not None and "held" in switching.name_in()
         begin = functions.get("state_start")
-        start, first = ((), self.sides) if begin is None else begin(parameters)
-        self.start_states = tuple(np.ravel(start).tolist())
-        self._limits = range(int(first), self.sides)
+        self.start_states: tuple[float, ...] = ()
+        self._limits = range(0)
+        if begin is not None:
+            start, first = begin(parameters)
+            self.start_states = tuple(start.full().ravel().tolist())
+            self._limits = range(int(first), self.sides)
         self._response = functions.get("drive_response")
         self.lagged = held_values(functions) == len(("tau", "target"))
         self.until = 0.0 if self._response is None else float(self._response(0.0, 0.0, 1.0)[1])
@@ -166,7 +169,7 @@ class VirtualPlant:
             return StepResult(q, 0.0, 0.0, 0.0)
         end = self._call("plant_step", q, dq, mode, step=span)
         states = tuple(end[4].tolist()) if mode.states else ()
-        return StepResult(*(float(value[0]) for value in end[:4]), states)
+        return StepResult(*(float(value[0]) for value in end[:4]), states=states)
 
     def accelerate(self, q: float, dq: float, mode: Mode) -> float:
         """Acceleration in a mode."""

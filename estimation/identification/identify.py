@@ -10,7 +10,7 @@ from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, default_method
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS, estimate_by
-from axisid.estimation.problems import Problem
+from axisid.estimation.problems import Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -96,6 +96,7 @@ def identify(
         See each; a method asked for by name raises, whatever the reason.
     """
     generated = as_generated(axis)
+    check_has_rows(generated)
     records = records_of(record)
     _check_covariance(covariance)
     requested = _requested(methods)

@@ -24,8 +24,12 @@ _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywh
 _ROUNDING = 1e-9
 _EPSILON = float(np.finfo(float).eps)
 MOST_SUBSTEPS = 1024
-#: The signals that `substeps_along` looks at.
-VISITED = ("position", "velocity", "force", "direction")
+_VISITED = ("position", "velocity", "force", "direction")
+
+
+def visited_signals(axis: GeneratedAxis) -> tuple[str, ...]:
+    """The signals that `substeps_along` looks at."""
+    return (*_VISITED, "acceleration") if axis.states else _VISITED
 
 
 def no_control_law(name: str) -> ModelError:
@@ -203,7 +207,7 @@ def substeps_at_start(
     they are the same everywhere; for others see `substeps_along`.
     """
     lanes = len(start)
-    if axis.has_sides:
+    if axis.has_sides or axis.states:
         return np.ones(lanes, dtype=np.int64)
     q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
     shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
@@ -226,7 +230,7 @@ def substeps_along(
     axis : GeneratedAxis
     parameters : (p,) array
     visited : dict of str to (n,) array
-        Position, velocity, force and direction. Where the velocity changes its sign between two
+        By `visited_signals`. Where the velocity changes its sign between two
         samples, the axis at rest is looked at too, in both directions.
     period : float
     recorded : sequence of (N,) array
@@ -236,6 +240,9 @@ def substeps_along(
     if not len(q):
         return 1
     signals = [values[: len(q)] for values in recorded]
+    if axis.states:
+        rates = _rates_with_states(axis, parameters, visited)
+        return int(_steps(axis, rates.max(keepdims=True), np.zeros(1), period)[0])
     turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
     s = np.where(visited["direction"] < 0, -1.0, 1.0)
     rates = _probed(
@@ -271,8 +278,6 @@ def _probed(
     signals: Sequence[Array],
 ) -> Array:
     """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
-    if axis.states:
-        return _rates_with_states(axis, q, dq, s, parameters, force)
     waves = _wave_numbers(axis, q, parameters, signals)
     way = np.full(len(q), PROBE) if waves is None else PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
@@ -295,17 +300,21 @@ def _probed(
 
 
 def _rates_with_states(
-    axis: GeneratedAxis, q: Array, dq: Array, s: Array, parameters: Array, force: Array | None
+    axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array]
 ) -> Array:
-    """Rates of motion and internal states together, the states where they start, (n,)."""
+    """Rates of motion and internal states together along a motion, (n,).
+
+    The states are where they start, the force is such that the acceleration is that of the motion.
+    """
+    names = ("position", "velocity", "acceleration", "direction")
+    q, dq, ddq, direction = (visited[name] for name in names)
+    begin = axis.functions["state_start"](parameters.tolist())[0]
     held = _held(axis, q, ())
-    held[:, 0] = 0.0 if force is None else force
-    begin = axis.functions["state_start"]
-    sets = np.atleast_2d(parameters)
-    states = np.array([begin(each)[0].full().ravel() for each in sets])
-    where = states[0] if parameters.ndim == 1 else states
     with np.errstate(all="ignore"):
-        rates = axis.evaluate("plant_rate", q, dq, held, s, where, parameters)[0][:, 0]
+        forces = axis.evaluate("inverse_dynamics", q, dq, ddq, direction, parameters)[0]
+        held[:, 0] = forces[:, 0]
+        states = begin.full().ravel()
+        rates = axis.evaluate("plant_rate", q, dq, held, direction, states, parameters)[0][:, 0]
     return np.where(np.isfinite(rates), rates, 0.0)
 
 

@@ -167,9 +167,7 @@ def maxwell_slip(
     """
     check_coordinate(coordinate)
     k, most = _amount(stiffness, coordinate, "/{}"), _amount(level, coordinate)
-    state = State(
-        name or _state_name(k), coordinate.unit, coordinate.velocity, limit=most / k
-    )
+    state = State(name or _state_name(k), coordinate.unit, coordinate.velocity, limit=most / k)
     return k * state.symbol
 
 

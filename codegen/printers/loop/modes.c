@@ -97,7 +97,7 @@ static inline struct switches switches_at(double q, double dq, const struct mode
                                           const double *p)
 {
     struct switches s;
-    switching(q, dq, mode->sides, p, s.value, s.by_position, s.by_velocity);
+    switching(q, dq, mode->sides/*STATES , mode->states*/, p, s.value, s.by_position, s.by_velocity);
     return s;
 }
 #endif
