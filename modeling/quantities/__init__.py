@@ -22,11 +22,11 @@ from .names import check_name as check_name
 from .names import check_symbol as check_symbol
 from .names import fresh_name as fresh_name
 from .numbers import number as number
+from .numbers import rounded as rounded
 from .reading_order import InReadingOrder as InReadingOrder
 from .reading_order import Readable as Readable
 from .reading_order import readable as readable
 from .reading_order import written as written
-from .rounding import rounded as rounded
 from .signal import BETWEEN as BETWEEN
 from .signal import Signal as Signal
 from .signal import SignalSymbol as SignalSymbol
