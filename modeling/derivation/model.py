@@ -81,8 +81,9 @@ def derive(axis: Axis) -> AxisModel:
         the velocity in a way that is not friction.
     """
     check_axis(axis)
+    states = state_equations(axis)
     try:
-        return _derived(axis)
+        return _derived(axis, states)
     except ModelError as error:
         raise ModelError(f"axis {axis.name!r}: {error}", code="force-jumps") from error
     except RecursionError as error:
@@ -91,10 +92,10 @@ def derive(axis: Axis) -> AxisModel:
         ) from error
 
 
-def _derived(declared: Axis) -> AxisModel:
+def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
     balance = _balance(declared)
-    if declared.states:
-        return _remembering(declared, balance)
+    if states:
+        return _remembering(declared, balance, states)
     base = base_model(declared, balance)
     axis = base.axis
     if base.changed:
@@ -120,9 +121,9 @@ def _derived(declared: Axis) -> AxisModel:
     )
 
 
-def _remembering(axis: Axis, balance: sympy.Expr) -> AxisModel:
+def _remembering(axis: Axis, balance: sympy.Expr, states: tuple[StateEquation, ...]) -> AxisModel:
     """The models of an axis with internal states, in the parameters as they were declared."""
-    q, states = axis.coordinate, state_equations(axis)
+    q = axis.coordinate
     profile = with_numbers(axis.drive.profile)
     balance = in_direction(with_own_symbols(balance), q.velocity)
     force = balance / profile

@@ -67,30 +67,30 @@ def _equation(axis: Axis, state: State) -> StateEquation:
     rate, *others = (with_own_symbols(with_numbers(value)) for value in state.values)
     parameters = {p.symbol for p in axis.parameters}
     states = {each.own for each in axis.states}
-    _check_symbols(state, rate, {q.symbol, q.velocity} | parameters | states)
+    _check_symbols(axis, state, rate, {q.symbol, q.velocity} | parameters | states)
     for value in others:
-        _check_symbols(state, value, parameters)
+        _check_symbols(axis, state, value, parameters)
     rate = in_direction(rate, q.velocity)
     if not vanishes(rate.xreplace({q.velocity: sympy.S.Zero})):
         raise ModelError(
-            f"the state {state.name} changes at rest, by {state.following}; declare a rate that "
+            f"axis {axis.name!r}: the state {state.name} changes at rest, by {state.following}; declare a rate that "
             f"vanishes with the velocity {q.velocity}.",
             code="state-at-rest",
         )
     limit = None if state.limit is None else others[0]
     if limit is not None and rate != q.velocity:
         raise ModelError(
-            f"the state {state.name} has a limit and follows {state.following}; one with a limit "
+            f"axis {axis.name!r}: the state {state.name} has a limit and follows {state.following}; one with a limit "
             f"follows the velocity {q.velocity}.",
             code="state-limit",
         )
     return StateEquation(symbol=state.own, rate=rate, limit=limit, start=others[-1])
 
 
-def _check_symbols(state: State, value: sympy.Expr, allowed: set[sympy.Symbol]) -> None:
+def _check_symbols(axis: Axis, state: State, value: sympy.Expr, allowed: set[sympy.Symbol]) -> None:
     if unknown := sorted(map(str, value.free_symbols - allowed)):
         raise ModelError(
-            f"the state {state.name} is declared by {value}, which has {', '.join(unknown)}; it "
+            f"axis {axis.name!r}: the state {state.name} is declared by {value}, which has {', '.join(unknown)}; it "
             f"may have {', '.join(sorted(map(str, allowed)))}.",
             code="state-symbols",
         )
@@ -108,7 +108,7 @@ def _check_axis(axis: Axis) -> None:
     }
     if found := [what for what, there in beside.items() if there]:
         raise ModelError(
-            f"the friction remembers ({names}), and the axis has {found[0]}, with which such "
+            f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, with which such "
             "friction is not simulated; declare the axis without one of the two.",
             code="state-beside",
         )

@@ -32,7 +32,10 @@ class StateSymbol(sympy.Symbol):  # type: ignore[misc]
         return (self.state,), {}
 
     def _hashable_content(self) -> tuple[Any, ...]:
-        return (*super()._hashable_content(), self.state)
+        # SymPy also orders by it, so that a state itself cannot be there.
+        state, none = self.state, sympy.S.Infinity
+        limit = none if state.limit is None else state.limit
+        return (*super()._hashable_content(), state.unit, state.following, limit, state.start)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +71,7 @@ class State(Symbolic):
     unit: str
     following: Value | Callable[[sympy.Symbol], Value]
     limit: Value | None = None
-    start: Value = 0.0
+    start: Value = 0
     description: str = ""
 
     def __post_init__(self) -> None:

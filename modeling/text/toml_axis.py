@@ -158,6 +158,8 @@ def _axis(root: Table) -> Axis | None:
         return None
     declare, energies = dynamics
     axis = root.attempt("", lambda: declare(**fields, **energies, **parts))
+    if axis is not None:
+        _check_states(root, axis)
     if axis is None and parts["control"] is not None:
         # A name that the control law shares hides what is wrong with the equation of motion.
         mistake = root.mistakes.pop()
@@ -235,6 +237,14 @@ def _states(root: Table, symbols: Symbols) -> Symbols:
     table = root.table("states")
     own: Symbols = {name: sympy.Symbol(name, real=True) for name in table.values}
     return {name: _state(table, name, {**symbols, **own}) for name in table.values}
+
+
+def _check_states(root: Table, axis: Axis) -> None:
+    """Say which states stand nowhere, in no force and in no other state's equation."""
+    used, table = {state.name for state in axis.states}, root.table("states")
+    for name in table.values:
+        if name not in used:
+            table.say(name, "it stands nowhere; write it into the force, or remove it.")
 
 
 def _state(root: Table, name: str, symbols: Symbols) -> sympy.Symbol:

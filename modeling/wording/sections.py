@@ -102,7 +102,7 @@ def _of_state(state: StateEquation) -> Iterator[Formula | str]:
         limit = Formula(name=sympy.Symbol(f"{state.symbol}_limit", real=True), value=state.limit)
         yield limit
         yield f"{state.symbol} stays at its limit, on either side, while the motion drives it on"
-    if state.start != 0:
+    if not state.start.is_zero:
         yield Formula(name=sympy.Symbol(f"{state.symbol}_start", real=True), value=state.start)
 
 
