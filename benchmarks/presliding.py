@@ -28,7 +28,7 @@ from axisid.support.arrays import Array
 
 TRUTH = {"M": 10.0, "s0": 1e6, "s1": 3e3, "Fv": 60.0, "Fc": 20.0, "Fs": 30.0, "vs": 0.01}
 _OFF = {"M": 1.1, "s0": 0.8, "s1": 1.2, "Fv": 0.9, "Fc": 1.1, "Fs": 0.85, "vs": 1.3}
-PERIOD, NOISE = 1e-3, 2e-8
+PERIOD = 1e-3
 _SWING, _WIGGLE, _DWELL = 5e-3, 1e-5, 0.4  # m, m, s
 _FREQUENCIES = (0.1, 0.3, 1.0, 3.0, 2.0, 0.5)
 
@@ -68,12 +68,12 @@ def reference() -> Array:
     return np.concatenate(parts)
 
 
-def record(axis: GeneratedAxis, seed: int) -> Record:
+def record(axis: GeneratedAxis, seed: int, noise: float) -> Record:
     """A twin with white noise of the position."""
     commanded = reference()
-    noise = NOISE * np.random.default_rng(seed).normal(size=len(commanded))
+    white = noise * np.random.default_rng(seed).normal(size=len(commanded))
     theta = [TRUTH[name] for name in axis.names]
-    loop = simulate(axis, theta, commanded, PERIOD, position_noise=noise)
+    loop = simulate(axis, theta, commanded, PERIOD, position_noise=white)
     return Record(
         time=loop.time,
         position=loop.measured_position,
@@ -82,18 +82,18 @@ def record(axis: GeneratedAxis, seed: int) -> Record:
     )
 
 
-def fitted(axis: GeneratedAxis, seed: int, *, free_mass: bool) -> OutputFit:
+def fitted(axis: GeneratedAxis, seed: int, noise: float, *, free_mass: bool) -> OutputFit:
     """A fit of one twin, the mass known or not."""
     fixed = {} if free_mass else {"M": TRUTH["M"]}
-    return fit(axis, record(axis, seed), fixed=fixed)
+    return fit(axis, record(axis, seed, noise), fixed=fixed)
 
 
-def run(count: int, *, free_mass: bool) -> dict[str, object]:
+def run(count: int, noise: float, *, free_mass: bool) -> dict[str, object]:
     """The figures of so many runs."""
     axis, results, took = axis_of(), list[OutputFit](), list[float]()
     for seed in range(1, count + 1):
         began = time.process_time()
-        results.append(fitted(axis, seed, free_mass=free_mass))
+        results.append(fitted(axis, seed, noise, free_mass=free_mass))
         took.append(time.process_time() - began)
     names = [name for name in axis.names if free_mass or name != "M"]
     values = np.array([[r.parameters[n].value for n in names] for r in results])
@@ -104,6 +104,7 @@ def run(count: int, *, free_mass: bool) -> dict[str, object]:
     checks = Counter(c.name for r in results for c in r.checks if c.status == "fail")
     return {
         "runs": count,
+        "noise": noise,
         "bias_percent": dict(zip(names, percent * (values.mean(axis=0) - truth), strict=True)),
         "scatter_percent": dict(zip(names, percent * values.std(axis=0, ddof=1), strict=True)),
         "claimed_percent": dict(zip(names, percent * claimed.mean(axis=0), strict=True)),
@@ -123,9 +124,10 @@ def main() -> None:
     """Write the figures as a table or as JSON."""
     parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=20)
+    parser.add_argument("--noise", type=float, default=2e-9, help="of the position, m")
     parser.add_argument("--free-mass", action="store_true")
     given = parser.parse_args()
-    figures = run(given.runs, free_mass=given.free_mass)
+    figures = run(given.runs, given.noise, free_mass=given.free_mass)
     give(figures, given.json, lines(figures))
 
 

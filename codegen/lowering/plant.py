@@ -5,7 +5,6 @@ side of each; see `switching`. Only then do programs take `sides`.
 """
 
 from dataclasses import dataclass, replace
-from functools import partial, reduce
 
 import sympy
 
@@ -15,12 +14,12 @@ from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE, Signal
 
 from .drive_in_mode import DriveInMode, acting_from_sample
-from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED
+from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED, RESOLVED_STATES
 from .lower import Arguments
 from .program import Builder, Program
 from .response import drive_response, forces_in_step, later_force
-from .states import RESOLVED_STATES, STATES, Remembering, state_dynamics, state_start, with_mode
-from .switching import Switching, switching
+from .states import STATES, Remembering, state_dynamics, state_start, with_mode
+from .switching import Switching, largest_wave, switching, wave_number
 
 # What is held between samples under a sampled law; with a drive that lags, what its force goes to,
 # and the control where the motion makes another force of it all the time.
@@ -68,7 +67,7 @@ def plant_programs(
     elif model.states:
         programs.append(_plant_rate(_plant(model, law, acceleration, found), found))
     elif found.wave_numbers:
-        programs.append(_wave_number(model, found))
+        programs.append(wave_number(model, found))
     response = model.axis.response
     if response is not None and not response.is_held:
         programs.append(drive_response(response))
@@ -130,22 +129,6 @@ def _by_time(value: sympy.Expr, signals: tuple[Signal, ...]) -> sympy.Expr:
 
 def _rate_of(signal: Signal) -> sympy.Symbol:
     return sympy.Symbol(signal.rate_name, real=True)
-
-
-def _wave_number(model: AxisModel, found: Switching) -> Program:
-    axis = model.axis
-    arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
-    arguments.vector("parameters", [p.symbol for p in axis.parameters])
-    index = _largest(arguments, found)
-    arguments.builder.output("wave_number", [[index]])
-    return arguments.builder.program(
-        "wave_number", "Reciprocal of the way on which the acceleration may vary."
-    )
-
-
-def _largest(arguments: Arguments, found: Switching) -> int:
-    lowering, build = arguments.lowering(), arguments.builder.apply
-    return reduce(partial(build, "max"), map(lowering, found.wave_numbers))
 
 
 @dataclass(frozen=True, slots=True)
@@ -371,7 +354,7 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
     probe = way = builder.constant(PROBE)
     wave = builder.constant(0)
     if found.wave_numbers:
-        wave = _largest(plant.arguments, found)
+        wave = largest_wave(plant.arguments, found)
         shorter = build("mul", builder.constant(PROBE / PROBED), wave)
         way = build("div", probe, build("add", builder.constant(1), shorter))
     here = plant.accelerate(q, dq, None)

@@ -22,9 +22,6 @@ from .switching import Switching
 
 #: What the vector of the internal states is called.
 STATES = "states"
-#: Rate times step at which a step of motion and states is accurate: twice of it, and what is left
-#: after a second of presliding changes by less than 1e-6 (`benchmarks/presliding.py`).
-RESOLVED_STATES = 0.2
 
 _NOTHING = 1e-150  # beside any damping, 1/s
 # Rodas4: the stages' arguments, and what they add to the right-hand side, over the step.

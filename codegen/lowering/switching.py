@@ -18,6 +18,9 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import Signal, signals_in, with_numbers
 
+from .lower import Arguments
+from .program import Program
+
 _RELATIONS = (
     sympy.StrictLessThan,
     sympy.LessThan,
@@ -172,6 +175,24 @@ class _Sides:
         if value not in self._sides:
             self._sides[value] = sympy.Symbol(f"side{len(self._sides) + 1}", real=True)
         return self._sides[value]
+
+
+def wave_number(model: AxisModel, found: Switching) -> Program:
+    """Build the largest wave number, by position, signals and parameters."""
+    axis = model.axis
+    arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
+    arguments.vector("parameters", [p.symbol for p in axis.parameters])
+    index = largest_wave(arguments, found)
+    arguments.builder.output("wave_number", [[index]])
+    return arguments.builder.program(
+        "wave_number", "Reciprocal of the way on which the acceleration may vary."
+    )
+
+
+def largest_wave(arguments: Arguments, found: Switching) -> int:
+    """The largest of the wave numbers, as an operation."""
+    lowering, build = arguments.lowering(), arguments.builder.apply
+    return reduce(partial(build, "max"), map(lowering, found.wave_numbers))
 
 
 def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple[sympy.Expr, ...]:

@@ -73,15 +73,15 @@ def _equation(axis: Axis, state: State) -> StateEquation:
     rate = in_direction(rate, q.velocity)
     if not vanishes(rate.xreplace({q.velocity: sympy.S.Zero})):
         raise ModelError(
-            f"axis {axis.name!r}: the state {state.name} changes at rest, by {state.following}; declare a rate that "
-            f"vanishes with the velocity {q.velocity}.",
+            f"axis {axis.name!r}: the state {state.name} changes at rest, by {state.following}; "
+            f"declare a rate that vanishes with the velocity {q.velocity}.",
             code="state-at-rest",
         )
     limit = None if state.limit is None else others[0]
     if limit is not None and rate != q.velocity:
         raise ModelError(
-            f"axis {axis.name!r}: the state {state.name} has a limit and follows {state.following}; one with a limit "
-            f"follows the velocity {q.velocity}.",
+            f"axis {axis.name!r}: the state {state.name} has a limit and follows "
+            f"{state.following}; one with a limit follows the velocity {q.velocity}.",
             code="state-limit",
         )
     return StateEquation(symbol=state.own, rate=rate, limit=limit, start=others[-1])
@@ -90,8 +90,8 @@ def _equation(axis: Axis, state: State) -> StateEquation:
 def _check_symbols(axis: Axis, state: State, value: sympy.Expr, allowed: set[sympy.Symbol]) -> None:
     if unknown := sorted(map(str, value.free_symbols - allowed)):
         raise ModelError(
-            f"axis {axis.name!r}: the state {state.name} is declared by {value}, which has {', '.join(unknown)}; it "
-            f"may have {', '.join(sorted(map(str, allowed)))}.",
+            f"axis {axis.name!r}: the state {state.name} is declared by {value}, which has "
+            f"{', '.join(unknown)}; it may have {', '.join(sorted(map(str, allowed)))}.",
             code="state-symbols",
         )
 
@@ -108,7 +108,7 @@ def _check_axis(axis: Axis) -> None:
     }
     if found := [what for what, there in beside.items() if there]:
         raise ModelError(
-            f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, with which such "
-            "friction is not simulated; declare the axis without one of the two.",
+            f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, "
+            "with which such friction is not simulated; declare the axis without one of the two.",
             code="state-beside",
         )

@@ -178,7 +178,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 KINDS = (
-    "axis,model,generated axis,coordinate,column,signal,state,parameter,constant,law,drive,experiment,"
+    "axis,model,generated axis,coordinate,column,signal,state,parameter,constant,law,drive,"
+    "experiment,"
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"

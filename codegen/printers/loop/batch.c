@@ -32,11 +32,10 @@ static inline struct mode mode_of(const struct block *b, int l, double direction
     return mode;
 }
 #if STATES
-
-static inline void end_states(struct block *b, int l, const double *states)
+static inline void copy_lane(double (*to)[LANES], int l, const double *states)
 {
     for (int j = 0; j < STATES; ++j)
-        b->states1[j][l] = states[j];
+        to[j][l] = states[j];
 }
 #endif
 
@@ -82,7 +81,7 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
                          moved.states*/);
 #endif
 #if STATES
-        end_states(b, l, moved.states);
+        copy_lane(b->states1, l, moved.states);
 #endif
         b->q1[l] = moved.q;
         b->dq1[l] = moved.dq;
@@ -183,7 +182,7 @@ static void respond_block(struct block *b, double period, ptrdiff_t substeps)
             b->q1[l] = moved.q;
             b->dq1[l] = moved.dq;
 #if STATES
-            end_states(b, l, moved.states);
+            copy_lane(b->states1, l, moved.states);
 #endif
         }
 }
@@ -219,7 +218,7 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
 #endif
     keep_sides(b, l, &lane.mode);
 #if STATES
-    end_states(b, l, lane.mode.states);
+    copy_lane(b->states1, l, lane.mode.states);
 #endif
     return status;
 }
@@ -324,8 +323,7 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
 #if STATES
         double begun[STATES], first_limit;
         state_start(parameters + from * PARAMETERS, begun, &first_limit);
-        for (int j = 0; j < STATES; ++j)
-            b.states[j][l] = begun[j];
+        copy_lane(b.states, l, begun);
 #endif
         first_sides(&b, l/*MOVING , now*/);
         dead[l] = (double)(l >= count);
