@@ -345,16 +345,26 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
 def _plant_rate(plant: _Plant, found: Switching) -> Program:
     """Rate times step must be at most `RESOLVED`: of damping, stiffness, and waves that pass."""
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
-    about = "How fast the motion may change in one mode, 1/s."
-    if plant.states:
-        rate = _remembering(plant).rate((q, dq, *plant.states))
-        scale = builder.constant(RESOLVED / RESOLVED_STATES)
-        builder.output("plant_rate", [[build("mul", scale, rate)]])
-        return builder.program("plant_rate", about)
-    probe = way = builder.constant(PROBE)
     wave = builder.constant(0)
     if found.wave_numbers:
         wave = largest_wave(plant.arguments, found)
+    if plant.states:
+        scale = builder.constant(RESOLVED / RESOLVED_STATES)
+        rate = build("mul", scale, _remembering(plant).rate((q, dq, *plant.states)))
+    else:
+        rate = _probed_rate(plant, wave if found.wave_numbers else None)
+    passing = build(
+        "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
+    )
+    builder.output("plant_rate", [[build("max", rate, passing)]])
+    return builder.program("plant_rate", "How fast the motion may change in one mode, 1/s.")
+
+
+def _probed_rate(plant: _Plant, wave: int | None) -> int:
+    """Damping and stiffness, by how the acceleration changes over a probe."""
+    builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
+    probe = way = builder.constant(PROBE)
+    if wave is not None:
         shorter = build("mul", builder.constant(PROBE / PROBED), wave)
         way = build("div", probe, build("add", builder.constant(1), shorter))
     here = plant.accelerate(q, dq, None)
@@ -365,12 +375,7 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
 
     damping = changed(q, build("add", dq, probe), probe)
     stiffness = changed(build("add", q, way), dq, way)
-    rate = build("max", damping, build("sqrt", stiffness))
-    passing = build(
-        "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
-    )
-    builder.output("plant_rate", [[build("max", rate, passing)]])
-    return builder.program("plant_rate", about)
+    return build("max", damping, build("sqrt", stiffness))
 
 
 def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:

@@ -169,7 +169,8 @@ class VirtualPlant:
             return StepResult(q, 0.0, 0.0, 0.0)
         end = self._call("plant_step", q, dq, mode, step=span)
         states = tuple(end[4].tolist()) if mode.states else ()
-        return StepResult(*(float(value[0]) for value in end[:4]), states=states)
+        q_next, dq_next, first, last = (float(value[0]) for value in end[:4])
+        return StepResult(q_next, dq_next, first, last, states)
 
     def accelerate(self, q: float, dq: float, mode: Mode) -> float:
         """Acceleration in a mode."""

@@ -207,8 +207,12 @@ def substeps_at_start(
     they are the same everywhere; for others see `substeps_along`.
     """
     lanes = len(start)
-    if axis.has_sides or axis.states:
+    if axis.has_sides:
         return np.ones(lanes, dtype=np.int64)
+    if axis.states:
+        still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
+        rates = _rates_with_states(axis, parameters, still)
+        return _steps(axis, rates, np.zeros(lanes), period)
     q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
     shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
     signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
@@ -305,16 +309,18 @@ def _rates_with_states(
     """Rates of motion and internal states together along a motion, (n,).
 
     The states are where they start, the force is such that the acceleration is that of the motion.
+    Parameters are (p,), or of each place their own, (n, p).
     """
     names = ("position", "velocity", "acceleration", "direction")
     q, dq, ddq, direction = (visited[name] for name in names)
-    begin = axis.functions["state_start"](parameters.tolist())[0]
+    begin = axis.functions["state_start"]
+    states = np.array([begin(own)[0].full().ravel() for own in np.atleast_2d(parameters)])
     held = _held(axis, q, ())
     with np.errstate(all="ignore"):
         forces = axis.evaluate("inverse_dynamics", q, dq, ddq, direction, parameters)[0]
         held[:, 0] = forces[:, 0]
-        states = begin.full().ravel()
-        rates = axis.evaluate("plant_rate", q, dq, held, direction, states, parameters)[0][:, 0]
+        sets = states if parameters.ndim == 2 else states[0]
+        rates = axis.evaluate("plant_rate", q, dq, held, direction, sets, parameters)[0][:, 0]
     return np.where(np.isfinite(rates), rates, 0.0)
 
 
