@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, default_methods
+from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, is_output_error
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS, estimate_by
@@ -181,7 +181,7 @@ def identify_problem(
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
-    for method in default_methods() if requested is None else dict.fromkeys(requested):
+    for method in METHODS if requested is None else dict.fromkeys(requested):
         started = replace(METHODS[method], start=start, loss=loss)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
@@ -194,7 +194,8 @@ def identify_problem(
         except EstimationError as error:
             if requested is not None or not estimates:
                 raise
-            failed[method] = error.note
+            # Nobody asked for it, and it rests on more than the others: they stand without it.
+            (skipped if is_output_error(method) else failed)[method] = error.note
     return Identification(
         problem=problem,
         estimates=estimates,
