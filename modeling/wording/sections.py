@@ -32,7 +32,6 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
     """Base parameters if others were declared, both models, the map, what is identifiable."""
     if model.states:
         return _remembering_sections(model)
-    q = model.axis.coordinate
     columns = zip(model.axis.parameters, model.idm.columns, strict=True)
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
         direct = [Section(title="Direct regressor", lines=(f"none: {model.ddm}",))]
@@ -40,11 +39,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
         direct = _direct_sections(model.ddm, model.parameter_map)
     return (
         *_base_sections(model.base),
-        Section(
-            title="Inverse dynamic model",
-            lines=(Formula(name=FORCE, value=model.force),),
-            note=_conventions(model.force),
-        ),
+        _inverse(model),
         Section(
             title="Inverse regressor",
             lines=(
@@ -53,10 +48,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             ),
             note="the force is the sum of parameter times column, and known",
         ),
-        Section(
-            title="Direct dynamic model",
-            lines=(Formula(name=q.acceleration, value=model.acceleration),),
-        ),
+        _direct(model),
         *direct,
         *_unchecked(model),
         Section(
@@ -73,25 +65,33 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
     )
 
 
+def _inverse(model: AxisModel) -> Section:
+    return Section(
+        title="Inverse dynamic model",
+        lines=(Formula(name=FORCE, value=model.force),),
+        note=_conventions(model.force),
+    )
+
+
+def _direct(model: AxisModel) -> Section:
+    acceleration = model.axis.coordinate.acceleration
+    return Section(
+        title="Direct dynamic model",
+        lines=(Formula(name=acceleration, value=model.acceleration),),
+    )
+
+
 def _remembering_sections(model: AxisModel) -> tuple[Section, ...]:
     """The models with internal states, the states' equations, and why there are no rows."""
-    q = model.axis.coordinate
     return (
-        Section(
-            title="Inverse dynamic model",
-            lines=(Formula(name=FORCE, value=model.force),),
-            note=_conventions(model.force),
-        ),
+        _inverse(model),
         Section(
             title="Internal states",
             lines=tuple(line for state in model.states for line in _of_state(state)),
             note="what friction remembers, by its rate of change; no record has it, so that there "
             "are no regressors and no least squares: fit the simulated loop",
         ),
-        Section(
-            title="Direct dynamic model",
-            lines=(Formula(name=q.acceleration, value=model.acceleration),),
-        ),
+        _direct(model),
         *_unchecked(model),
     )
 
