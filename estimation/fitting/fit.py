@@ -127,7 +127,6 @@ def fit(
     unknowns = unknowns_of(whose.form, whose.local, bounds or {}, prior or {}, fixed or {})
     predictions: Predictions
     if output == OPEN_LOOP:
-        _check_begins(generated)
         predictions = WindowPredictions(whose.form, whose.axes, records, float(horizon))
     else:
         predictions = LoopPredictions(whose.form, whose.axes, records, output)
@@ -274,16 +273,6 @@ def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note
     law = first_law([*zip(axes, records, strict=True)])
     failed = isinstance(law, LawCheck) and not law.passed
     return Note.of(" The control law: ", law.note, ".") if failed else None
-
-
-def _check_begins(axis: GeneratedAxis) -> None:
-    """Refuse windows of an axis whose friction remembers."""
-    if axis.states:
-        raise UsageError(
-            f"what the friction of axis {axis.axis.name!r} remembers where a window begins is in "
-            "no record; follow the control or the position, whose loops begin as the record does.",
-            code="states-open-loop",
-        )
 
 
 def _check(output: object, loss: object, starts: object, bootstrap: object, seed: object) -> None:
