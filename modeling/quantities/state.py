@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 import sympy
@@ -116,6 +117,8 @@ class State(Symbolic):
         return values
 
 
+# Of an axis's force it is asked again and again.
+@lru_cache(maxsize=128)
 def states_in(*values: sympy.Basic) -> tuple[State, ...]:
     """The states that expressions have in them, and those that these follow, by name.
 
