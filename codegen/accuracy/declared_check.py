@@ -17,7 +17,7 @@ from axisid.codegen.lowering import Program
 from axisid.codegen.thresholds.generation import MAX_DECLARED_ROUNDING, MAX_SUMMED_DIFFERENCE
 from axisid.modeling.algebra import joined_exponential
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import DIRECTION, FORCE, Parameter, with_numbers
+from axisid.modeling.quantities import DIRECTION, FORCE, Parameter, at_start, with_numbers
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 
@@ -95,7 +95,8 @@ class _Check:
         parts = self._columns()
         allowed = self.declared.error + _sum_of_sizes(parts)
         self._compare("inverse_dynamics", self._run("inverse_dynamics")[0][:, 0], allowed)
-        self._compare("idm_regressor", np.sum(parts, axis=1), allowed)
+        if "idm_regressor" in self.programs:
+            self._compare("idm_regressor", np.sum(parts, axis=1), allowed)
 
     def direct(self) -> None:
         """Direct dynamics and its regressor, as the forces that their accelerations need.
@@ -125,6 +126,8 @@ class _Check:
 
     def _columns(self) -> Array:
         """What the inverse regressor adds up: its columns times their parameters, and the rest."""
+        if "idm_regressor" not in self.programs:
+            return self._run("inverse_dynamics")[0]
         row, intercept = self._run("idm_regressor")
         return np.column_stack([row * self.declared.parameters, intercept])
 
@@ -158,7 +161,7 @@ def _declared(model: AxisModel, points: Sequence[Point]) -> _DeclaredForce | Non
     """The force where it has a value; None if it has one nowhere."""
     axis = model.base.declared
     q = axis.coordinate
-    force = with_numbers(axis.force / axis.drive.profile)
+    force = with_numbers(at_start(axis.force) / axis.drive.profile)
     inertia = force.diff(q.acceleration)
     rows: list[list[float]] = []
     for point in points:
@@ -209,7 +212,7 @@ def _points(model: AxisModel) -> Iterator[Point]:
     inertial = axis.force.diff(q.acceleration).free_symbols | set(model.idm.nonlinear)
     for moved in symbols[:2]:
         there = Oracle({**start, moved: start[moved] + 1})
-        for node, term in _sums(with_numbers(axis.force), moved):
+        for node, term in _sums(with_numbers(at_start(axis.force)), moved):
             present = term.free_symbols | inertial
             some = {p: value if p in present else 0.0 for p, value in values.items()}
             if q.acceleration not in term.free_symbols:

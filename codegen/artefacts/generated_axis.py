@@ -78,6 +78,8 @@ class GeneratedAxis:
         See `axisid.codegen.lowering.axis_functions`.
     native : Native
         The same functions and the closed loop, compiled; empty-handed where there is no compiler.
+    states : tuple of Quantity
+        What its friction remembers.
     loop : LoopByGains or None
         The closed loop by the gains of its law, where these can change without being compiled anew.
     """
@@ -94,6 +96,7 @@ class GeneratedAxis:
     functions: Mapping[str, Any]
     native: Native
     loop: LoopByGains | None = None
+    states: tuple[Quantity, ...] = ()
 
     def __repr__(self) -> str:
         return f"generated axis {self.axis.name}: {', '.join(self.names)} ({self.signature[:12]})"
@@ -330,6 +333,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         functions=functions,
         native=run,
         loop=loop,
+        states=tuple(Quantity(name=s.name, unit=s.unit) for s in axis.states),
     )
 
 
@@ -348,6 +352,8 @@ def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
 
 def _is_uniform(model: AxisModel) -> bool:
     """Whether the plant's acceleration, and a continuous law, are affine in the motion."""
+    if model.states:
+        return False
     q, law, recorded = model.axis.coordinate, model.axis.control, model.axis.signal_symbols
     expressions: list[tuple[sympy.Expr, tuple[sympy.Symbol, ...], sympy.Symbol]] = [
         (model.acceleration, (q.symbol, q.velocity), DIRECTION)

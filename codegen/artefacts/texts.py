@@ -22,7 +22,7 @@ from axisid.codegen.printers import (
 )
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.library import LIBRARY
-from axisid.modeling.quantities import Formula, with_numbers
+from axisid.modeling.quantities import Formula, with_numbers, with_own_symbols
 from axisid.modeling.wording import derived_sections
 from axisid.support.missing import Missing
 
@@ -35,8 +35,10 @@ FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
     "equations.txt",
     "manifest.json",
 )
+_START = "state_start"  # of parameters alone: there are no samples of it
 #: Functions that the native time loop calls.
 LOOP = (
+    _START,
     "control_start",
     "held_acceleration",
     "plant_step",
@@ -126,6 +128,11 @@ def signature(model: AxisModel) -> str:
         content["response"] = [repr(float(time)) for time in (axis.drive.lag, axis.drive.delay)]
     if not axis.drive.path.is_plain:
         content["path"] = {name: repr(x) for name, x in axis.drive.path.declared.items()}
+    if model.states:
+        content["states"] = [
+            [s.name, s.unit, *(_with_numbers(with_own_symbols(value)) for value in s.values)]
+            for s in axis.states
+        ]
     if axis.signals:
         content["signals"] = [[s.name, s.unit, s.between] for s in axis.signals]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -174,7 +181,8 @@ def _native(
     by_name = {program.name: program for program in programs}
     looped = [*LOOP] if law is not None else []
     printed = [print_c_function(by_name[name]) for name in (*ROWS, *looped) if name in by_name]
-    printed += [print_c_rows(by_name[name]) for name in (*ROWS, *looped) if name in by_name]
+    at_samples = [name for name in (*ROWS, *looped) if name != _START]
+    printed += [print_c_rows(by_name[name]) for name in at_samples if name in by_name]
     if law is not None:
         ports = {port.name: port for port in by_name["plant_step"].inputs}
         ports |= {port.name: port for port in by_name["closed_loop_step"].inputs}
@@ -188,6 +196,8 @@ def _native(
         if sizes["SIDES"]:
             inputs = (port.name for port in by_name["switching"].inputs)
             sizes |= {"MOVING": 1} if "held" in inputs else {}
+        if model.states:
+            sizes |= _of_states(model, sizes)
         printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
     head = "".join(f"   {line}\n" for line in header.splitlines())
     body = "\n".join(printed)
@@ -195,6 +205,13 @@ def _native(
         f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n"
         f"{print_c_prelude(body)}\n{body}"
     )
+
+
+def _of_states(model: AxisModel, sizes: Mapping[str, int]) -> dict[str, int]:
+    """How many internal states there are; the first side that is of a limit, if any is."""
+    limited = sum(state.limit is not None for state in model.states)
+    first = {"FIRST_LIMIT": sizes["SIDES"] - limited} if limited else {}
+    return {"STATES": len(model.states), **first}
 
 
 def _response_of(model: AxisModel) -> Mapping[str, float]:
@@ -230,6 +247,7 @@ def _manifest(
         "signature": mark,
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
         **_recorded(model),
+        **_remembered(model),
         **_timing(model),
         "ddm_parameters": None
         if isinstance(mapping, Missing)
@@ -259,6 +277,11 @@ def _recorded(model: AxisModel) -> dict[str, object]:
     signals = model.axis.signals
     listed = [{"name": s.name, "unit": s.unit, "between": s.between} for s in signals]
     return {"signals": listed} if listed else {}
+
+
+def _remembered(model: AxisModel) -> dict[str, object]:
+    listed = [{"name": s.name, "unit": s.unit} for s in model.axis.states]
+    return {"states": listed} if listed else {}
 
 
 def _timing(model: AxisModel) -> dict[str, object]:

@@ -22,10 +22,11 @@ from .loop_settings import STATUSES as STATUSES
 from .loop_settings import STUCK as STUCK
 from .loop_settings import LoopSettings as LoopSettings
 from .loop_settings import LoopStart as LoopStart
-from .over_time import over_time as over_time
+from .lower import over_time as over_time
 from .plant import GAINS as GAINS
 from .program import OPERATIONS as OPERATIONS
 from .program import Input as Input
 from .program import Operation as Operation
 from .program import Output as Output
 from .program import Program as Program
+from .states import STATES as STATES

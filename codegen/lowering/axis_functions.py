@@ -42,7 +42,9 @@ def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program,
         the parameters, of the law's other functions a vector of their own, the last.
     """
     acceleration = _direct_dynamics(model)
-    programs = [inverse_dynamics(model), _idm_regressor(model), acceleration]
+    programs = [inverse_dynamics(model)]
+    # With states there are no rows of measured signals.
+    programs += [acceleration] if model.states else [_idm_regressor(model), acceleration]
     programs += [*_direct_regressor(model), drive_force(model), drive_control(model)]
     law = model.axis.control
     gains = tuple(map(gain, law.gains)) if law is not None and by_gains else ()
@@ -73,8 +75,9 @@ def _parameters(model: AxisModel) -> list[sympy.Symbol]:
 def inverse_dynamics(model: AxisModel) -> Program:
     """The force that a motion needs, by friction direction and parameters."""
     arguments = _motion(model, force=False).vector("parameters", _parameters(model))
-    return arguments.lower(tau=[[model.force]]).program(
-        "inverse_dynamics", "Force that the motion needs."
+    about = "Force that the motion needs."
+    return arguments.lower(tau=[[model.at_start(model.force)]]).program(
+        "inverse_dynamics", f"{about[:-1]}, the states where they start." if model.states else about
     )
 
 
@@ -90,8 +93,9 @@ def _idm_regressor(model: AxisModel) -> Program:
 def _direct_dynamics(model: AxisModel) -> Program:
     arguments = _motion(model, force=True).vector("parameters", _parameters(model))
     name = model.axis.coordinate.acceleration.name
-    return arguments.lower(**{name: [[model.acceleration]]}).program(
-        "direct_dynamics", "Acceleration that the force causes."
+    about = "Acceleration that the force causes."
+    return arguments.lower(**{name: [[model.at_start(model.acceleration)]]}).program(
+        "direct_dynamics", f"{about[:-1]}, the states where they start." if model.states else about
     )
 
 

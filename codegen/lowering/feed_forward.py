@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import FORCE, SignalSymbol, signals_in
-from axisid.support.errors import UsageError
+from axisid.support.errors import ModelError, UsageError
 
 from .axis_functions import inverse_dynamics
 from .drive import drive_control, within
@@ -87,7 +87,16 @@ def feed_forward(
     ------
     UsageError
         The dead zone is negative, or a value is not finite.
+    ModelError
+        The friction remembers, so that no motion gives a force.
     """
+    if model.states:
+        raise ModelError(
+            f"axis {model.axis.name!r}: its friction remembers, so that the force depends on where "
+            "the motion came from; there is no feed-forward of position, velocity and "
+            "acceleration. Export an axis without internal states.",
+            code="states-feed-forward",
+        )
     if not (math.isfinite(dead_zone) and dead_zone >= 0):
         raise UsageError(
             f"the dead zone is {dead_zone!r}; give a speed of 0 or more.", code="negative-dead-zone"

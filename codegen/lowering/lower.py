@@ -18,9 +18,10 @@ from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
 from axisid.modeling.algebra import joined_exponential
+from axisid.modeling.quantities import TIME, with_numbers
 from axisid.support.errors import ModelError
 
-from .program import Builder
+from .program import Builder, Program
 
 _UNARY: dict[type[sympy.Basic], str] = {
     sympy.exp: "exp",
@@ -281,6 +282,16 @@ class Arguments:
         for name, rows in outputs.items():
             self.builder.output(name, [[lowering(e) for e in row] for row in rows])
         return self.builder
+
+
+def over_time(values: Mapping[str, sympy.Expr]) -> Program:
+    """Build a program from the time, s, to a number for each name: recorded signals of a twin."""
+    builder = (
+        Arguments()
+        .scalars(TIME)
+        .lower(**{name: [[with_numbers(value)]] for name, value in values.items()})
+    )
+    return builder.program("over_time", "Signals by the time.")
 
 
 def _check_factor(product: sympy.Mul) -> None:

@@ -4,24 +4,22 @@ A mode is a friction direction and, where the acceleration has kinks or jumps ov
 side of each; see `switching`. Only then do programs take `sides`.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial, reduce
+from dataclasses import dataclass, replace
 
 import sympy
 
 from axisid.modeling.algebra import slope
-from axisid.modeling.declaration import FORCE_TARGET, Response
+from axisid.modeling.declaration import FORCE_TARGET
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE, Signal
 
-from .drive import acting_control
-from .drive_in_mode import DriveInMode
-from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED
+from .drive_in_mode import DriveInMode, acting_from_sample
+from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED, RESOLVED_STATES
 from .lower import Arguments
 from .program import Builder, Program
 from .response import drive_response, forces_in_step, later_force
-from .switching import Switching, switching
+from .states import STATES, Remembering, state_dynamics, state_start, with_mode
+from .switching import Switching, largest_wave, switching, wave_number
 
 # What is held between samples under a sampled law; with a drive that lags, what its force goes to,
 # and the control where the motion makes another force of it all the time.
@@ -53,10 +51,11 @@ def plant_programs(
     tuple of Program
         ``held_acceleration`` and ``plant_step``; with kinks or jumps over the position
         ``switching`` and ``plant_rate``; else ``wave_number``, if the acceleration has one.
-        ``drive_response`` of a drive whose force changes between samples.
+        ``drive_response`` of a drive whose force changes between samples. With internal states
+        ``state_start``, and ``plant_rate`` also without kinks.
     """
     found = switching(model)
-    if found.sides:
+    if found.sides or model.states:
         acceleration = _by_sides(model, found)
     programs = [
         _held_acceleration(_plant(model, law, acceleration, found)),
@@ -65,11 +64,15 @@ def plant_programs(
     if found.sides:
         plant = _plant(model, law, acceleration, found)
         programs += [_switching(model, found), _plant_rate(plant, found)]
+    elif model.states:
+        programs.append(_plant_rate(_plant(model, law, acceleration, found), found))
     elif found.wave_numbers:
-        programs.append(_wave_number(model, found))
+        programs.append(wave_number(model, found))
     response = model.axis.response
     if response is not None and not response.is_held:
         programs.append(drive_response(response))
+    if model.states:
+        programs.append(state_start(model, found))
     return tuple(programs)
 
 
@@ -77,28 +80,23 @@ def _by_sides(model: AxisModel, found: Switching) -> Program:
     q = model.axis.coordinate
     recorded = model.axis.signal_symbols
     arguments = Arguments().scalars(q.symbol, q.velocity, FORCE, DIRECTION, *recorded)
-    builder = _with_sides(arguments, model, found).lower(acceleration=[[found.acceleration]])
+    builder = with_mode(arguments, model, found).lower(acceleration=[[found.acceleration]])
     return builder.program("acceleration_by_sides", "Acceleration in one mode.")
-
-
-def _with_sides(arguments: Arguments, model: AxisModel, found: Switching) -> Arguments:
-    """Add the sides, if there are any, and the parameters."""
-    if found.sides:
-        arguments.vector("sides", found.sides)
-    return arguments.vector("parameters", [p.symbol for p in model.axis.parameters])
 
 
 def _switching(model: AxisModel, found: Switching) -> Program:
     """With recorded signals among what decides they are taken `step` seconds later."""
     q = model.axis.coordinate
-    arguments = Arguments().scalars(q.symbol, q.velocity)
+    # A state at its limit is exactly there: the limit is divided here as in a step.
+    arguments = Arguments(reciprocals=bool(model.states)).scalars(q.symbol, q.velocity)
     lines: _Lines = ()
     if found.moved_by:
         _, lines = _held(arguments, model)
-    _with_sides(arguments, model, found)
+    with_mode(arguments, model, found)
+    following = {state.symbol for state in model.states if state.limit is not None}
     slopes = {
-        name: [[slope(value, by, "what decides a side") for value in found.functions]]
-        for name, by in (("by_position", q.symbol), ("by_velocity", q.velocity))
+        name: [[_slope(value, by, following) for value in found.functions]]
+        for name, by in (("by_position", {q.symbol, *following}), ("by_velocity", {q.velocity}))
     }
     if found.moved_by:
         _moved(arguments, lines, model)
@@ -107,6 +105,12 @@ def _switching(model: AxisModel, found: Switching) -> Program:
     return builder.program(
         "switching", "What changes its sign where a side changes, and how it changes."
     )
+
+
+def _slope(value: sympy.Expr, by: set[sympy.Symbol], following: set[sympy.Symbol]) -> sympy.Expr:
+    """How what decides a side changes; states with a limit change as the position does."""
+    own = by if value.free_symbols & following else by - following
+    return sum(slope(value, each, "what decides a side") for each in own)
 
 
 def _moved(arguments: Arguments, lines: _Lines, model: AxisModel) -> None:
@@ -125,22 +129,6 @@ def _by_time(value: sympy.Expr, signals: tuple[Signal, ...]) -> sympy.Expr:
 
 def _rate_of(signal: Signal) -> sympy.Symbol:
     return sympy.Symbol(signal.rate_name, real=True)
-
-
-def _wave_number(model: AxisModel, found: Switching) -> Program:
-    axis = model.axis
-    arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
-    arguments.vector("parameters", [p.symbol for p in axis.parameters])
-    index = _largest(arguments, found)
-    arguments.builder.output("wave_number", [[index]])
-    return arguments.builder.program(
-        "wave_number", "Reciprocal of the way on which the acceleration may vary."
-    )
-
-
-def _largest(arguments: Arguments, found: Switching) -> int:
-    lowering, build = arguments.lowering(), arguments.builder.apply
-    return reduce(partial(build, "max"), map(lowering, found.wave_numbers))
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +151,8 @@ class _Plant:
     recorded: _Lines
     mode: tuple[tuple[int, ...], ...]  # the direction, and the sides if there are any
     parameters: tuple[int, ...]
+    found: Switching
+    states: tuple[int, ...] = ()
 
     @property
     def builder(self) -> Builder:
@@ -197,7 +187,8 @@ class _Plant:
         tau = self.force(q, dq, elapsed) if tau is None else tau
         direction, *sides = self.mode
         motion = ((q,), (dq,), (tau,), direction, *self._signals(elapsed))
-        arguments = (*motion, *sides, self.parameters)
+        states = (self.states,) if self.states else ()
+        arguments = (*motion, *sides, *states, self.parameters)
         (indices,) = self.builder.inline(self.acceleration, *arguments).values()
         return indices[0]
 
@@ -210,6 +201,24 @@ class _Plant:
         if elapsed is None:
             return value
         return self.builder.apply("add", value, self.builder.apply("mul", rate, elapsed))
+
+
+def _remembering(plant: _Plant) -> Remembering:
+    """Motion and states together, under the force that is held."""
+    limits, lower = plant.found.limits, plant.arguments.lowering()
+    direction, *sides = plant.mode
+    return Remembering(
+        builder=plant.builder,
+        dynamics=state_dynamics(plant.model, plant.found),
+        force=plant.force(*plant.motion, None),
+        direction=direction,
+        sides=sides[0] if sides else (),
+        parameters=plant.parameters,
+        limited=tuple(
+            None if state.limit is None else (lower(limits[i]), lower(state.limit))
+            for i, state in enumerate(plant.model.states)
+        ),
+    )
 
 
 def _held_names(model: AxisModel) -> tuple[str, ...]:
@@ -241,7 +250,7 @@ def _plant(
     names, signals = _held_names(model), model.axis.signal_symbols
     held, recorded = _held(arguments, model)
     arguments.values.update((s, value) for s, (value, _) in zip(signals, recorded, strict=True))
-    values = _with_sides(arguments.scalars(DIRECTION), model, found).values
+    values = with_mode(arguments.scalars(DIRECTION), model, found).values
     sides = tuple(values[side] for side in found.sides)
     return _Plant(
         model=model,
@@ -253,6 +262,8 @@ def _plant(
         recorded=recorded,
         mode=((values[DIRECTION],), sides) if sides else ((values[DIRECTION],),),
         parameters=tuple(values[p.symbol] for p in model.axis.parameters),
+        found=found,
+        states=tuple(values[state.symbol] for state in model.states),
     )
 
 
@@ -267,13 +278,31 @@ def _held_acceleration(plant: _Plant) -> Program:
 
 def _plant_step(plant: _Plant) -> Program:
     names = plant.model.axis.coordinate
-    end_q, end_dq, first, last = _runge_kutta(plant, plant.builder.scalar("step"))
+    step = plant.builder.scalar("step")
+    if plant.states:
+        return _remembering_step(plant, step)
+    end_q, end_dq, first, last = _runge_kutta(plant, step)
     plant.builder.output(f"{names.name}_next", [[end_q]])
     plant.builder.output(f"{names.velocity}_next", [[end_dq]])
     plant.builder.output("first_slope", [[first]])
     plant.builder.output("last_slope", [[last]])
     return plant.builder.program(
         "plant_step", "Motion `step` seconds later in one friction mode (RK4), and its slopes."
+    )
+
+
+def _remembering_step(plant: _Plant, step: int) -> Program:
+    names, builder = plant.model.axis.coordinate, plant.builder
+    q, dq, *states = _remembering(plant).step((*plant.motion, *plant.states), step)
+    ended = replace(plant, states=tuple(states))
+    builder.output(f"{names.name}_next", [[q]])
+    builder.output(f"{names.velocity}_next", [[dq]])
+    builder.output("first_slope", [[plant.accelerate(*plant.motion, None)]])
+    builder.output("last_slope", [[ended.accelerate(q, dq, None)]])
+    builder.output(f"next_{STATES}", [[z] for z in states])
+    return builder.program(
+        "plant_step",
+        "Motion and states `step` seconds later in one friction mode (Rodas4), and its slopes.",
     )
 
 
@@ -316,10 +345,26 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
 def _plant_rate(plant: _Plant, found: Switching) -> Program:
     """Rate times step must be at most `RESOLVED`: of damping, stiffness, and waves that pass."""
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
-    probe = way = builder.constant(PROBE)
     wave = builder.constant(0)
     if found.wave_numbers:
-        wave = _largest(plant.arguments, found)
+        wave = largest_wave(plant.arguments, found)
+    if plant.states:
+        scale = builder.constant(RESOLVED / RESOLVED_STATES)
+        rate = build("mul", scale, _remembering(plant).rate((q, dq, *plant.states)))
+    else:
+        rate = _probed_rate(plant, wave if found.wave_numbers else None)
+    passing = build(
+        "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
+    )
+    builder.output("plant_rate", [[build("max", rate, passing)]])
+    return builder.program("plant_rate", "How fast the motion may change in one mode, 1/s.")
+
+
+def _probed_rate(plant: _Plant, wave: int | None) -> int:
+    """Damping and stiffness, by how the acceleration changes over a probe."""
+    builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
+    probe = way = builder.constant(PROBE)
+    if wave is not None:
         shorter = build("mul", builder.constant(PROBE / PROBED), wave)
         way = build("div", probe, build("add", builder.constant(1), shorter))
     here = plant.accelerate(q, dq, None)
@@ -330,12 +375,7 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
 
     damping = changed(q, build("add", dq, probe), probe)
     stiffness = changed(build("add", q, way), dq, way)
-    rate = build("max", damping, build("sqrt", stiffness))
-    passing = build(
-        "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
-    )
-    builder.output("plant_rate", [[build("max", rate, passing)]])
-    return builder.program("plant_rate", "How fast the motion may change in one mode, 1/s.")
+    return build("max", damping, build("sqrt", stiffness))
 
 
 def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
@@ -383,7 +423,7 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
 
     drive_here = DriveInMode(builder, model, others[0], signals)
     motion = (values[q], values[dq])
-    tau, acting, following = _acting(
+    tau, acting, following = acting_from_sample(
         drive_here, control["control"][0], motion, remembered[count:], slope
     )
     held = held if _held_names(model) == HELD_REFERENCE else acting
@@ -395,56 +435,9 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     builder.output("tau", [[tau]])
     builder.output("control", [control["control"]])
     builder.output("last_slope", [end["last_slope"]])
+    if model.states:
+        builder.output(f"next_{STATES}", [[z] for z in end[f"next_{STATES}"]])
     return builder.program(
         "closed_loop_step",
         "One sample: measure, control, move for `step` seconds in one friction mode.",
     )
-
-
-def _acting(
-    drive: DriveInMode,
-    command: int,
-    motion: tuple[int, int],
-    remembered: tuple[int, ...],
-    slope: Callable[[int], int],
-) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
-    """Force at a sample, what is held from it on, and what the drive remembers at the next.
-
-    `slope` is the acceleration under a force there.
-    """
-    builder, response = drive.builder, drive.model.axis.response
-    acting, last = acting_control(builder, drive.model, command, next(iter(remembered), None))
-    if response is None:
-        tau = drive.force(acting, *motion)
-        return tau, (tau,), ()
-    forces = remembered[len(remembered) - len(response.forces) :]
-    held: tuple[int, ...]
-    if response.holds_control:
-        held, following = drive.under_held_control(acting, motion, response, forces)
-    else:
-        if response.by_motion:
-            motion = drive.halfway(motion, slope(forces[-1]), response.period)
-        held, following = _driven(builder, response, drive.force(acting, *motion), forces)
-    return held[0], held, (*last, *following)
-
-
-def _driven(
-    builder: Builder, response: Response, tau: int, remembered: tuple[int, ...]
-) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """What is held from a sample on, and what the drive remembers at the next.
-
-    `tau` is the force of the command that is new.
-    """
-    count = len(remembered) - bool(response.lag)
-    pending = (tau, *remembered[:count])  # the newest first
-    then = pending[response.whole]
-    first = pending[-1] if response.share else then
-    if not response.lag:
-        return (first,), pending[:-1]
-    now = remembered[-1]
-    parts = ((first, response.share), (then, 1 - response.share))
-    end = now
-    for target, share in parts if response.share else parts[1:]:
-        span = builder.constant(share * response.period)
-        end = later_force(builder, response.lag, (end, target), span)
-    return (now, first), (*pending[:-1], end)

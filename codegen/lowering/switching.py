@@ -8,8 +8,8 @@ signal that runs straight between samples moves such a place, or passes one by i
 moves it at the samples.
 """
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import partial, reduce
 
 import sympy
@@ -17,6 +17,9 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import Signal, signals_in, with_numbers
+
+from .lower import Arguments
+from .program import Program
 
 _RELATIONS = (
     sympy.StrictLessThan,
@@ -44,6 +47,10 @@ class Switching:
         Over how short a way the acceleration may vary: its reciprocals.
     moved_by : tuple of Signal
         Recorded signals that stand in the switching functions.
+    rates : tuple of sympy.Expr
+        Of the internal states, by their limits' sides.
+    limits : mapping of int to sympy.Symbol
+        The side of each state that has a limit, by the state's place: the last sides, +1 within.
     """
 
     acceleration: sympy.Expr
@@ -51,6 +58,8 @@ class Switching:
     functions: tuple[sympy.Expr, ...]
     wave_numbers: tuple[sympy.Expr, ...]
     moved_by: tuple[Signal, ...] = ()
+    rates: tuple[sympy.Expr, ...] = ()
+    limits: Mapping[int, sympy.Symbol] = field(default_factory=dict)
 
 
 def switching(model: AxisModel) -> Switching:
@@ -61,13 +70,34 @@ def switching(model: AxisModel) -> Switching:
     if _has_kink(acceleration, {q.symbol} | running, q.velocity):
         acceleration = _Sides({q.symbol} | running, q.velocity, sides)(acceleration)
     moving = signals_in(*sides)
+    rates, limits = _with_limits(model, sides)
     return Switching(
         acceleration=acceleration,
         sides=tuple(sides.values()),
         functions=tuple(sides),
         wave_numbers=_wave_numbers((acceleration, *sides), q.symbol),
         moved_by=tuple(signal for signal in model.axis.signals if signal.symbol in moving),
+        rates=rates,
+        limits=limits,
     )
+
+
+def _with_limits(
+    model: AxisModel, sides: dict[sympy.Expr, sympy.Symbol]
+) -> tuple[tuple[sympy.Expr, ...], dict[int, sympy.Symbol]]:
+    """Rates of the states; one that slips at its limit has none. Its side is added.
+
+    At the limit its function is exactly 0, and from there a motion outwards goes on to slip.
+    """
+    rates, limits = list[sympy.Expr](), dict[int, sympy.Symbol]()
+    for i, state in enumerate(model.states):
+        rate = state.rate
+        if state.limit is not None:
+            limits[i] = sympy.Symbol(f"side{len(sides) + 1}", real=True)
+            sides[(state.limit - state.symbol) * (state.limit + state.symbol)] = limits[i]
+            rate = sympy.Piecewise((rate, limits[i] > 0), (0, True))
+        rates.append(rate)
+    return tuple(rates), limits
 
 
 def _has_kink(acceleration: sympy.Expr, running: set[sympy.Symbol], velocity: sympy.Symbol) -> bool:
@@ -145,6 +175,24 @@ class _Sides:
         if value not in self._sides:
             self._sides[value] = sympy.Symbol(f"side{len(self._sides) + 1}", real=True)
         return self._sides[value]
+
+
+def wave_number(model: AxisModel, found: Switching) -> Program:
+    """Build the largest wave number, by position, signals and parameters."""
+    axis = model.axis
+    arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
+    arguments.vector("parameters", [p.symbol for p in axis.parameters])
+    index = largest_wave(arguments, found)
+    arguments.builder.output("wave_number", [[index]])
+    return arguments.builder.program(
+        "wave_number", "Reciprocal of the way on which the acceleration may vary."
+    )
+
+
+def largest_wave(arguments: Arguments, found: Switching) -> int:
+    """The largest of the wave numbers, as an operation."""
+    lowering, build = arguments.lowering(), arguments.builder.apply
+    return reduce(partial(build, "max"), map(lowering, found.wave_numbers))
 
 
 def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple[sympy.Expr, ...]:

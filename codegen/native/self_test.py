@@ -301,7 +301,8 @@ def _is_slow(rates: Any, lanes: _Lanes, lane: int, result: _Result) -> bool:
     law = law if continuous else np.tile(law, (beside, 1))
     held = np.vstack([law, lines])
     own = lanes.parameters[lane, : rates.size1_in("parameters")]
-    arguments = [q, dq, held, direction, own[:, None]]
+    states = (np.zeros((rates.size1_in("states"), 1)),) if "states" in rates.name_in() else ()
+    arguments = [q, dq, held, direction, *states, own[:, None]]
     stiffness, damping = (np.abs(change.full()) for change in rates.call(arguments))
     step = lanes.settings.period / lanes.settings.substeps
     return not np.any(step * np.maximum(damping, np.sqrt(stiffness)) > MAX_TESTED_RATE.value)
@@ -334,7 +335,8 @@ def _near_sides(switching: Any, parameters: Array, start: Array, recorded: Array
         index, q = lane % switching.size1_in("sides"), start[lane]
         for _ in range(_NEWTON):
             sides = np.ones(switching.size1_in("sides"))
-            arguments = [q, 0.0, sides, parameters[lane]]
+            states = (0.0,) if "states" in switching.name_in() else ()
+            arguments = [q, 0.0, sides, *states, parameters[lane]]
             if moving and recorded is not None:
                 held = np.zeros(switching.size1_in("held"))
                 held[-recorded.shape[1] :] = recorded[0, :, lane]

@@ -117,7 +117,8 @@ def print_c_loop(
     sizes : mapping of str to int
         ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any, and
         ``GAINS`` where those of the law are arguments, the last of the parameters; ``MOVING`` where
-        signals move places in which sides change.
+        signals move places in which sides change; ``STATES`` where friction remembers, and
+        ``FIRST_LIMIT`` where some of the sides, from there on, are those of states' limits.
     continuous : bool
         Whether the law is.
     response : mapping of str to float
@@ -135,13 +136,15 @@ def print_c_loop(
     parts = {name: bool(response.get(name)) for name in ("LAGGED", "SPLIT")}
     parts |= {"RESPONSE": bool(response), "GAINS": "GAINS" in sizes}
     parts |= {} if "SIGNALS" in sizes else {"SIGNALS": False}
-    parts["MOVING"] = bool(sizes.get("MOVING"))
-    return "\n".join([lines, _decided(_with_arguments(text, moving=parts["MOVING"]), parts)])
+    parts |= {name: name in sizes for name in ("MOVING", "STATES", "FIRST_LIMIT")}
+    for name in ("MOVING", "STATES"):
+        text = _with_arguments(text, name, there=parts[name])
+    return "\n".join([lines, _decided(text, parts)])
 
 
-def _with_arguments(text: str, *, moving: bool) -> str:
-    """The time loop with what stands in comments ``/*MOVING ...*/``, or without it."""
-    return re.sub(r"/\*MOVING (.*?)\*/", r"\1" if moving else "", text, flags=re.DOTALL)
+def _with_arguments(text: str, part: str, *, there: bool) -> str:
+    """The time loop with what stands in comments ``/*PART ...*/``, or without it."""
+    return re.sub(rf"/\*{part} (.*?)\*/", r"\1" if there else "", text, flags=re.DOTALL)
 
 
 def _start_of(signals: int, *, by_gains: bool) -> str:

@@ -14,7 +14,7 @@ from axisid.support.real_numbers import real_array
 
 #: Arguments that are vectors; every other one is a scalar.
 VECTORS = frozenset(
-    {"parameters", "ddm_parameters", "law_gains", "state", "held", "sides", "signals"}
+    {"parameters", "ddm_parameters", "law_gains", "state", "held", "sides", "signals", "states"}
 )
 
 

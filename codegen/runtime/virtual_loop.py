@@ -84,10 +84,10 @@ class VirtualLoop:
         injected = np.zeros(samples) if injected is None else injected
         recorded = np.zeros((samples, 0)) if recorded is None else recorded
         q, dq, end = float(start.position), float(start.velocity), 0.0
-        mode = Mode(0.0, (0.0,) * self._plant.sides)
+        mode = Mode(float(np.sign(dq)), (0.0,) * self._plant.sides, self._plant.start_states)
         if self._plant.moving:
             mode = self._plant.shifted(q, dq, mode, recorded[0])
-        mode = self._plant.beyond(q, dq, mode, 0)
+        mode = self._plant.slipping(q, self._plant.beyond(q, dq, mode, 0))
         state = start.memory
         if state is None:
             measured = q + self._encoder(q, noise[0])
@@ -144,7 +144,7 @@ class VirtualLoop:
         bends = moved.first * direction < 0 < moved.last * direction
         several = substeps > 1 or self._cut
         if direction and moved.dq * direction >= 0 and not (bends or plant.sides or several):
-            return moved.q, moved.dq, mode, (moved.first, force, control, direction)
+            return moved.q, moved.dq, mode.after(moved), (moved.first, force, control, direction)
         plant.hold(self._held(held, force, targets), recorded)
         if not dq:
             mode = plant.chosen_at_rest(q, mode)
@@ -181,6 +181,8 @@ class VirtualLoop:
             step.arguments["signals"][:] = recorded
         if mode.sides:
             step.arguments["sides"][:] = mode.sides
+        if mode.states:
+            step.arguments["states"][:] = mode.states
         out = step(
             **{self._q: q, self._dq: dq},
             reference=held[0],
@@ -196,7 +198,8 @@ class VirtualLoop:
             targets = (first, last_target)
         step.arguments["state"][:] = out[2]
         q_next, dq_next, ddq, force, control, last = (float(out[i][0]) for i in (0, 1, 3, 4, 5, 6))
-        return StepResult(q_next, dq_next, ddq, last), (force, control), targets
+        states = tuple(out[7].tolist()) if mode.states else ()
+        return StepResult(q_next, dq_next, ddq, last, states), (force, control), targets
 
     def _held(
         self, line: tuple[float, ...], force: float, targets: tuple[float, ...]
@@ -212,7 +215,8 @@ class VirtualLoop:
         while event < self._most_events:
             if mode.sticks:
                 span = self._breakaway(q, mode, left)
-                met, span, _ = self._passing(q, 0.0, mode, span, StepResult(q, 0.0, 0.0, 0.0))
+                still = StepResult(q, 0.0, 0.0, 0.0, mode.states)
+                met, span, _ = self._passing(q, 0.0, mode, span, still)
                 plant.pass_time(span)
                 left -= span
                 if met is not None:
@@ -228,7 +232,7 @@ class VirtualLoop:
             before, from_rest, direction = q, dq == 0, mode.direction
             reversed_, span, end = self._reversal(q, dq, mode, span, end)
             passed, span, end = self._passing(q, dq, mode, span, end)
-            q, dq = end.q, end.dq
+            q, dq, mode = end.q, end.dq, mode.after(end)
             plant.pass_time(span)
             left -= span
             if passed is not None:
@@ -258,7 +262,7 @@ class VirtualLoop:
             span /= math.ceil(span * rate / _AT_START)
         while True:
             end = plant.move(q, dq, mode, span)
-            if plant.rate(end.q, end.dq, mode) * span <= 2 * RESOLVED:
+            if plant.rate(end.q, end.dq, mode.after(end)) * span <= 2 * RESOLVED:
                 return span, end
             if 2 * _MOST_STEPS * span < whole:
                 finite = math.isfinite(end.q) and math.isfinite(end.dq)
@@ -276,7 +280,7 @@ class VirtualLoop:
             span = lowest
         span = self._crossing(q, dq, mode, span)
         end = self._plant.move(q, dq, mode, span)
-        return True, span, StepResult(end.q, 0.0, end.first, end.last)
+        return True, span, StepResult(end.q, 0.0, end.first, end.last, end.states)
 
     def _lowest(
         self, q: float, dq: float, mode: Mode, span: float, end: StepResult
@@ -314,7 +318,8 @@ class VirtualLoop:
     ) -> tuple[int | None, float, StepResult]:
         """The first side that changes in a step, which then ends there."""
         plant, passed = self._plant, None
-        start, at_end = plant.switches(q, dq, mode), plant.switches(end.q, end.dq, mode, span)
+        start = plant.switches(q, dq, mode)
+        at_end = plant.switches(end.q, end.dq, mode.after(end), span)
         for i, side in enumerate(mode.sides):
             high = span
             if at_end.values[i] * side >= 0:  # it may have been beyond in between
@@ -324,11 +329,12 @@ class VirtualLoop:
                     continue
                 high = span * (first / (first - last))
                 lowest = plant.move(q, dq, mode, high)
-                if plant.switches(lowest.q, lowest.dq, mode, high).values[i] * side >= 0:
+                after = mode.after(lowest)
+                if plant.switches(lowest.q, lowest.dq, after, high).values[i] * side >= 0:
                     continue
             passed, span = i, self._change(i, q, dq, mode, high)
             end = plant.move(q, dq, mode, span)
-            at_end = plant.switches(end.q, end.dq, mode, span)
+            at_end = plant.switches(end.q, end.dq, mode.after(end), span)
         return passed, span, end
 
     def _change(self, index: int, q: float, dq: float, mode: Mode, high: float) -> float:
@@ -336,7 +342,7 @@ class VirtualLoop:
         low, t = 0.0, 0.5 * high
         for _ in range(_MOST_REFINEMENTS):
             end = self._plant.move(q, dq, mode, t)
-            switches = self._plant.switches(end.q, end.dq, mode, t)
+            switches = self._plant.switches(end.q, end.dq, mode.after(end), t)
             value = switches.values[index]
             if value == 0:
                 break

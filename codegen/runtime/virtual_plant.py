@@ -22,10 +22,13 @@ class Mode:
         Strictly between -1 and 1 if the axis sticks.
     sides : tuple of float
         -1 or 1; 0 if the axis rests in the place itself.
+    states : tuple of float
+        What friction remembers, where the motion is.
     """
 
     direction: float
     sides: tuple[float, ...] = ()
+    states: tuple[float, ...] = ()
 
     @property
     def sticks(self) -> bool:
@@ -40,6 +43,10 @@ class Mode:
         """The mode on another side of one place."""
         return replace(self, sides=(*self.sides[:index], side, *self.sides[index + 1 :]))
 
+    def after(self, end: "StepResult") -> "Mode":
+        """The mode of a motion after a step."""
+        return replace(self, states=end.states) if self.states else self
+
 
 @dataclass(frozen=True, slots=True)
 class StepResult:
@@ -49,6 +56,7 @@ class StepResult:
     dq: float
     first: float
     last: float
+    states: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +117,8 @@ class VirtualPlant:
         Whether recorded signals move the places in which they change.
     lagged : bool
         Whether the force goes to another, which is held too.
+    start_states : tuple of float
+        Where internal states start.
     until : float
         Part of a sample after which the last command begins to act; 0 at the sample.
     """
@@ -127,6 +137,13 @@ class VirtualPlant:
         switching = functions.get("switching")
         self.sides = 0 if switching is None else switching.size1_in("sides")
         self.moving = switching is not None and "held" in switching.name_in()
+        begin = functions.get("state_start")
+        self.start_states: tuple[float, ...] = ()
+        self._limits = range(0)
+        if begin is not None:
+            start, first = begin(parameters)
+            self.start_states = tuple(start.full().ravel().tolist())
+            self._limits = range(int(first), self.sides)
         self._response = functions.get("drive_response")
         self.lagged = held_values(functions) == len(("tau", "target"))
         self.until = 0.0 if self._response is None else float(self._response(0.0, 0.0, 1.0)[1])
@@ -151,7 +168,9 @@ class VirtualPlant:
         if self.moving and mode.sticks:
             return StepResult(q, 0.0, 0.0, 0.0)
         end = self._call("plant_step", q, dq, mode, step=span)
-        return StepResult(*(float(value[0]) for value in end))
+        states = tuple(end[4].tolist()) if mode.states else ()
+        q_next, dq_next, first, last = (float(value[0]) for value in end[:4])
+        return StepResult(q_next, dq_next, first, last, states)
 
     def accelerate(self, q: float, dq: float, mode: Mode) -> float:
         """Acceleration in a mode."""
@@ -203,7 +222,17 @@ class VirtualPlant:
     def chosen_at_rest(self, q: float, mode: Mode) -> Mode:
         """The mode of an axis at rest that may leave."""
         mode = self.at_rest(q, mode)
-        return self.ahead(q, mode) if abs(mode.direction) >= 1 else mode
+        return self.slipping(q, self.ahead(q, mode) if abs(mode.direction) >= 1 else mode)
+
+    def slipping(self, q: float, mode: Mode) -> Mode:
+        """The sides of limits of states: one at its limit slips if the motion goes outwards."""
+        if not self._limits:
+            return mode
+        found = self.switches(q, 0.0, mode)
+        for i in self._limits:
+            outwards = found.by_position[i] * mode.direction < 0
+            mode = mode.beside(i, -1.0 if found.values[i] <= 0 and outwards else 1.0)
+        return mode
 
     def ahead(self, q: float, mode: Mode) -> Mode:
         """The sides of an axis that leaves rest: where it rested in a place, the one ahead."""
@@ -218,7 +247,7 @@ class VirtualPlant:
 
     def beyond(self, q: float, dq: float, mode: Mode, first: int) -> Mode:
         """The sides at a state, from one on; one may depend on those before it."""
-        for i in range(first, self.sides):
+        for i in range(first, self.sides - len(self._limits)):
             value = self.switches(q, dq, mode).values[i]
             mode = mode.beside(i, float(np.sign(value))) if value else mode
         return mode
@@ -250,4 +279,6 @@ class VirtualPlant:
             arguments["direction"][0] = mode.direction
         if self.sides:
             arguments["sides"][:] = mode.sides
+        if mode.states:
+            arguments["states"][:] = mode.states
         return function(**{self._q: q, self._dq: dq}, **others)

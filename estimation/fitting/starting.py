@@ -149,6 +149,8 @@ def starts_from(
             "estimate, or values by name.",
             code="unknown-fit-start",
         )
+    if shared.axis.states:
+        return [nominal], [Note("the friction remembers, so that nothing estimates a start")]
     found, why = [], []
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
         try:

@@ -10,7 +10,7 @@ from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, is_output_erro
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS, estimate_by
-from axisid.estimation.problems import Problem
+from axisid.estimation.problems import Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -97,6 +97,7 @@ def identify(
         that comes to nothing does where no other gives an estimate.
     """
     generated = as_generated(axis)
+    check_has_rows(generated)
     records = records_of(record)
     check_choices(covariance, start, loss)
     requested = requested_methods(methods)

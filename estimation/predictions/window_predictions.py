@@ -21,7 +21,7 @@ from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
 from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
-from axisid.support.errors import DataError, EstimationError
+from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
 from .added_slopes import ADDED_SHARE, Motion
@@ -179,6 +179,8 @@ class WindowPredictions:
     ------
     DataError
         A record has no position or no control.
+    UsageError
+        The friction of an axis remembers.
     """
 
     signal = "position"
@@ -191,6 +193,8 @@ class WindowPredictions:
         records: Sequence[Record],
         horizon: float,
     ) -> None:
+        for axis in axes:
+            _check_begins(axis)
         self._form = form
         self.unit = str(axes[0].axis.coordinate.unit)
         every = enumerate(zip(axes, records, strict=True))
@@ -376,3 +380,13 @@ def _control(axis: GeneratedAxis, record: Record) -> Array:
         Remedy.of("name it with ", Setting("columns", "control=NAME"), "."),
         code="no-control",
     )
+
+
+def _check_begins(axis: GeneratedAxis) -> None:
+    """Refuse windows of an axis whose friction remembers."""
+    if axis.states:
+        raise UsageError(
+            f"what the friction of axis {axis.axis.name!r} remembers where a window begins is in "
+            "no record; follow the control or the position, whose loops begin as the record does.",
+            code="states-open-loop",
+        )

@@ -35,6 +35,7 @@ from .solver import ByOutputError as ByOutputError
 from .solver import Solver as Solver
 from .solver import by_least_squares as by_least_squares
 from .visibility import Reach as Reach
+from .visibility import check_has_rows as check_has_rows
 from .visibility import check_identifiable as check_identifiable
 from .visibility import check_time_known as check_time_known
 from .visibility import check_visible as check_visible

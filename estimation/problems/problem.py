@@ -29,7 +29,13 @@ from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.remedy import Remedy
 
 from .held import Held
-from .visibility import Reach, check_identifiable, check_time_known, check_visible
+from .visibility import (
+    Reach,
+    check_has_rows,
+    check_identifiable,
+    check_time_known,
+    check_visible,
+)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -73,6 +79,7 @@ class Problem:
             self.data and own and all(d.axis is a for d, a in zip(self.data, axes, strict=True))
         ):
             raise UsageError("a problem takes one record or more of its own axis; bind them to it.")
+        check_has_rows(self.axis)
         apart = [data.row_period for data in self.data]
         if not is_same_period(min(apart), max(apart)):
             raise UsageError(

@@ -25,7 +25,7 @@ from axisid.estimation.thresholds.estimates import (
 )
 from axisid.modeling.quantities import Parameter, parse_unit
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError
+from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
 _ROUNDING = float(np.finfo(float).eps)
@@ -112,6 +112,25 @@ def check_time_known(axis: GeneratedAxis) -> None:
             f"axis {axis.axis.name!r}: the {estimated[0]} of its drive is to be estimated, which "
             "identify does of one record; declare what it finds as a number here.",
             code="drive-time-open",
+        )
+
+
+def check_has_rows(axis: GeneratedAxis) -> None:
+    """Refuse an axis whose friction remembers: what it remembers is in no record.
+
+    Raises
+    ------
+    ModelError
+        It has internal states.
+    """
+    if axis.states:
+        names = ", ".join(state.name for state in axis.states)
+        one = len(axis.states) == 1
+        raise ModelError(
+            f"the friction of axis {axis.axis.name!r} remembers: no record has its internal "
+            f"{'state' if one else 'states'} {names}, so that least squares, instruments and DIDIM "
+            "have no rows of measured signals; fit the simulated loop (fit).",
+            code="states-no-rows",
         )
 
 

@@ -30,7 +30,6 @@ from .recorded import at_law, checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
-    VISITED,
     bounds_refusal,
     check_loop,
     failure,
@@ -42,6 +41,7 @@ from .steps import (
     substeps_along,
     substeps_at_start,
     too_stiff,
+    visited_signals,
 )
 from .two_clocks import TwoClocks, at_log_samples, clocks_of
 
@@ -152,7 +152,8 @@ def simulate_batch(
     by_lane = gains_by_lane(axis, gains, lanes)
     first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory, at_first, by_lane)
     check_threads(threads)
-    looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
+    fixed = has_constant_substeps(axis) or substeps is not None
+    looked_at = () if fixed else visited_signals(axis)
     between = () if clocks is None else _OF_THE_LAW
     away = np.abs(first.position - ref[0])
     spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
@@ -282,7 +283,8 @@ class _Batch:
         position = out["position"][:, lane]
         ended = np.isnan(position)
         until = int(ended.argmax()) if ended.any() else len(position)
-        visited = {name: np.ascontiguousarray(out[name][:until, lane]) for name in VISITED}
+        names = visited_signals(self.axis)
+        visited = {name: np.ascontiguousarray(out[name][:until, lane]) for name in names}
         own = [v if v.ndim == 1 else v[:, lane] for v in self.signals]
         return substeps_along(self.axis, self.parameters[lane], visited, self.period, own)
 

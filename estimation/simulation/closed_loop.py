@@ -99,7 +99,8 @@ def simulate(
         a wave of the position ask for wherever the motion goes: mostly 1. Where they vary the loop
         is simulated anew until it had enough. For an axis whose force has kinks or jumps over the
         position it is the least number: each piece of a sample, from one side to the next, takes
-        the steps that its own rates ask for.
+        the steps that its own rates ask for. Friction that remembers takes implicit steps, as many
+        as its bristles ask for; its internal states begin where they are declared to.
 
     Raises
     ------

@@ -14,10 +14,10 @@ from .loop_inputs import LoopInputs
 from .recorded import lines
 from .steps import (
     MOST_SUBSTEPS,
-    VISITED,
     has_constant_substeps,
     substeps_along,
     substeps_at_start,
+    visited_signals,
 )
 from .two_clocks import at_log_samples
 
@@ -106,7 +106,7 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     (steps,) = substeps_at_start(axis, parameters[None, :], position, inputs.period, first)
     if not has_constant_substeps(axis):
         alone = replace(inputs, clocks=None)
-        batch = simulate_lanes(axis, parameters[None, :], alone, wanted=VISITED)
+        batch = simulate_lanes(axis, parameters[None, :], alone, wanted=visited_signals(axis))
         if batch.failures:
             return None
         visited = {name: values[:, 0] for name, values in batch.signals.items()}

@@ -24,8 +24,12 @@ _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywh
 _ROUNDING = 1e-9
 _EPSILON = float(np.finfo(float).eps)
 MOST_SUBSTEPS = 1024
-#: The signals that `substeps_along` looks at.
-VISITED = ("position", "velocity", "force", "direction")
+_VISITED = ("position", "velocity", "force", "direction")
+
+
+def visited_signals(axis: GeneratedAxis) -> tuple[str, ...]:
+    """The signals that `substeps_along` looks at."""
+    return (*_VISITED, "acceleration") if axis.states else _VISITED
 
 
 def no_control_law(name: str) -> ModelError:
@@ -205,6 +209,10 @@ def substeps_at_start(
     lanes = len(start)
     if axis.has_sides:
         return np.ones(lanes, dtype=np.int64)
+    if axis.states:
+        still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
+        rates = _rates_with_states(axis, parameters, still)
+        return _steps(axis, rates, np.zeros(lanes), period)
     q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
     shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
     signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
@@ -226,7 +234,7 @@ def substeps_along(
     axis : GeneratedAxis
     parameters : (p,) array
     visited : dict of str to (n,) array
-        Position, velocity, force and direction. Where the velocity changes its sign between two
+        By `visited_signals`. Where the velocity changes its sign between two
         samples, the axis at rest is looked at too, in both directions.
     period : float
     recorded : sequence of (N,) array
@@ -236,6 +244,9 @@ def substeps_along(
     if not len(q):
         return 1
     signals = [values[: len(q)] for values in recorded]
+    if axis.states:
+        rates = _rates_with_states(axis, parameters, visited)
+        return int(_steps(axis, rates.max(keepdims=True), np.zeros(1), period)[0])
     turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
     s = np.where(visited["direction"] < 0, -1.0, 1.0)
     rates = _probed(
@@ -289,6 +300,27 @@ def _probed(
         here, faster, further = accelerations.reshape(3, -1)
         damping, stiffness = np.abs(faster - here) / PROBE, np.abs(further - here) / way
         rates = np.maximum(damping, np.sqrt(stiffness))
+    return np.where(np.isfinite(rates), rates, 0.0)
+
+
+def _rates_with_states(
+    axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array]
+) -> Array:
+    """Rates of motion and internal states together along a motion, (n,).
+
+    The states are where they start, the force is such that the acceleration is that of the motion.
+    Parameters are (p,), or of each place their own, (n, p).
+    """
+    names = ("position", "velocity", "acceleration", "direction")
+    q, dq, ddq, direction = (visited[name] for name in names)
+    begin = axis.functions["state_start"]
+    states = np.array([begin(own)[0].full().ravel() for own in np.atleast_2d(parameters)])
+    held = _held(axis, q, ())
+    with np.errstate(all="ignore"):
+        forces = axis.evaluate("inverse_dynamics", q, dq, ddq, direction, parameters)[0]
+        held[:, 0] = forces[:, 0]
+        sets = states if parameters.ndim == 2 else states[0]
+        rates = axis.evaluate("plant_rate", q, dq, held, direction, sets, parameters)[0][:, 0]
     return np.where(np.isfinite(rates), rates, 0.0)
 
 

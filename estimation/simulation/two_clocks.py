@@ -179,6 +179,13 @@ def at_log_samples(
     apart = np.flatnonzero(since > 0)
     if not apart.size:
         return out
+    if axis.states:
+        raise UsageError(
+            f"the log of axis {axis.axis.name!r} is sampled between the evaluations of its law, "
+            "where what its friction remembers is not known; give the law's period, or whole "
+            "multiples of it.",
+            code="clocks-and-states",
+        )
     begin, share = last[apart], since[apart] / clocks.law_period
     end = begin + 1
     values = [] if recorded is None else list(recorded[begin, ::2].T)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.problems import (
     Reach,
+    check_has_rows,
     check_identifiable,
     check_time_known,
     check_visible,
@@ -171,6 +172,7 @@ def _solved(rows: "_LogRows", triangle: Array, size: int, left: float) -> Soluti
 
 
 def _check_axis(axis: GeneratedAxis) -> None:
+    check_has_rows(axis)
     check_time_known(axis)
     check_identifiable(axis)
     if not axis.is_linear:

@@ -27,10 +27,13 @@ from .elements import back_emf as back_emf
 from .elements import cogging as cogging
 from .elements import coulomb as coulomb
 from .elements import cubic_spring as cubic_spring
+from .elements import dahl as dahl
 from .elements import end_stop as end_stop
 from .elements import gravity as gravity
 from .elements import gravity_moment as gravity_moment
 from .elements import load_dependent as load_dependent
+from .elements import lugre as lugre
+from .elements import maxwell_slip as maxwell_slip
 from .elements import motor_inertia as motor_inertia
 from .elements import offset as offset
 from .elements import periodic_coulomb as periodic_coulomb

@@ -15,6 +15,8 @@ from axisid.modeling.quantities import (
     Parameter,
     Signal,
     SignalSymbol,
+    State,
+    StateSymbol,
     check_distinct,
     check_name,
     check_size,
@@ -22,6 +24,7 @@ from axisid.modeling.quantities import (
     declared_signals,
     number,
     signals_in,
+    states_in,
     with_numbers,
 )
 from axisid.support.errors import ModelError, UsageError
@@ -33,7 +36,7 @@ from .column import column_texts
 from .control import LONGEST_DELAY, ControlLaw
 from .drive import FORCE_TARGET, Drive, Response
 from .experiment import Experiment
-from .unit_check import check_profile, checked_terms
+from .unit_check import check_profile, check_states, checked_terms
 
 #: What a column of a record can be.
 ROLES = (
@@ -140,9 +143,19 @@ class Axis:
         return tuple(signal.symbol for signal in self.signals)
 
     @property
+    def states(self) -> tuple[State, ...]:
+        """What its friction remembers, by name; they stand in the force."""
+        return states_in(self.force)
+
+    @property
     def unchecked_terms(self) -> tuple[str, ...]:
         """Terms of the equation of motion whose unit a plain number in them leaves open."""
-        return checked_terms(self.force, self.coordinate, self.parameters, self.signals)
+        return checked_terms(self.force, self.coordinate, self.parameters, self._beside)
+
+    @property
+    def _beside(self) -> tuple[Signal | State, ...]:
+        """What stands in the force beside motion and parameters."""
+        return (*self.signals, *self.states)
 
     @property
     def response(self) -> Response | None:
@@ -244,6 +257,7 @@ class Axis:
             names += [(signal.name, "signal") for signal in self.signals]
             names += [(signal.rate_name, "the rate of a signal") for signal in self.signals]
             names += [("signals", "what the program calls the signals")]
+        names += [(state.name, "state") for state in self.states]
         drive = (*self.response.remembered, FORCE_TARGET) if self.response else ()
         names += [(name, "what the program calls a force of the drive") for name in drive]
         check_distinct(names)
@@ -286,7 +300,10 @@ class Axis:
                     code="equation-not-real",
                 )
         declared = {p.symbol for p in self.parameters}
-        used = self.force.free_symbols | profile.free_symbols
+        values = [value for state in self.states for value in state.values]
+        used = profile.free_symbols.union(*(v.free_symbols for v in (self.force, *values)))
+        used -= {s for v in values for s in v.atoms(ConstantSymbol)}
+        used -= {each for state in self.states for each in (state.own, StateSymbol(state))}
         used -= self.force.atoms(ConstantSymbol) | profile.atoms(ConstantSymbol)
         allowed = declared | {q.symbol, q.velocity, q.acceleration}
         allowed |= {signal.symbol for signal in self.signals}
@@ -402,7 +419,8 @@ class Axis:
 
     def _check_units(self) -> None:
         try:
-            checked_terms(self.force, self.coordinate, self.parameters, self.signals)
+            checked_terms(self.force, self.coordinate, self.parameters, self._beside)
+            check_states(self.states, self.coordinate, self.parameters)
             symbols: list[Parameter | Signal] = [*self.parameters, *self.signals]
             check_profile(self.drive.profile, self.coordinate, symbols)
             check_profile(

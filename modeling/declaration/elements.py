@@ -18,6 +18,7 @@ import sympy
 from axisid.modeling.quantities import (
     Coordinate,
     G,
+    State,
     Symbolic,
     check_coordinate,
     expression,
@@ -102,6 +103,72 @@ def stribeck(
         power = sympy.Integer(int(exponent))  # an exact square needs no power function
     shape = sympy.exp(-((sympy.Abs(coordinate.velocity) / speed) ** power))
     return _amount(excess, coordinate) * shape * sympy.sign(coordinate.velocity)
+
+
+def dahl(
+    stiffness: Amount, coordinate: Coordinate, *, coulomb: Amount, name: str = ""
+) -> sympy.Expr:
+    """Dahl's friction that remembers: ``s0 z`` with ``dz = dq - s0 |dq| z / Fc``.
+
+    Elastic over small ways, Coulomb friction over large ones. `stiffness` s0 in N/m; `coulomb` Fc
+    in N; `name` of the state z, in m. It has no rows for least squares: simulate and `fit`.
+    [Dahl1968]_.
+    """
+    check_coordinate(coordinate)
+    s0, level = _amount(stiffness, coordinate, "/{}"), _amount(coulomb, coordinate)
+    dq = coordinate.velocity
+
+    def rate(z: sympy.Symbol) -> sympy.Expr:
+        return dq - s0 * sympy.Abs(dq) * z / level
+
+    return s0 * State(name or _state_name(s0), coordinate.unit, rate).symbol
+
+
+def lugre(
+    stiffness: Amount,
+    damping: Amount,
+    coordinate: Coordinate,
+    *,
+    coulomb: Amount,
+    static: Amount,
+    velocity: Amount,
+    name: str = "",
+) -> sympy.Expr:
+    """LuGre friction without its viscous part: ``s0 z + s1 dz``, ``dz = dq - s0 |dq| z / g(dq)``.
+
+    ``g = Fc + (Fs - Fc) exp(-(dq/vs)^2)``; add `viscous`. `stiffness` s0 in N/m, `damping` s1 in
+    N/(m/s), `coulomb` Fc and `static` Fs in N, `velocity` vs in m/s; `name` of the state z, in m.
+    Under a load that vibrates it drifts, also below Fs: so the law has it. It has no rows for least
+    squares: simulate and `fit`. [CanudasDeWit1995]_.
+    """
+    check_coordinate(coordinate)
+    s0 = _amount(stiffness, coordinate, "/{}")
+    s1 = _amount(damping, coordinate, "/({}/s)")
+    slides, sticks = _amount(coulomb, coordinate), _amount(static, coordinate)
+    speed = positive(velocity, f"{coordinate.unit}/s", "the Stribeck velocity")
+    dq = coordinate.velocity
+    level = slides + (sticks - slides) * sympy.exp(-((dq / speed) ** 2))
+
+    def rate(z: sympy.Symbol) -> sympy.Expr:
+        return dq - s0 * sympy.Abs(dq) * z / level
+
+    z = State(name or _state_name(s0), coordinate.unit, rate).symbol
+    return s0 * z + s1 * rate(z)
+
+
+def maxwell_slip(
+    stiffness: Amount, level: Amount, coordinate: Coordinate, *, name: str = ""
+) -> sympy.Expr:
+    """A spring behind a slider: ``k z``, z following the position until ``|k z| = W``.
+
+    Several make a stack, whose force over the position has the hysteresis of Masing's rules and
+    does not creep. `stiffness` k in N/m, `level` W in N; `name` of the state z, in m. It has no
+    rows for least squares: simulate and `fit`. [Lampaert2003]_.
+    """
+    check_coordinate(coordinate)
+    k, most = _amount(stiffness, coordinate, "/{}"), _amount(level, coordinate)
+    state = State(name or _state_name(k), coordinate.unit, coordinate.velocity, limit=most / k)
+    return k * state.symbol
 
 
 def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) -> sympy.Expr:
@@ -281,6 +348,12 @@ def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
     return coordinate.symbol - with_unit(rest, coordinate.unit, "the rest position")
 
 
+def _state_name(stiffness: sympy.Expr) -> str:
+    """What the state of a bristle or a slider is called, by the name of its stiffness."""
+    called = str(stiffness)
+    return f"z_{called}" if stiffness.is_Symbol and called.isidentifier() else "z"
+
+
 def _is_zero(value: Amount) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
 
@@ -296,10 +369,13 @@ ELEMENTS: Mapping[str, Callable[..., sympy.Expr]] = MappingProxyType(
             cogging,
             coulomb,
             cubic_spring,
+            dahl,
             end_stop,
             gravity,
             gravity_moment,
             load_dependent,
+            lugre,
+            maxwell_slip,
             motor_inertia,
             offset,
             periodic_coulomb,

@@ -10,6 +10,7 @@ from axisid.modeling.quantities import (
     Coordinate,
     Parameter,
     Signal,
+    State,
     Unit,
     UnitReader,
     UnitsError,
@@ -22,7 +23,7 @@ def checked_terms(
     force: sympy.Expr,
     coordinate: Coordinate,
     parameters: Iterable[Parameter],
-    signals: Iterable[Signal] = (),
+    signals: Iterable[Signal | State] = (),
 ) -> tuple[str, ...]:
     """Check the unit of every term, and return the terms that could not be checked.
 
@@ -80,8 +81,39 @@ def check_profile(
         )
 
 
+def check_states(
+    states: Iterable[State], coordinate: Coordinate, parameters: Iterable[Parameter]
+) -> None:
+    """Refuse a state whose rate, limit or start is not in its unit.
+
+    Raises
+    ------
+    ModelError
+        One is not; both units are named.
+    """
+    states = tuple(states)
+    table = unit_table(coordinate, (*parameters, *states)) if states else {}
+    table |= {state.own: parse_unit(state.unit) for state in states}
+    for state in states:
+        unit = parse_unit(state.unit)
+        rate, *others = state.values
+        for value, wanted in ((rate, unit / parse_unit("s")), *((v, unit) for v in others)):
+            reader = UnitReader(table, loose_numbers=True)
+            try:
+                fits = value == 0 or reader.fits(value, wanted)
+            except UnitsError as error:
+                raise ModelError(f"the units in the state {state.name} do not fit: {error}") from (
+                    error
+                )
+            if not fits:
+                raise ModelError(
+                    f"the state {state.name} is in {unit}, and {value} of it is in "
+                    f"{reader.unit(value)}; give {wanted}."
+                )
+
+
 def unit_table(
-    coordinate: Coordinate, others: Iterable[Parameter | Signal]
+    coordinate: Coordinate, others: Iterable[Parameter | Signal | State]
 ) -> dict[sympy.Symbol, Unit]:
     """Units of all symbols of an equation of motion."""
     motion = (coordinate.symbol, coordinate.velocity, coordinate.acceleration)

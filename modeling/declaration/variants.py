@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import sympy
 
-from axisid.modeling.quantities import Parameter, number
+from axisid.modeling.quantities import Parameter, number, replaced_in, states_in
 from axisid.support.errors import UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import is_among, quoted
@@ -130,8 +130,9 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
         if p.name in names or p.name in values
     }
     numbers = {s: sympy.Float(v) if v else sympy.S.Zero for s, v in held.items()}
-    force, profile = axis.force.xreplace(numbers), axis.drive.profile.xreplace(numbers)
-    used = force.free_symbols | profile.free_symbols
+    force, profile = replaced_in(axis.force, numbers), axis.drive.profile.xreplace(numbers)
+    inside = (value.free_symbols for state in states_in(force) for value in state.values)
+    used = profile.free_symbols.union(force.free_symbols, *inside)
     kept = tuple(p for p in axis.parameters if p.symbol in used)
     if not kept:
         without = ", ".join(map(str, held))
@@ -168,7 +169,9 @@ def _held(axis: Axis, parameter: Parameter) -> float:
     if parameter.known is not None:
         return parameter.known
     expressions = (axis.force, axis.drive.profile)
-    if not any(_bends(e, parameter.symbol) for e in expressions):
+    inside = (value.free_symbols for state in axis.states for value in state.values)
+    remembered = parameter.symbol in frozenset[sympy.Symbol]().union(*inside)
+    if not remembered and not any(_bends(e, parameter.symbol) for e in expressions):
         return 0.0
     if parameter.nominal:
         return parameter.nominal

@@ -132,6 +132,20 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
     return replace(base, axis=_reduced(base, leads, found.nonlinear))
 
 
+def declared_as_base(axis: Axis) -> BaseModel:
+    """An axis in the parameters that it was declared in, whatever they make."""
+    count = range(len(axis.parameters))
+    return BaseModel(
+        declared=axis,
+        axis=axis,
+        expressions=tuple(p.symbol for p in axis.parameters),
+        exponents=tuple(tuple(int(i == j) for j in count) for i in count),
+        weights=tuple(tuple(float(i == j) for j in count) for i in count),
+        unidentifiable=(),
+        undetermined=(),
+    )
+
+
 def _check_effects(monomials: Sequence[Exponents], symbols: Sequence[sympy.Symbol]) -> None:
     cancelled = [str(p) for j, p in enumerate(symbols) if not any(e[j] for e in monomials)]
     if cancelled:

@@ -4,18 +4,19 @@ from dataclasses import dataclass
 
 import sympy
 
-from axisid.modeling.algebra import vanishes
+from axisid.modeling.algebra import slope, vanishes
 from axisid.modeling.declaration import Axis, check_axis
-from axisid.modeling.quantities import parse_unit, with_numbers
+from axisid.modeling.quantities import parse_unit, with_numbers, with_own_symbols
 from axisid.support.errors import ModelError
 from axisid.support.missing import Missing
 
-from .base_model import BaseModel, base_model
+from .base_model import BaseModel, base_model, declared_as_base
 from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
 from .friction_direction import with_direction
 from .inverse import Regressor, inverse_regressor
 from .null_space import Direction, unidentifiable_directions
 from .parameter_map import ParameterMap, parameter_map
+from .state_equations import StateEquation, in_direction, state_equations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +44,9 @@ class AxisModel:
     unidentifiable : tuple of dict
         Changes of the parameters of a partially linear axis that no motion shows; for a linear one
         `base` has them.
+    states : tuple of StateEquation
+        Of friction that remembers. The models then have the states' symbols in them, and the
+        inverse regressor is the slope of the force by the parameters, the states held.
     """
 
     base: BaseModel
@@ -54,6 +58,13 @@ class AxisModel:
     ddm: DirectRegressor | Missing
     parameter_map: ParameterMap | Missing
     unidentifiable: tuple[Direction, ...]
+    states: tuple[StateEquation, ...] = ()
+
+    def at_start(self, value: sympy.Expr) -> sympy.Expr:
+        """An expression of the models where the states start."""
+        if not self.states:
+            return value
+        return value.xreplace({state.symbol: state.start for state in self.states})
 
 
 def derive(axis: Axis) -> AxisModel:
@@ -70,8 +81,9 @@ def derive(axis: Axis) -> AxisModel:
         the velocity in a way that is not friction.
     """
     check_axis(axis)
+    states = state_equations(axis)
     try:
-        return _derived(axis)
+        return _derived(axis, states)
     except ModelError as error:
         raise ModelError(f"axis {axis.name!r}: {error}", code="force-jumps") from error
     except RecursionError as error:
@@ -80,8 +92,10 @@ def derive(axis: Axis) -> AxisModel:
         ) from error
 
 
-def _derived(declared: Axis) -> AxisModel:
+def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
     balance = _balance(declared)
+    if states:
+        return _remembering(declared, balance, states)
     base = base_model(declared, balance)
     axis = base.axis
     if base.changed:
@@ -104,6 +118,38 @@ def _derived(declared: Axis) -> AxisModel:
         ddm=ddm,
         parameter_map=ddm if isinstance(ddm, Missing) else _map(axis, ddm),
         unidentifiable=unidentifiable_directions(idm, axis.parameters, q),
+    )
+
+
+def _remembering(axis: Axis, balance: sympy.Expr, states: tuple[StateEquation, ...]) -> AxisModel:
+    """The models of an axis with internal states, in the parameters as they were declared."""
+    q = axis.coordinate
+    profile = with_numbers(axis.drive.profile)
+    balance = in_direction(with_own_symbols(balance), q.velocity)
+    force = balance / profile
+    symbols = tuple(p.symbol for p in axis.parameters)
+    columns = tuple(slope(force, p, "the force") for p in symbols)
+    bends = (p * column for p, column in zip(symbols, columns, strict=True))
+    names = ", ".join(str(state.symbol) for state in states)
+    missing = Missing(
+        f"axis {axis.name!r} has no direct regressor: its friction remembers ({names}), which no "
+        "record has"
+    )
+    return AxisModel(
+        base=declared_as_base(axis),
+        axis=axis,
+        force=force,
+        inertia=inertia_of(force, q),
+        acceleration=direct_dynamics(balance, profile, q),
+        idm=Regressor(
+            columns=columns,
+            intercept=sympy.Add(force, *(-bend for bend in bends)),
+            nonlinear=symbols,
+        ),
+        ddm=missing,
+        parameter_map=missing,
+        unidentifiable=(),
+        states=states,
     )
 
 

@@ -7,7 +7,7 @@ import sympy
 
 from axisid.modeling.algebra import CANNOT, value_at
 from axisid.modeling.declaration import Axis
-from axisid.modeling.quantities import with_numbers
+from axisid.modeling.quantities import at_start, with_numbers
 
 
 def forces_at_rest(
@@ -29,7 +29,8 @@ def forces_at_rest(
     point |= dict(zip(axis.signal_symbols, recorded, strict=True))
     point |= {q.symbol: position, q.velocity: 0.0, q.acceleration: 0.0}
     return tuple(
-        (str(term), _value(with_numbers(term), point)) for term in sympy.Add.make_args(axis.force)
+        (str(term), _value(with_numbers(at_start(term)), point))
+        for term in sympy.Add.make_args(axis.force)
     )
 
 

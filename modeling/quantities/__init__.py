@@ -22,11 +22,11 @@ from .names import check_name as check_name
 from .names import check_symbol as check_symbol
 from .names import fresh_name as fresh_name
 from .numbers import number as number
+from .numbers import rounded as rounded
 from .reading_order import InReadingOrder as InReadingOrder
 from .reading_order import Readable as Readable
 from .reading_order import readable as readable
 from .reading_order import written as written
-from .rounding import rounded as rounded
 from .signal import BETWEEN as BETWEEN
 from .signal import Signal as Signal
 from .signal import SignalSymbol as SignalSymbol
@@ -36,6 +36,12 @@ from .size import MOST_NODES as MOST_NODES
 from .size import MOST_TERMS as MOST_TERMS
 from .size import check_size as check_size
 from .size import most_terms as most_terms
+from .state import State as State
+from .state import StateSymbol as StateSymbol
+from .state import at_start as at_start
+from .state import replaced_in as replaced_in
+from .state import states_in as states_in
+from .state import with_own_symbols as with_own_symbols
 from .symbols import BALANCED as BALANCED
 from .symbols import CONTROL as CONTROL
 from .symbols import DIRECTION as DIRECTION

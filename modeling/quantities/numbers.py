@@ -1,10 +1,14 @@
-"""Numbers of a declaration: plain finite floats, whatever number type they came as."""
+"""Numbers of a declaration: plain finite floats, whatever number type they came as; for reading."""
 
 import math
 from typing import Any
 
+import sympy
+
 from axisid.support.errors import ModelError
 from axisid.support.user_values import quoted
+
+_SIMPLE, _DIGITS = 1000, 6
 
 
 def number(value: Any, what: str, *, finite: bool = True) -> float:
@@ -26,3 +30,14 @@ def number(value: Any, what: str, *, finite: bool = True) -> float:
             f"{what} is {quoted(value)}; give a finite number.", code="number-not-finite"
         )
     return result
+
+
+def rounded(expression: sympy.Expr) -> sympy.Expr:
+    """An expression with six digits where a number is no simple fraction."""
+    return expression.xreplace(
+        {
+            x: sympy.Float(x, _DIGITS)
+            for x in expression.atoms(sympy.Rational)
+            if max(abs(x.p), x.q) >= _SIMPLE
+        }
+    )

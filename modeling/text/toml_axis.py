@@ -32,6 +32,7 @@ from axisid.modeling.quantities import (
     Parameter,
     Signal,
     SignalSymbol,
+    State,
     check_symbol,
     parse_unit,
     several,
@@ -51,6 +52,7 @@ _PARTS = (
     "parameters",
     "constants",
     "signals",
+    "states",
     "drive",
     "control",
     "columns",
@@ -125,7 +127,7 @@ def _text(file: Path) -> str:
 
 def _axis(root: Table) -> Axis | None:
     """The axis, or None and mistakes; each part is read whatever is wrong with the others."""
-    root.only("name", "title", *_PARTS[:4], "newton", "lagrange", *_PARTS[4:])
+    root.only("name", "title", *_PARTS[:5], "newton", "lagrange", *_PARTS[5:])
     root.needs("name", "coordinate", "parameters", "drive")
     name = checked_name(root, "name", root.values.get("name", "axis"), "the axis")
     coordinate, moving = _coordinate(root)
@@ -141,7 +143,8 @@ def _axis(root: Table) -> Axis | None:
         "signals": signals,
     }
     elements = ElementCalls(coordinate or _stand_in(moving))
-    symbols = {**constants, **unknown, **recorded, **moving} if moving else None
+    remembered = _states(root, {**constants, **unknown, **moving})
+    symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else None
     dynamics = _dynamics(root, symbols, elements)
     drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     parts = {
@@ -155,6 +158,8 @@ def _axis(root: Table) -> Axis | None:
         return None
     declare, energies = dynamics
     axis = root.attempt("", lambda: declare(**fields, **energies, **parts))
+    if axis is not None:
+        _check_states(root, axis)
     if axis is None and parts["control"] is not None:
         # A name that the control law shares hides what is wrong with the equation of motion.
         mistake = root.mistakes.pop()
@@ -225,6 +230,36 @@ def _signal(root: Table, name: str) -> Signal | None:
     neutral = {"name": checked or "s", "unit": "1"}
     signal = table.made(Signal, fields, neutral, apart=("unit", "between"))
     return signal if checked else None
+
+
+def _states(root: Table, symbols: Symbols) -> Symbols:
+    """What friction remembers, each state by its equation."""
+    table = root.table("states")
+    own: Symbols = {name: sympy.Symbol(name, real=True) for name in table.values}
+    return {name: _state(table, name, {**symbols, **own}) for name in table.values}
+
+
+def _check_states(root: Table, axis: Axis) -> None:
+    """Say which states stand nowhere, in no force and in no other state's equation."""
+    used, table = {state.name for state in axis.states}, root.table("states")
+    for name in table.values:
+        if name not in used:
+            table.say(name, "it stands nowhere; write it into the force, or remove it.")
+
+
+def _state(root: Table, name: str, symbols: Symbols) -> sympy.Symbol:
+    checked = checked_name(root, name, name, "a state", check_symbol)
+    table = root.table(name)
+    table.only("unit", "following", "limit", "start", "description")
+    table.needs("unit", "following")
+    fields: dict[str, Any] = {"description": table.text("description")}
+    fields |= {"unit": table.values["unit"]} if "unit" in table.values else {}
+    for key in ("following", "limit", "start"):
+        if key in table.values:
+            fields[key] = table.expression(key, symbols)
+    neutral = {"name": checked or "z", "unit": "1", "following": sympy.S.Zero}
+    state = table.made(State, fields, neutral, apart=("unit",))
+    return sympy.Symbol(name, real=True) if state is None else state.symbol
 
 
 def _constants(root: Table, declared: Mapping[str, str], motion: list[str]) -> Symbols:

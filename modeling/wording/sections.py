@@ -1,10 +1,17 @@
 """What was derived from an axis, section by section, for every way to write it down."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import sympy
 
-from axisid.modeling.derivation import AxisModel, BaseModel, DirectRegressor, ParameterMap
+from axisid.modeling.derivation import (
+    AxisModel,
+    BaseModel,
+    DirectRegressor,
+    ParameterMap,
+    StateEquation,
+)
 from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
 from axisid.support.missing import Missing
 
@@ -23,7 +30,8 @@ class Section:
 
 def derived_sections(model: AxisModel) -> tuple[Section, ...]:
     """Base parameters if others were declared, both models, the map, what is identifiable."""
-    q = model.axis.coordinate
+    if model.states:
+        return _remembering_sections(model)
     columns = zip(model.axis.parameters, model.idm.columns, strict=True)
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
         direct = [Section(title="Direct regressor", lines=(f"none: {model.ddm}",))]
@@ -31,11 +39,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
         direct = _direct_sections(model.ddm, model.parameter_map)
     return (
         *_base_sections(model.base),
-        Section(
-            title="Inverse dynamic model",
-            lines=(Formula(name=FORCE, value=model.force),),
-            note=_conventions(model.force),
-        ),
+        _inverse(model),
         Section(
             title="Inverse regressor",
             lines=(
@@ -44,10 +48,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             ),
             note="the force is the sum of parameter times column, and known",
         ),
-        Section(
-            title="Direct dynamic model",
-            lines=(Formula(name=q.acceleration, value=model.acceleration),),
-        ),
+        _direct(model),
         *direct,
         *_unchecked(model),
         Section(
@@ -62,6 +63,47 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             or ("every parameter has an effect of its own",),
         ),
     )
+
+
+def _inverse(model: AxisModel) -> Section:
+    return Section(
+        title="Inverse dynamic model",
+        lines=(Formula(name=FORCE, value=model.force),),
+        note=_conventions(model.force),
+    )
+
+
+def _direct(model: AxisModel) -> Section:
+    acceleration = model.axis.coordinate.acceleration
+    return Section(
+        title="Direct dynamic model",
+        lines=(Formula(name=acceleration, value=model.acceleration),),
+    )
+
+
+def _remembering_sections(model: AxisModel) -> tuple[Section, ...]:
+    """The models with internal states, the states' equations, and why there are no rows."""
+    return (
+        _inverse(model),
+        Section(
+            title="Internal states",
+            lines=tuple(line for state in model.states for line in _of_state(state)),
+            note="what friction remembers, by its rate of change; no record has it, so that there "
+            "are no regressors and no least squares: fit the simulated loop",
+        ),
+        _direct(model),
+        *_unchecked(model),
+    )
+
+
+def _of_state(state: StateEquation) -> Iterator[Formula | str]:
+    yield Formula(name=sympy.Symbol(f"d{state.symbol}", real=True), value=state.rate)
+    if state.limit is not None:
+        limit = Formula(name=sympy.Symbol(f"{state.symbol}_limit", real=True), value=state.limit)
+        yield limit
+        yield f"{state.symbol} stays at its limit, on either side, while the motion drives it on"
+    if not state.start.is_zero:
+        yield Formula(name=sympy.Symbol(f"{state.symbol}_start", real=True), value=state.start)
 
 
 def _conventions(force: sympy.Expr) -> str:

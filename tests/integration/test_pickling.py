@@ -43,7 +43,7 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.lowering.feed_forward import feed_forward
-from axisid.elements import CONTROL, VELOCITY, formula_drive, voltage_drive
+from axisid.elements import CONTROL, VELOCITY, State, formula_drive, voltage_drive
 from axisid.estimation import (
     Classical,
     FailedRun,
@@ -120,6 +120,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "coordinate": declared.coordinate,
         "column": Column("inc", resolution=4096, gear=50),
         "signal": Signal("pressure", "Pa", "held"),
+        "state": State("z", "m", declared.coordinate.velocity, limit=1e-5),
         "parameter": declared.parameters[0],
         "constant": Constant(2.0, "kg", "plate"),
         "law": declared.control,
@@ -190,7 +191,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 KINDS = (
-    "axis,model,generated axis,coordinate,column,signal,parameter,constant,law,drive,experiment,"
+    "axis,model,generated axis,coordinate,column,signal,state,parameter,constant,law,drive,"
+    "experiment,"
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"

@@ -9,6 +9,9 @@ struct block {
 #if SIDES
     double sides[SIDES][LANES];
 #endif
+#if STATES
+    double states[STATES][LANES], states1[STATES][LANES];
+#endif
     double q1[LANES], dq1[LANES], next[AT_LEAST_1_MEMORY][LANES];
     double ddq[LANES], tau[LANES], u[LANES], slow[LANES], allowed[LANES], now[LANES];
 };
@@ -22,8 +25,19 @@ static inline struct mode mode_of(const struct block *b, int l, double direction
 #else
     (void)b, (void)l;
 #endif
+#if STATES
+    for (int j = 0; j < STATES; ++j)
+        mode.states[j] = b->states[j][l];
+#endif
     return mode;
 }
+#if STATES
+static inline void copy_lane(double (*to)[LANES], int l, const double *states)
+{
+    for (int j = 0; j < STATES; ++j)
+        to[j][l] = states[j];
+}
+#endif
 
 static inline void keep_sides(struct block *b, int l, const struct mode *mode)
 {
@@ -63,7 +77,11 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
                          &moved.q, &moved.dq, next, &moved.first, &tau, &u, &moved.last);
 #else
         closed_loop_step(b->q[l], b->dq[l], memory, r, rate, error, added, IN(&mode), p, step,
-                         &moved.q, &moved.dq, next, &moved.first, &tau, &u, &moved.last);
+                         &moved.q, &moved.dq, next, &moved.first, &tau, &u, &moved.last/*STATES ,
+                         moved.states*/);
+#endif
+#if STATES
+        copy_lane(b->states1, l, moved.states);
 #endif
         b->q1[l] = moved.q;
         b->dq1[l] = moved.dq;
@@ -148,7 +166,13 @@ static void respond_block(struct block *b, double period, ptrdiff_t substeps)
             double held[4] = {CONTINUOUS ? b->now[l] : b->tau[l], b->rate[l], b->error[l],
                               b->added[l]};
 #endif
+#if STATES
+            struct mode mode = mode_of(b, l, b->direction[l]);
+            for (int j = 0; j < STATES; ++j)
+                mode.states[j] = b->states1[j][l];
+#else
             const struct mode mode = mode_of(b, l, b->direction[l]);
+#endif
             pass(held, step);
             b->now[l] = held[0];
             for (int j = 0; j < PARAMETERS; ++j)
@@ -157,6 +181,9 @@ static void respond_block(struct block *b, double period, ptrdiff_t substeps)
             b->slow[l] += events(b->q1[l], b->dq1[l], &moved, held, &mode, p, step);
             b->q1[l] = moved.q;
             b->dq1[l] = moved.dq;
+#if STATES
+            copy_lane(b->states1, l, moved.states);
+#endif
         }
 }
 #endif
@@ -190,6 +217,9 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     b->tau[l] = lane.force;
 #endif
     keep_sides(b, l, &lane.mode);
+#if STATES
+    copy_lane(b->states1, l, lane.mode.states);
+#endif
     return status;
 }
 
@@ -205,7 +235,13 @@ static void first_sides(struct block *b, int l/*MOVING , const double *now*/)
     double held[HELD];
     first_places(b->q[l], b->dq[l], &mode, p, now, held);
 #endif
+#if FIRST_LIMIT
+    mode = mode_of(b, l, sign(b->dq[l]));
+#endif
     choose_sides(b->q[l], b->dq[l], &mode, p, 0/*MOVING , held*/);
+#if FIRST_LIMIT
+    choose_slipping(b->q[l], &mode, p);
+#endif
     keep_sides(b, l, &mode);
 #else
     (void)b, (void)l;
@@ -284,6 +320,11 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
 #endif
         for (int j = 0; j < MEMORY; ++j)
             b.memory[j][l] = memory[j];
+#if STATES
+        double begun[STATES], first_limit;
+        state_start(parameters + from * PARAMETERS, begun, &first_limit);
+        copy_lane(b.states, l, begun);
+#endif
         first_sides(&b, l/*MOVING , now*/);
         dead[l] = (double)(l >= count);
         if (l < count) {
@@ -353,6 +394,10 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
         for (int l = 0; l < LANES; ++l) {
             b.q[l] = b.q1[l];
             b.dq[l] = b.dq1[l];
+#if STATES
+            for (int j = 0; j < STATES; ++j)
+                b.states[j][l] = b.states1[j][l];
+#endif
             for (int j = 0; j < MEMORY; ++j)
                 b.memory[j][l] = b.next[j][l];
         }

@@ -151,7 +151,12 @@ static double change_of(int i, double q, double dq, const double *held, const st
     double low = 0.0, t = 0.5 * high;
     for (int n = 0; n < MOST_REFINEMENTS; ++n) {
         const struct moved end = move(q, dq, held, mode, p, t);
+#if STATES
+        const struct mode after = mode_after(mode, &end);
+        const struct switches s = switches_at(end.q, end.dq, &after, p);
+#else
         const struct switches s = switches_at(end.q, end.dq, mode, p/*MOVING , held, t*/);
+#endif
         if (s.value[i] == 0.0)
             break;
         if (s.value[i] * mode->sides[i] > 0.0)
@@ -175,7 +180,12 @@ static int passes(double q, double dq, const double *held, const struct mode *mo
                   double *span, struct moved *end)
 {
     const struct switches s = switches_at(q, dq, mode, p/*MOVING , held, 0.0*/);
+#if STATES
+    struct mode after = mode_after(mode, end);
+    struct switches t = switches_at(end->q, end->dq, &after, p);
+#else
     struct switches t = switches_at(end->q, end->dq, mode, p/*MOVING , held, *span*/);
+#endif
     int passed = -1;
     for (int i = 0; i < SIDES; ++i) {
         const double side = mode->sides[i];
@@ -189,12 +199,23 @@ static int passes(double q, double dq, const double *held, const struct mode *mo
                 continue;
             high *= first / (first - last);
             const struct moved lowest = move(q, dq, held, mode, p, high);
+#if STATES
+            after = mode_after(mode, &lowest);
+            if (switches_at(lowest.q, lowest.dq, &after, p).value[i] * side >= 0.0)
+                continue;
+#else
             if (switches_at(lowest.q, lowest.dq, mode, p/*MOVING , held, high*/).value[i] * side >= 0.0)
                 continue;
+#endif
         }
         *span = change_of(i, q, dq, held, mode, p, high);
         *end = move(q, dq, held, mode, p, *span);
+#if STATES
+        after = mode_after(mode, end);
+        t = switches_at(end->q, end->dq, &after, p);
+#else
         t = switches_at(end->q, end->dq, mode, p/*MOVING , held, *span*/);
+#endif
         passed = i;
     }
     return passed;
@@ -247,8 +268,14 @@ static int attempt(double q, double dq, const double *held, const struct mode *m
         *span /= steps;
     for (;;) {
         *end = move(q, dq, held, mode, p, *span);
+#if STATES
+        const struct mode after = mode_after(mode, end);
+        if (rate_at(end->q, end->dq, held, &after, p) * *span <= 2.0 * RESOLVED)
+            return DONE;
+#else
         if (rate_at(end->q, end->dq, held, mode, p) * *span <= 2.0 * RESOLVED)
             return DONE;
+#endif
         if (2.0 * MOST_STEPS * *span < whole)
             return isfinite(end->q) && isfinite(end->dq) ? UNRESOLVED : NOT_FINITE;
         *span *= 0.5;
@@ -315,6 +342,9 @@ static int advance(double *q, double *dq, struct mode *mode, double *held, const
 #endif
         *q = end.q;
         *dq = end.dq;
+#if STATES
+        copy_states(mode->states, end.states);
+#endif
         pass(held, span);
         left -= span;
         if (passed >= 0) {

@@ -21,18 +21,40 @@ struct mode {
 #if SIDES
     double sides[SIDES]; /* -1 or 1; 0 if the axis rests in the place itself */
 #endif
+#if STATES
+    double states[STATES]; /* what friction remembers, where the motion is */
+#endif
 };
 
 #if SIDES
-#define IN(mode) (mode)->direction, (mode)->sides
+#define IN(mode) (mode)->direction, (mode)->sides/*STATES , (mode)->states*/
 #else
-#define IN(mode) (mode)->direction
+#define IN(mode) (mode)->direction/*STATES , (mode)->states*/
 #endif
 
 /* A motion after a step, and its acceleration at both ends. */
 struct moved {
     double q, dq, first, last;
+#if STATES
+    double states[STATES];
+#endif
 };
+#if STATES
+
+static inline void copy_states(double *to, const double *from)
+{
+    for (int i = 0; i < STATES; ++i)
+        to[i] = from[i];
+}
+
+/* The mode of a motion after a step in another. */
+static inline struct mode mode_after(const struct mode *mode, const struct moved *end)
+{
+    struct mode after = *mode;
+    copy_states(after.states, end->states);
+    return after;
+}
+#endif
 
 static inline struct moved move(double q, double dq, const double *held, const struct mode *mode,
                                 const double *p, double step)
@@ -42,7 +64,8 @@ static inline struct moved move(double q, double dq, const double *held, const s
         return (struct moved){q, 0.0, 0.0, 0.0};
 #endif
     struct moved end;
-    plant_step(q, dq, held, IN(mode), p, step, &end.q, &end.dq, &end.first, &end.last);
+    plant_step(q, dq, held, IN(mode), p, step, &end.q, &end.dq, &end.first, &end.last/*STATES ,
+               end.states*/);
     return end;
 }
 
@@ -74,7 +97,7 @@ static inline struct switches switches_at(double q, double dq, const struct mode
                                           const double *p)
 {
     struct switches s;
-    switching(q, dq, mode->sides, p, s.value, s.by_position, s.by_velocity);
+    switching(q, dq, mode->sides/*STATES , mode->states*/, p, s.value, s.by_position, s.by_velocity);
     return s;
 }
 #endif
@@ -83,7 +106,11 @@ static inline struct switches switches_at(double q, double dq, const struct mode
 static void choose_sides(double q, double dq, struct mode *mode, const double *p, int first/*MOVING ,
                          const double *held*/)
 {
+#if FIRST_LIMIT
+    for (int i = first; i < FIRST_LIMIT; ++i) {
+#else
     for (int i = first; i < SIDES; ++i) {
+#endif
         const double value = switches_at(q, dq, mode, p/*MOVING , held, 0.0*/).value[i];
         mode->sides[i] = value == 0.0 ? mode->sides[i] : sign(value);
     }
@@ -150,7 +177,12 @@ static inline double strays(double q, double dq, const struct moved *end, const 
                             const double *p/*MOVING , const double *held, double step*/)
 {
     const struct switches s = switches_at(q, dq, mode, p/*MOVING , held, 0.0*/);
+#if STATES
+    const struct mode after = mode_after(mode, end);
+    const struct switches t = switches_at(end->q, end->dq, &after, p);
+#else
     const struct switches t = switches_at(end->q, end->dq, mode, p/*MOVING , held, step*/);
+#endif
     double changes = 0.0;
     for (int i = 0; i < SIDES; ++i) {
         const double side = mode->sides[i];
@@ -169,7 +201,23 @@ static inline double hurries(double q, double dq, const struct moved *end, const
                              const struct mode *mode, const double *p, double step)
 {
     const double first = rate_at(q, dq, held, mode, p) * step <= AT_START ? 0.0 : 1.0;
+#if STATES
+    const struct mode after = mode_after(mode, end);
+    return first + (rate_at(end->q, end->dq, held, &after, p) * step <= 2.0 * RESOLVED ? 0.0 : 1.0);
+#else
     return first + (rate_at(end->q, end->dq, held, mode, p) * step <= 2.0 * RESOLVED ? 0.0 : 1.0);
+#endif
+}
+#endif
+#if FIRST_LIMIT
+
+/* The sides of limits of states: one that is at its limit slips if the motion goes outwards. */
+static void choose_slipping(double q, struct mode *mode, const double *p)
+{
+    const struct switches s = switches_at(q, 0.0, mode, p);
+    for (int i = FIRST_LIMIT; i < SIDES; ++i)
+        mode->sides[i] =
+            s.value[i] <= 0.0 && s.by_position[i] * mode->direction < 0.0 ? -1.0 : 1.0;
 }
 #endif
 
@@ -221,6 +269,9 @@ static void choose_at_rest(double q, const double *held, struct mode *mode, cons
 #if SIDES
     if (fabs(mode->direction) >= 1.0)
         choose_ahead(q, mode, p/*MOVING , held*/);
+#endif
+#if FIRST_LIMIT
+    choose_slipping(q, mode, p);
 #endif
 }
 

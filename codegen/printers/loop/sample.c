@@ -69,6 +69,9 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
 #else
     double memory[AT_LEAST_1_MEMORY], ignored[3], held[4] = {0.0, rate, error, added};
 #endif
+#if STATES
+    double ignored_states[STATES];
+#endif
     struct mode *mode = &lane->mode;
     mode->direction = sign(lane->dq);
 #if SIGNALS
@@ -79,7 +82,7 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
 #else
     closed_loop_step(lane->q, lane->dq, lane->memory, reference, rate, error, added, IN(mode), p,
                      period, ignored, ignored + 1, memory, &lane->acceleration, &lane->force,
-                     &lane->control, ignored + 2);
+                     &lane->control, ignored + 2/*STATES , ignored_states*/);
     held[0] = CONTINUOUS ? reference : lane->force;
 #endif
 #if LAGGED
@@ -150,6 +153,9 @@ APART static struct moved later_substeps(struct moved end, const double *later, 
     for (ptrdiff_t i = 1; i < substeps; ++i) {
         const double q = end.q, dq = end.dq;
         pass(held, step);
+#endif
+#if STATES
+        copy_states(mode.states, end.states);
 #endif
         end = move(q, dq, held, &mode, p, step);
         *changes += events(q, dq, &end, held, &mode, p, step);
@@ -244,6 +250,14 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
 #endif
     choose_sides(q, dq, &mode, p, 0/*MOVING , first*/);
 #endif
+#if STATES
+    double first_limit;
+    state_start(p, mode.states, &first_limit);
+#endif
+#if FIRST_LIMIT
+    mode.direction = sign(dq);
+    choose_slipping(q, &mode, p);
+#endif
     for (ptrdiff_t k = 0; k < samples; ++k) {
         double q1, dq1, ddq, last, tau, u, next[AT_LEAST_1_MEMORY];
         const double r = reference[k];
@@ -275,9 +289,19 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
 #endif
         const struct moved moved = {q1, dq1, ddq, last};
 #else
+#if STATES
+        struct moved moved;
+        closed_loop_step(q, dq, memory, r, rate, error, added, IN(&mode), p, step, &q1, &dq1, next,
+                         &ddq, &tau, &u, &last, moved.states);
+        moved.q = q1;
+        moved.dq = dq1;
+        moved.first = ddq;
+        moved.last = last;
+#else
         closed_loop_step(q, dq, memory, r, rate, error, added, IN(&mode), p, step, &q1, &dq1, next,
                          &ddq, &tau, &u, &last);
         const struct moved moved = {q1, dq1, ddq, last};
+#endif
 #if LAGGED
         const double held[4] = {tau, FIRST_TARGET(memory, next)};
 #else
@@ -299,6 +323,9 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
 #endif
             q1 = end_of_sample.q;
             dq1 = end_of_sample.dq;
+#if STATES
+            copy_states(moved.states, end_of_sample.states);
+#endif
             changes = more;
         }
         if (!(changes == 0.0)) {
@@ -326,6 +353,10 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
             end = mode.direction;
             mode.direction = lane.direction;
         }
+#if STATES
+        else
+            copy_states(mode.states, moved.states);
+#endif
         put(acceleration, k, ddq);
         put(force, k, tau);
         put(control, k, u);

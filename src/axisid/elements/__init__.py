@@ -12,10 +12,13 @@ from axisid.modeling.declaration import back_emf as back_emf
 from axisid.modeling.declaration import cogging as cogging
 from axisid.modeling.declaration import coulomb as coulomb
 from axisid.modeling.declaration import cubic_spring as cubic_spring
+from axisid.modeling.declaration import dahl as dahl
 from axisid.modeling.declaration import end_stop as end_stop
 from axisid.modeling.declaration import gravity as gravity
 from axisid.modeling.declaration import gravity_moment as gravity_moment
 from axisid.modeling.declaration import load_dependent as load_dependent
+from axisid.modeling.declaration import lugre as lugre
+from axisid.modeling.declaration import maxwell_slip as maxwell_slip
 from axisid.modeling.declaration import motor_inertia as motor_inertia
 from axisid.modeling.declaration import offset as offset
 from axisid.modeling.declaration import periodic_coulomb as periodic_coulomb
@@ -33,3 +36,4 @@ from axisid.modeling.quantities import POSITION as POSITION
 from axisid.modeling.quantities import TIME as TIME
 from axisid.modeling.quantities import VELOCITY as VELOCITY
 from axisid.modeling.quantities import G as G
+from axisid.modeling.quantities import State as State

@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
 import axisid.elements
 from axisid import Coordinate, ModelError, Parameter, build, derive, fix, load_axis, newton
 from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.elements import State
 from axisid.modeling.declaration import ELEMENTS
 from axisid.modeling.declaration.axis import Axis
 from axisid.support.errors import DeclarationError
@@ -431,6 +433,9 @@ CALLS = {
     "stribeck(a, q, velocity=0.01, exponent=1)": {"a": "N"},
     "stribeck(excess=a, coordinate=q, velocity=2e-2/2, exponent=1.5)": {"a": "N"},
     "load_dependent(a, 30, q)": {"a": "1"},
+    "dahl(a, q, coulomb=b)": {"a": "N/m", "b": "N"},
+    "lugre(a, b, q, coulomb=20, static=30, velocity=0.01)": {"a": "N/m", "b": "N/(m/s)"},
+    "maxwell_slip(a, b, q) + maxwell_slip(2e3, 5, q)": {"a": "N/m", "b": "N"},
     "periodic_coulomb(a, b, q, period=0.01)": {"a": "N", "b": "N"},
     "cogging(a, b, q, period=0.01, harmonic=2)": {"a": "N", "b": "N"},
     "2*cogging(0, b, q, period=0.01) + offset(a)": {"a": "N", "b": "N"},
@@ -523,3 +528,42 @@ def test_a_lag_that_is_a_table_is_a_parameter(tmp_path: Path) -> None:
     drive = load_axis(path).drive
     assert drive.lag == 5e-4
     assert drive.estimated == ("lag", Parameter("lag", "s", nominal=5e-4))
+
+
+BRISTLE = """
+name = "bristle"
+coordinate = { name = "x", unit = "m" }
+
+[parameters]
+M = { unit = "kg", nominal = 10, lower = 0 }
+s0 = { unit = "N/m", nominal = 1e6, lower = 0 }
+Fc = { unit = "N", nominal = 20, lower = 0 }
+k = { unit = "N/m", nominal = 1e5, lower = 0 }
+W = { unit = "N", nominal = 3, lower = 0 }
+
+[states]
+z = { unit = "m", following = "dx - s0*abs(dx)*z/Fc" }
+y = { unit = "m", following = "dx", limit = "W/k", start = "W/(2*k)" }
+
+[newton]
+inertia = "M"
+resistance = ["s0*z", "k*y"]
+
+[drive]
+gain = 30
+"""
+
+
+def test_friction_that_remembers_is_declared_by_its_states(tmp_path: Path) -> None:
+    file = tmp_path / "bristle.toml"
+    file.write_text(BRISTLE)
+    axis = load_axis(str(file))
+    x = Coordinate("x")
+    M, s0, Fc, k, W = axis.parameters
+    z = State("z", "m", lambda z: x.velocity - s0 * sympy.Abs(x.velocity) * z / Fc)
+    y = State("y", "m", x.velocity, limit=W / k, start=W / (2 * k))
+    assert axis.states == (y, z)
+    assert axis.force == M * x.acceleration + s0 * z.symbol + k * y.symbol
+    file.write_text(BRISTLE.replace('"s0*z"', '"dahl(s0, x, coulomb=Fc)"'))
+    with pytest.raises(DeclarationError, match=r"states\.z: it stands nowhere"):
+        load_axis(str(file))

@@ -1,0 +1,237 @@
+"""Friction that remembers, as programs: a step of motion and states together, and how fast it is.
+
+Bristles are stiff: beside the inertia they swing at ``sqrt(s0/M)``, and while the axis slides they
+relax in the time of a way of some micrometres. A step is one of Rodas4 [HairerWanner1996]_, of
+fourth order and L-stable, so that what is faster than the step, and has died out, asks for no more
+of them. Within a step the friction direction is given, and the side of each limit, so that motion
+and states are smooth there.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import sympy
+
+from axisid.modeling.algebra import slope
+from axisid.modeling.derivation import AxisModel
+from axisid.modeling.quantities import DIRECTION, FORCE
+
+from .lower import Arguments
+from .program import Builder, Program
+from .switching import Switching
+
+#: What the vector of the internal states is called.
+STATES = "states"
+
+_NOTHING = 1e-150  # beside any damping, 1/s
+# Rodas4: the stages' arguments, and what they add to the right-hand side, over the step.
+_GAMMA = 0.25
+_STAGES = (
+    (),
+    (1.544,),
+    (0.9466785280815826, 0.2557011698983284),
+    (3.314825187068521, 2.896124015972201, 0.9986419139977817),
+    (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.687886036105895),
+    (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.687886036105895, 1.0),
+)
+_ADDED = (
+    (),
+    (-5.6688,),
+    (-2.430093356833875, -0.2063599157091915),
+    (-0.1073529058151375, -9.594562251023355, -20.47028614809616),
+    (7.496443313967647, -10.24680431464352, -33.99990352819905, 11.7089089320616),
+    (
+        8.083246795921522,
+        -7.981132988064893,
+        -31.52159432874371,
+        16.31930543123136,
+        -6.058818238834054,
+    ),
+)
+
+Vector = tuple[int, ...]
+
+
+def state_start(model: AxisModel, found: Switching) -> Program:
+    """Build where the states start, by the parameters, and which side is the first of a limit."""
+    arguments = Arguments().vector("parameters", [p.symbol for p in model.axis.parameters])
+    builder = arguments.lower(states=[[state.start] for state in model.states])
+    others = len(found.sides) - len(found.limits)
+    builder.output("first_limit", [[builder.constant(others)]])
+    return builder.program("state_start", "Internal states at the first sample.")
+
+
+def state_dynamics(model: AxisModel, found: Switching) -> Program:
+    """Build acceleration and rates of the states in one mode, and all their slopes.
+
+    The slopes are by position, velocity and states, one row for the acceleration and one for each
+    state; ``curvature`` is how the relaxation of the states changes with the velocity.
+    """
+    q = model.axis.coordinate
+    arguments = Arguments(reciprocals=True).scalars(q.symbol, q.velocity, FORCE, DIRECTION)
+    with_mode(arguments, model, found)
+    rates = (found.acceleration, *found.rates)
+    symbols = tuple(state.symbol for state in model.states)
+    moved = (q.symbol, q.velocity, *symbols)
+    relaxing = [
+        sympy.Abs(slope(slope(rate, z, "a state"), q.velocity, "a state"))
+        for rate, z in zip(found.rates, symbols, strict=True)
+    ]
+    builder = arguments.lower(
+        rates=[[rate] for rate in rates],
+        slopes=[[slope(rate, by, "the motion") for by in moved] for rate in rates],
+        curvature=[[sympy.Add(*relaxing)]],
+    )
+    return builder.program("state_dynamics", "Acceleration and rates of the states, and slopes.")
+
+
+def with_mode(arguments: Arguments, model: AxisModel, found: Switching) -> Arguments:
+    """Add the sides and the states, if there are any, and the parameters."""
+    if found.sides:
+        arguments.vector("sides", found.sides)
+    if model.states:
+        arguments.vector(STATES, [state.symbol for state in model.states])
+    return arguments.vector("parameters", [p.symbol for p in model.axis.parameters])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Remembering:
+    """Motion and states of one mode, as operations of one builder.
+
+    Attributes
+    ----------
+    builder : Builder
+    dynamics : Program
+        Of `state_dynamics`.
+    force : int
+        Held.
+    direction, sides, parameters : tuple of int
+    limited : tuple of (int, int) or None
+        By state: its side, and its limit; None for a state without one.
+    """
+
+    builder: Builder
+    dynamics: Program
+    force: int
+    direction: Vector
+    sides: Vector
+    parameters: Vector
+    limited: tuple[tuple[int, int] | None, ...]
+
+    def _at(self, motion: Sequence[int]) -> dict[str, Vector]:
+        """Rates and slopes at position, velocity and states."""
+        q, dq, *states = motion
+        sides = (self.sides,) if self.sides else ()
+        mode = (self.direction, *sides, tuple(states), self.parameters)
+        return self.builder.inline(self.dynamics, (q,), (dq,), (self.force,), *mode)
+
+    def rate(self, motion: Sequence[int]) -> int:
+        """How fast motion and states may change, 1/s, for steps to be as short.
+
+        Velocity v and state z have the rates that solve ``r**2 + T r + S = 0``, with
+        ``S = a_v g_z - a_z g_v`` and ``T = -(a_v + g_z)``: they swing with ``sqrt(S)`` where T is
+        little; else the one rate is about T, and what has it dies out within a step, the other
+        ``S/T``. The relaxation itself changes with the speed, from nothing where the axis turns.
+        """
+        build, found, width = self.builder.apply, self._at(motion), len(motion)
+        slopes = found["slopes"]
+        by_velocity = slopes[1]
+        stiffness, damping = slopes[0], build("abs", by_velocity)
+        for j in range(2, width):
+            row = slopes[(j - 1) * width : j * width]
+            stiffness = build("add", stiffness, build("mul", slopes[j], row[1]))
+            stiffness = build("sub", stiffness, build("mul", by_velocity, row[j]))
+            damping = build("add", damping, build("abs", row[j]))
+        stiffness = build("abs", stiffness)
+        slow = build("div", stiffness, build("add", damping, self.builder.constant(_NOTHING)))
+        swinging = build("min", build("sqrt", stiffness), slow)
+        relaxing = build("mul", build("abs", found["rates"][0]), found["curvature"][0])
+        return build("max", swinging, build("sqrt", relaxing))
+
+    def step(self, motion: Vector, step: int) -> Vector:
+        """Position, velocity and states `step` seconds later."""
+        build, number = self.builder.apply, self.builder.constant
+        here = self._at(motion)
+        solve = self._solver(here["slopes"], step, len(motion))
+        over = build("div", number(1), step)
+        made: list[Vector] = []
+        at = motion
+        for weights, added in zip(_STAGES, _ADDED, strict=True):
+            at = self._plus(motion, weights, made)
+            found = here if not made else self._at(at)
+            right = (at[1], *found["rates"])
+            scaled = [tuple(build("mul", over, value) for value in each) for each in made]
+            made.append(solve(self._plus(right, added, scaled)))
+        end = self._plus(at, (1.0,), made[-1:])
+        states = [self._kept(z, i) for i, z in enumerate(end[2:])]
+        return (*end[:2], *states)
+
+    def _kept(self, state: int, index: int) -> int:
+        """A state at the end of a step, at its limit while it slips."""
+        limited = self.limited[index]
+        if limited is None:
+            return state
+        build, (side, limit) = self.builder.apply, limited
+        slips = build("lt", side, self.builder.constant(0))
+        return build("select", slips, build("mul", self.direction[0], limit), state)
+
+    def _plus(self, start: Vector, weights: Sequence[float], made: Sequence[Vector]) -> Vector:
+        build, number = self.builder.apply, self.builder.constant
+        for weight, each in zip(weights, made, strict=True):
+            start = tuple(
+                build("add", value, more if weight == 1 else build("mul", number(weight), more))
+                for value, more in zip(start, each, strict=True)
+            )
+        return start
+
+    def _solver(self, slopes: Vector, step: int, width: int) -> Callable[[Vector], Vector]:
+        """What solves ``(1/(gamma h) - J) u = right``; the position follows from the velocity.
+
+        The states are eliminated first, whose pivots are positive as they relax.
+        """
+        build, number = self.builder.apply, self.builder.constant
+        short = build("mul", number(_GAMMA), step)
+        scale, none = build("div", number(1), short), number(0)
+        # Unknowns: the states, then the velocity; (row, column) of what they are multiplied by.
+        order = (*range(2, width), 1)
+        rows = [[slopes[(r - 1) * width + c] for c in order] for r in order]
+        by_position = [slopes[(r - 1) * width] for r in order]
+        matrix = [[none if x == none else build("neg", x) for x in row] for row in rows]
+        for i, row in enumerate(matrix):
+            row[i] = build("sub", scale, rows[i][i])
+            if by_position[i] != none:
+                row[-1] = build("sub", row[-1], build("mul", short, by_position[i]))
+        factors = self._eliminate(matrix, none)
+
+        def solve(right: Vector) -> Vector:
+            values = [right[r] for r in order]
+            for i, slope_of in enumerate(by_position):
+                if slope_of != none:
+                    moved = build("mul", build("mul", short, slope_of), right[0])
+                    values[i] = build("add", values[i], moved)
+            for (i, k), factor in factors.items():
+                values[i] = build("sub", values[i], build("mul", factor, values[k]))
+            found = list(values)
+            for i in reversed(range(len(values))):
+                for j in range(i + 1, len(values)):
+                    if matrix[i][j] != none:
+                        found[i] = build("sub", found[i], build("mul", matrix[i][j], found[j]))
+                found[i] = build("div", found[i], matrix[i][i])
+            *states, velocity = found
+            return (build("mul", short, build("add", right[0], velocity)), velocity, *states)
+
+        return solve
+
+    def _eliminate(self, matrix: list[list[int]], none: int) -> dict[tuple[int, int], int]:
+        """Make a matrix upper triangular; what of which row was subtracted from which."""
+        build, factors = self.builder.apply, {}
+        for k in range(len(matrix)):
+            for i in range(k + 1, len(matrix)):
+                if matrix[i][k] == none:
+                    continue
+                factors[i, k] = factor = build("div", matrix[i][k], matrix[k][k])
+                for j in range(k + 1, len(matrix)):
+                    if matrix[k][j] != none:
+                        less = build("mul", factor, matrix[k][j])
+                        matrix[i][j] = build("sub", matrix[i][j], less)
+        return factors

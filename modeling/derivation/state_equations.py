@@ -1,0 +1,114 @@
+"""The equations of an axis's internal states, by the friction direction, each checked."""
+
+from dataclasses import dataclass
+
+import sympy
+
+from axisid.modeling.algebra import vanishes
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import DIRECTION, State, with_numbers, with_own_symbols
+from axisid.support.errors import ModelError
+
+from .friction_direction import directed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StateEquation:
+    """How a state follows the motion in one friction direction.
+
+    Attributes
+    ----------
+    symbol : sympy.Symbol
+    rate : sympy.Expr
+        Its rate of change, but where it is at its limit.
+    limit : sympy.Expr or None
+        Where it stays while the velocity drives it on.
+    start : sympy.Expr
+        By the parameters.
+    """
+
+    symbol: sympy.Symbol
+    rate: sympy.Expr
+    limit: sympy.Expr | None
+    start: sympy.Expr
+
+
+def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
+    """The equations of an axis's states, by name.
+
+    Raises
+    ------
+    ModelError
+        A state changes at rest, or depends on what it must not; or the axis has what a loop with
+        states is not simulated with.
+    """
+    if not axis.states:
+        return ()
+    _check_axis(axis)
+    return tuple(_equation(axis, state) for state in axis.states)
+
+
+def in_direction(value: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
+    """An expression that is smooth in one friction direction, ``Abs(dq)`` being the velocity's."""
+
+    def along(node: sympy.Expr) -> sympy.Expr:
+        factor, power = node.args[0].as_independent(velocity, as_Add=False)
+        return sympy.Abs(factor) * DIRECTION * velocity if power == velocity else node
+
+    value = value.replace(
+        lambda node: isinstance(node, (sympy.sign, sympy.Heaviside, sympy.Piecewise)),
+        lambda node: directed(node, velocity),
+    )
+    return value.replace(lambda node: isinstance(node, sympy.Abs), along)
+
+
+def _equation(axis: Axis, state: State) -> StateEquation:
+    q = axis.coordinate
+    rate, *others = (with_own_symbols(with_numbers(value)) for value in state.values)
+    parameters = {p.symbol for p in axis.parameters}
+    states = {each.own for each in axis.states}
+    _check_symbols(axis, state, rate, {q.symbol, q.velocity} | parameters | states)
+    for value in others:
+        _check_symbols(axis, state, value, parameters)
+    rate = in_direction(rate, q.velocity)
+    if not vanishes(rate.xreplace({q.velocity: sympy.S.Zero})):
+        raise ModelError(
+            f"axis {axis.name!r}: the state {state.name} changes at rest, by {state.following}; "
+            f"declare a rate that vanishes with the velocity {q.velocity}.",
+            code="state-at-rest",
+        )
+    limit = None if state.limit is None else others[0]
+    if limit is not None and rate != q.velocity:
+        raise ModelError(
+            f"axis {axis.name!r}: the state {state.name} has a limit and follows "
+            f"{state.following}; one with a limit follows the velocity {q.velocity}.",
+            code="state-limit",
+        )
+    return StateEquation(symbol=state.own, rate=rate, limit=limit, start=others[-1])
+
+
+def _check_symbols(axis: Axis, state: State, value: sympy.Expr, allowed: set[sympy.Symbol]) -> None:
+    if unknown := sorted(map(str, value.free_symbols - allowed)):
+        raise ModelError(
+            f"axis {axis.name!r}: the state {state.name} is declared by {value}, which has "
+            f"{', '.join(unknown)}; it may have {', '.join(sorted(map(str, allowed)))}.",
+            code="state-symbols",
+        )
+
+
+def _check_axis(axis: Axis) -> None:
+    """Refuse what a loop with states is not simulated with."""
+    law, response = axis.control, axis.response
+    names = ", ".join(state.name for state in axis.states)
+    beside = {
+        "a continuous control law": law is not None and law.continuous,
+        "recorded signals": bool(axis.signals),
+        "a drive whose force changes between the samples of the law": response is not None
+        and not response.is_held,
+    }
+    if found := [what for what, there in beside.items() if there]:
+        raise ModelError(
+            f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, "
+            "with which such friction is not simulated; declare the axis without one of the two.",
+            code="state-beside",
+        )

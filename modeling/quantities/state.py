@@ -1,0 +1,159 @@
+"""An internal state of friction that remembers: presliding, hysteresis."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, TypeAlias
+
+import sympy
+
+from axisid.support.errors import ModelError
+
+from .names import check_symbol
+from .symbols import Symbolic, expression
+from .units import parse_unit
+
+Value: TypeAlias = sympy.Expr | Symbolic | float
+
+
+class StateSymbol(sympy.Symbol):  # type: ignore[misc]
+    """The symbol of a `State`: it carries how the state follows the motion."""
+
+    __slots__ = ("state",)
+    state: "State"
+
+    def __new__(cls, state: "State") -> "StateSymbol":
+        """Make a real symbol."""
+        symbol: StateSymbol = sympy.Symbol.__xnew__(cls, state.name, real=True)
+        symbol.state = state
+        return symbol
+
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
+        """For copies and pickles."""
+        return (self.state,), {}
+
+    def _hashable_content(self) -> tuple[Any, ...]:
+        # SymPy also orders by it, so that a state itself cannot be there.
+        state, none = self.state, sympy.S.Infinity
+        limit = none if state.limit is None else state.limit
+        return (*super()._hashable_content(), state.unit, state.following, limit, state.start)
+
+
+@dataclass(frozen=True, slots=True)
+class State(Symbolic):
+    """What friction remembers of the motion, with a differential equation of its own.
+
+    It stands in the equation of motion as it is. No record has it, so that such an axis is
+    simulated and fitted (`fit`), and has no least squares.
+
+    Attributes
+    ----------
+    name, unit : str
+        Symbol and coherent SI unit, e.g. ``"z", "m"``.
+    following : expression or callable
+        Its rate of change, in `unit` per second: of position, velocity, parameters and constants,
+        of its own symbol and of other states. To write its own symbol, give a function of it:
+        ``lambda z: v - s0 * Abs(v) * z / Fc``. It must vanish with the velocity: a state that
+        changes at rest is none of friction's.
+    limit : expression, optional
+        Where the state stays while the velocity drives it on, on either side, as a slider does that
+        slips; of parameters and constants. `following` is then the velocity.
+    start : expression
+        Where it is at the first sample of a simulation; of parameters and constants.
+    description : str
+        A few words for tables.
+
+    References
+    ----------
+    [CanudasDeWit1995]_, [Lampaert2003]_.
+    """
+
+    name: str
+    unit: str
+    following: Value | Callable[[sympy.Symbol], Value]
+    limit: Value | None = None
+    start: Value = 0
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        check_symbol(self.name, "a state")
+        parse_unit(self.unit)
+        rate: Any = self.following
+        if callable(rate) and not isinstance(rate, (sympy.Basic, Symbolic)):
+            rate = rate(self.own)
+        object.__setattr__(self, "following", expression(rate, f"the rate of state {self.name!r}"))
+        object.__setattr__(self, "start", expression(self.start, f"the start of {self.name!r}"))
+        if self.limit is not None:
+            limit = expression(self.limit, f"the limit of state {self.name!r}")
+            object.__setattr__(self, "limit", limit)
+
+    @property
+    def own(self) -> sympy.Symbol:
+        """Its symbol in its own equation, and in all that is derived."""
+        return sympy.Symbol(self.name, real=True)
+
+    @property
+    def symbol(self) -> sympy.Symbol:
+        """The SymPy symbol, by which an axis knows of it."""
+        return StateSymbol(self)
+
+    def with_replaced(self, new: Mapping[sympy.Symbol, sympy.Expr]) -> "State":
+        """The same with others in place of symbols, such as numbers of parameters."""
+        rate, *limit, start = (replaced_in(value, new) for value in self.values)
+        return State(
+            self.name,
+            self.unit,
+            rate,
+            limit=limit[0] if limit else None,
+            start=start,
+            description=self.description,
+        )
+
+    @property
+    def values(self) -> tuple[sympy.Expr, ...]:
+        """The expressions that it is declared by."""
+        limit = () if self.limit is None else (self.limit,)
+        values: tuple[Any, ...] = (self.following, *limit, self.start)
+        return values
+
+
+# Of an axis's force it is asked again and again.
+@lru_cache(maxsize=128)
+def states_in(*values: sympy.Basic) -> tuple[State, ...]:
+    """The states that expressions have in them, and those that these follow, by name.
+
+    Raises
+    ------
+    ModelError
+        Two of different equations have one name.
+    """
+    found: dict[str, State] = {}
+    pending = [symbol.state for value in values for symbol in value.atoms(StateSymbol)]
+    while pending:
+        state = pending.pop()
+        if found.setdefault(state.name, state) != state:
+            raise ModelError(
+                f"two states of different equations are named {state.name!r}. Rename one.",
+                code="state-twice",
+            )
+        inner = [s.state for value in state.values for s in value.atoms(StateSymbol)]
+        pending += [each for each in inner if each.name not in found]
+    return tuple(found[name] for name in sorted(found))
+
+
+def at_start(value: sympy.Expr) -> sympy.Expr:
+    """An expression where its states start."""
+    states = value.atoms(StateSymbol)
+    return value.xreplace({s: s.state.start for s in states}) if states else value
+
+
+def with_own_symbols(value: sympy.Expr) -> sympy.Expr:
+    """An expression with each state's own symbol in it, which carries no equation."""
+    states = value.atoms(StateSymbol)
+    return value.xreplace({s: s.state.own for s in states}) if states else value
+
+
+def replaced_in(value: sympy.Expr, new: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr:
+    """An expression with others in place of symbols, also in the equations of its states."""
+    inside = {s: s.state.with_replaced(new).symbol for s in value.atoms(StateSymbol)}
+    return value.xreplace({**new, **inside})

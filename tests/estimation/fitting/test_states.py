@@ -1,0 +1,56 @@
+"""Friction that remembers has no rows, and is fitted by the simulated loop."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import Record, build, fit, identify, simulate
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.streaming import identify_stream
+from axisid.support.arrays import Array
+from tests.axes.remembering import CASCADE, bristle, virtual
+from tests.refusals import refuses
+
+
+def _record(axis: GeneratedAxis, theta: Array, *, noise: float, samples: int) -> Record:
+    """A record of a swing whose frequency grows, each turn followed by a wiggle of micrometres."""
+    time = axis.axis.control.period * np.arange(samples)  # type: ignore[union-attr]
+    slow = 2e-3 * np.sin(2 * np.pi * (0.5 * time + 0.6 * time**2))
+    held = np.floor(time / 0.5) % 3 == 2
+    last = np.maximum.accumulate(np.where(held, 0, np.arange(samples)))
+    reference = slow[last] + np.where(held, 1e-5 * np.sin(4 * np.pi * time), 0.0)
+    white = noise * np.random.default_rng(1).normal(size=samples)
+    loop = simulate(axis, theta, reference, time[1], position_noise=white)
+    return Record(
+        time=loop.time,
+        position=loop.measured_position,
+        reference=reference,
+        control=loop.control,
+    )
+
+
+@pytest.mark.parametrize("how", [{}, {"methods": ["didim"]}, {"methods": ["idm-iv"]}])
+def test_methods_of_rows_refuse_what_no_record_has(how: dict[str, Any]) -> None:
+    axis = virtual("dahl")
+    record = _record(axis, axis.nominal, noise=0.0, samples=50)
+    with refuses("states-no-rows"):
+        identify(axis, record, **how)
+    with refuses("states-no-rows"):
+        identify_stream(axis, [])
+    with refuses("states-open-loop"):
+        fit(axis, record, "open-loop")
+
+
+@pytest.mark.slow
+def test_the_parameters_of_a_bristle_lie_within_their_own_intervals() -> None:
+    axis = build(bristle(control=CASCADE))
+    truth = axis.nominal * [0.9, 1.25, 0.8, 1.1, 0.9, 1.1, 0.8]
+    result = fit(axis, _record(axis, truth, noise=2e-9, samples=6000))
+    assert result.started == "nominal"
+    assert "remembers" in result.remarks[0].text
+    for name, value in zip(axis.names, truth, strict=True):
+        low, high = result.parameters[name].interval
+        assert low <= value <= high, name
+        assert result.parameters[name].deviation < 1e-3 * value
+    assert not [c.name for c in result.checks if c.status == "fail"]

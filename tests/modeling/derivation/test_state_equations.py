@@ -1,0 +1,90 @@
+"""What an internal state may follow, and what an axis with states may have beside."""
+
+import pickle
+from dataclasses import replace
+
+import pytest
+import sympy
+
+from axisid import Constant, Signal, derive, leave_out
+from axisid.control import cascade_pd
+from axisid.elements import Drive, State, coulomb, maxwell_slip
+from axisid.modeling.declaration.axis import Axis
+from tests.axes.remembering import Fc, Fv, bristle, dahl_axis, declared, s0, stack, x
+from tests.refusals import refuses
+
+q, dq = x.symbol, x.velocity
+
+
+def _with(*states: State) -> Axis:
+    return declared("own", (s0, Fc), *(s0 * state.symbol for state in states), coulomb(Fc, x))
+
+
+def test_states_stand_in_the_force_and_bring_their_equations_along() -> None:
+    model = derive(dahl_axis())
+    (state,) = model.states
+    z = sympy.Symbol("z_s0", real=True)
+    direction = sympy.Symbol("direction", real=True)
+    assert sympy.expand(state.rate - (dq - s0.symbol * direction * dq * z / Fc.symbol)) == 0
+    assert z in model.force.free_symbols
+    assert model.at_start(model.force).free_symbols.isdisjoint({z})
+
+
+def test_limits_and_starts_are_those_that_were_declared() -> None:
+    preload = State("z", "m", dq, limit=Fc / s0, start=Fc / (2 * s0))
+    (state,) = derive(_with(preload)).states
+    assert (state.limit, state.start) == (Fc.symbol / s0.symbol, Fc.symbol / (2 * s0.symbol))
+
+
+@pytest.mark.parametrize("declare", [bristle, dahl_axis, stack])
+def test_an_axis_with_states_is_the_same_in_another_process(declare: object) -> None:
+    axis = declare()  # type: ignore[operator]
+    sent = pickle.loads(pickle.dumps(axis))  # noqa: S301  # made here
+    assert sent == axis
+    assert sent.states == axis.states
+
+
+@pytest.mark.parametrize(
+    ("code", "state"),
+    [
+        ("state-at-rest", State("z", "m", lambda z: dq - z / Constant(0.1, "s", "T"))),
+        ("state-limit", State("z", "m", dq * 2, limit=Fc / s0)),
+        ("state-symbols", State("z", "m", dq, start=q)),
+        ("state-symbols", State("z", "m", lambda z: dq * (1 - z * x.acceleration / 9.0))),
+    ],
+)
+def test_a_state_that_is_none_of_friction_is_refused(code: str, state: State) -> None:
+    with refuses(code):
+        derive(_with(state))
+
+
+def test_two_states_of_one_name_are_refused() -> None:
+    with refuses("state-twice"):
+        _with(State("z", "m", dq), State("z", "m", 2 * dq))
+
+
+def test_units_of_a_state_are_checked() -> None:
+    with refuses("units-differ"):
+        _with(State("z", "m", q))
+    with refuses("units-differ"):
+        _with(State("z", "m", dq, limit=Fc))
+
+
+def test_what_a_loop_with_states_is_not_simulated_with_is_refused() -> None:
+    lagging = dahl_axis(drive=Drive(gain=30.0, lag=1e-3))
+    continuous = dahl_axis(control=cascade_pd(kp=60.0, kv=40.0, period=1e-3, continuous=True))
+    pressed = Signal("pressed", "N")
+    recorded = declared(
+        "pressed", (s0, Fc), maxwell_slip(s0, Fc, x), pressed.symbol, signals=(pressed,)
+    )
+    for axis in (lagging, continuous, recorded):
+        with refuses("state-beside"):
+            derive(axis)
+
+
+def test_a_parameter_that_is_left_out_is_so_in_the_states_too() -> None:
+    axis = leave_out(replace(dahl_axis(), name="less"), Fc=15.0)
+    (state,) = derive(axis).states
+    assert [p.name for p in axis.parameters] == ["M", "s0", "Fv"]
+    assert Fc.symbol not in state.rate.free_symbols
+    assert Fv in axis.parameters
