@@ -7,14 +7,14 @@ import numpy as np
 
 from axisid.estimation.thresholds.studies import MIN_SERIES, TREND_LEVEL
 from axisid.populations import Step, alike_points, limit_of_a_new_point, steps_in
-from axisid.support.arrays import Array, frozen
+from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.missing import Missing
 
 from .point import Point
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Limits(Exact):
     """Between which a parameter stays that does not change.
 
     Attributes
@@ -32,8 +32,8 @@ class Limits:
     upper: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Chart:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Chart(Exact):
     """A parameter over the results of a series.
 
     Attributes
