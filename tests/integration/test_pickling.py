@@ -56,6 +56,7 @@ from axisid.estimation import (
     Robust,
     SampledFilter,
     simulate_batch,
+    validate_fit,
 )
 from axisid.estimation.diagnostics.law.control_law import check_law
 from axisid.estimation.identification import DriveTime
@@ -112,6 +113,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     saved = load_result(file)
     blocks = [{"position": record.position, "force": record.control * declared.drive.gain}]
     ladder = friction_ladder(declared)
+    bounded = fit(axis, record, bounds={"Fc": (None, 20.0)})
     return {
         "axis": declared,
         "model": derive(declared),
@@ -146,7 +148,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "saved estimate": saved["idm-iv"],
         "validation": validate(found, record),
         "sweep": sweep(axis, record, [40.0, 80.0], FILTER, ["idm-ls"]),
-        "fit": fit(axis, record, bounds={"Fc": (None, 20.0)}),
+        "fit": bounded,
+        "fit on another record": validate_fit(bounded, record),
         "comparison": compare(ladder, record, FILTER),
         "simulation": simulate(axis, axis.nominal, reference, record.period),
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
@@ -190,9 +193,14 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
+<<<<<<< HEAD
     "fit,comparison,simulation,batch,law check,"
     "law search,block,drive timing,drive time,fleet,fleet item,trend,"
     "streamed estimate,log blocks,feed-forward,"
+=======
+    "fit,fit on another record,comparison,simulation,batch,law check,"
+    "law search,block,drive timing,drive time,streamed estimate,log blocks,feed-forward,"
+>>>>>>> 0e8e46f12eafbdd4835c5acfdb56b59108b6683b
     "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")
