@@ -193,14 +193,9 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-<<<<<<< HEAD
-    "fit,comparison,simulation,batch,law check,"
+    "fit,fit on another record,comparison,simulation,batch,law check,"
     "law search,block,drive timing,drive time,fleet,fleet item,trend,"
     "streamed estimate,log blocks,feed-forward,"
-=======
-    "fit,fit on another record,comparison,simulation,batch,law check,"
-    "law search,block,drive timing,drive time,streamed estimate,log blocks,feed-forward,"
->>>>>>> 0e8e46f12eafbdd4835c5acfdb56b59108b6683b
     "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")
