@@ -43,6 +43,7 @@ bench: $(VENV)/.test
 	$(BIN)/python benchmarks/model_error.py
 	$(BIN)/python benchmarks/faults.py
 	$(BIN)/python benchmarks/rests.py
+	$(BIN)/python benchmarks/scale.py
 
 lint: $(VENV)/.test
 	$(BIN)/ruff format --check $(CODE)

@@ -10,7 +10,7 @@
 # | 2 | usage: an option or argument, also one that would have no effect, or a place that cannot be written to |
 # | 3 | data: the record, a file of results; or not enough memory for it |
 # | 4 | model: the axis |
-# | 6 | estimation: rank, divergence, no convergence; what other methods found is still reported |
+# | 6 | estimation: rank, divergence, no convergence, logs of a fleet without a result; what other methods and logs gave is still reported |
 # | 130 | interrupted |
 #
 # On a terminal, results are coloured and fitted to its width (`NO_COLOR` is honoured), and what takes

@@ -22,6 +22,8 @@ from axisid import (
     Constant,
     DataError,
     EstimationError,
+    Fleet,
+    FleetItem,
     ModelError,
     Prefilter,
     Record,
@@ -38,6 +40,7 @@ from axisid import (
     load_result,
     simulate,
     sweep,
+    trend,
     twin_record,
     validate,
 )
@@ -62,6 +65,7 @@ from axisid.estimation.identification import DriveTime
 from axisid.estimation.identification.drive_timing import DriveTiming
 from axisid.estimation.law_search import find_law
 from axisid.estimation.streaming import identify_stream
+from axisid.fleets import FleetRow
 from axisid.modeling import LIBRARY, Column
 from tests.estimation.monte_carlo.short import judged
 from tests.faces import FACES, public_names
@@ -178,6 +182,11 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
             identification=found,
             deviations={"M": 1.0},
         ),
+        "fleet": Fleet(
+            folder="results", rows=(FleetRow(name="a", log="a.csv", axis="emps2015", status="ok"),)
+        ),
+        "fleet item": FleetItem(log="a.csv", conditions={"temperature": 21.0}),
+        "trend": trend([saved]),
         "streamed estimate": identify_stream(axis, blocks, FILTER, sample_period=record.period),
         "log blocks": LogBlocks(file=log, axis=declared, columns={"position": "position"}),
         "feed-forward": feed_forward(
@@ -197,7 +206,8 @@ KINDS = (
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
     "fit,fit on another record,comparison,simulation,batch,law check,study,"
-    "law search,block,drive timing,drive time,streamed estimate,log blocks,feed-forward,"
+    "law search,block,drive timing,drive time,fleet,fleet item,trend,"
+    "streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")

@@ -66,7 +66,8 @@ def _key(settings: Settings, item: FleetItem) -> str:
         return settings.key(item, log_digest(Path(item.log)))
     except OSError as error:
         raise DataError(
-            f"{item.log} cannot be read: {error.strerror}. Check the path.", code="log-not-read"
+            f"{item.log} cannot be read: {error.strerror}. Check the path.",
+            code="fleet-log-not-read",
         ) from error
 
 

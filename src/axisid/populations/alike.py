@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2, f
 
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 
 from .robust_scatter import robust_scatter, squared_distances
 
@@ -16,8 +16,8 @@ _FIRST = 0.8  # part of the level for the furthest point; the others share the r
 _FLAT = 1e-9  # of the estimates' variances: what keeps equal values solvable
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Usual:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Usual(Exact):
     """What is usual among points.
 
     Attributes
@@ -42,8 +42,8 @@ class Usual:
         return squared_distances(values[:, None, :], centres, self.between + covariances)[:, 0]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Alike:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Alike(Exact):
     """Points that are like one another, and the others.
 
     Attributes

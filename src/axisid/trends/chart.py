@@ -7,14 +7,14 @@ import numpy as np
 
 from axisid.estimation.thresholds.studies import MIN_SERIES, TREND_LEVEL
 from axisid.populations import Step, alike_points, limit_of_a_new_point, steps_in
-from axisid.support.arrays import Array, frozen
+from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
 
 from .point import Point
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Limits(Exact):
     """Between which a parameter stays that does not change.
 
     Attributes
@@ -32,8 +32,8 @@ class Limits:
     upper: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Chart:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Chart(Exact):
     """A parameter over the results of a series.
 
     Attributes
@@ -78,10 +78,10 @@ def chart_of(parameter: str, points: Sequence[Point], parameters: int) -> Chart:
     return Chart(
         parameter=parameter,
         unit=own[0].unit,
-        values=frozen(values),
-        deviations=frozen(deviations),
-        low=frozen([v.interval[0] for v in own]),
-        high=frozen([v.interval[1] for v in own]),
+        values=values,
+        deviations=deviations,
+        low=np.array([v.interval[0] for v in own]),
+        high=np.array([v.interval[1] for v in own]),
         limits=limits,
         beyond=beyond,
         steps=steps,
@@ -95,7 +95,8 @@ def _limits(
     first = steps[0].place if steps else len(values)
     least = int(MIN_SERIES.value)
     if first < least:
-        return Missing(f"{first} results tell no limits; {least} or more do"), ()
+        few = "1 result tells" if first == 1 else f"{first} results tell"
+        return Missing(f"{few} no limits; {least} or more do"), ()
     before = slice(0, first)
     if not np.ptp(values[before]):
         return Missing("the values are all the same"), ()
@@ -111,7 +112,7 @@ def _limits(
     limits = Limits(
         centre=centre,
         between=float(np.sqrt(usual.between[0, 0])),
-        lower=frozen(lower),
-        upper=frozen(upper),
+        lower=lower,
+        upper=upper,
     )
     return limits, tuple(sorted({*found.far, *map(int, np.flatnonzero(outside))}))
