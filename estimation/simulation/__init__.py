@@ -6,6 +6,9 @@ Knows nothing of filters and estimates.
 
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
+from .carried import BegunAnewError as BegunAnewError
+from .carried import CarriedLoop as CarriedLoop
+from .carried import LoopExtent as LoopExtent
 from .closed_loop import (
     simulate as simulate,
 )

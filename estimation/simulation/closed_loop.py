@@ -318,15 +318,36 @@ class _Loop:
         return settings, status, stopped, out
 
     def _run(self, settings: LoopSettings) -> tuple[int, int, dict[str, Array]]:
-        """Status, the sample it speaks of, and the signals: native, or in the virtual machine."""
-        library = self.axis.native.library()
-        if library is None:
-            self.axis.native.warn_once()
-            loop = VirtualLoop(self.axis.functions, self.parameters, settings)
-            inputs = (self.reference, self.noise, self.injected, self.start)
-            return loop.run(*inputs, self.recorded)
-        beside = (self.parameters, self.start, settings, self.recorded)
-        return library.simulate(self.reference, self.noise, self.injected, *beside)
+        """As `run_loop`."""
+        inputs = (self.reference, self.noise, self.injected, self.start)
+        return run_loop(self.axis, self.parameters, settings, inputs, self.recorded)
+
+
+def run_loop(
+    axis: GeneratedAxis,
+    parameters: Array,
+    settings: LoopSettings,
+    inputs: tuple[Array, Array | None, Array | None, LoopStart],
+    recorded: Array | None,
+) -> tuple[int, int, dict[str, Array]]:
+    """Status, the sample it speaks of, and the signals: native, or in the virtual machine.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    settings : LoopSettings
+    inputs : tuple
+        Reference, noise or None and what is added to the control or None, (N,) each; the start.
+    recorded : (N, 2 s) array or None
+        Value and rate of each recorded signal.
+    """
+    library = axis.native.library()
+    if library is None:
+        axis.native.warn_once()
+        return VirtualLoop(axis.functions, parameters, settings).run(*inputs, recorded)
+    *signals, start = inputs
+    return library.simulate(*signals, parameters, start, settings, recorded)
 
 
 def _loop(
