@@ -24,6 +24,7 @@ from .law_ticks import measured_velocity as measured_velocity
 from .mean_control import mean_until_next as mean_until_next
 from .start import loop_starts as loop_starts
 from .start import moved_start as moved_start
+from .start import start_of_log as start_of_log
 from .start_memory import first_memory as first_memory
 from .start_memory import start_of_law as start_of_law
 from .start_memory import unlimited as unlimited

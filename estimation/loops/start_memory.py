@@ -41,7 +41,12 @@ def start_of_law(
 
 
 def first_memory(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks | None = None
+    axis: GeneratedAxis,
+    record: Record,
+    span: tuple[int, int],
+    ticks: LawTicks | None = None,
+    *,
+    power: float | None = None,
 ) -> Array | None:
     """What the drive remembers at the first sample of a segment, (m,).
 
@@ -55,6 +60,8 @@ def first_memory(
         The segment: first row and the one after the last.
     ticks : LawTicks, optional
         Of the segment, where they are known.
+    power : float, optional
+        Mean square of the control, where the segment is the beginning of one; else its own.
 
     Returns
     -------
@@ -71,7 +78,8 @@ def first_memory(
     seen = unlimited(axis, record, span)[: len(wanted)]
     at_rest = state_at_rest(axis, ticks)
     off = (wanted - control_along(axis, ticks, at_rest))[seen]
-    allowed = MIN_START_ERROR.value * float(np.sqrt(np.mean(control**2) * len(off)))
+    power = float(np.mean(control**2)) if power is None else power
+    allowed = MIN_START_ERROR.value * float(np.sqrt(power * len(off)))
     if not law.balanced and not np.linalg.norm(off) > allowed:
         return None
     found = _solved(axis, ticks, wanted, seen, at_rest)

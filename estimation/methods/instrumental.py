@@ -1,7 +1,7 @@
 """Instrumental variables: instruments from the simulated loop, until the estimate stands still."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
@@ -81,29 +81,39 @@ class Instruments(Method):
         form, start = start_of(problem, form, self.start)
         if start.named == NOMINAL_START or not form.is_linear:
             return self.iteration(form, start, problem).fit()
-        return self._from_least_squares(problem, form, start)
+        return from_least_squares(
+            self.iteration(form, start, problem),
+            lambda why: self.iteration(form, nominal_start(form, why), problem),
+        )
 
     def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
         """The method's iteration from a start."""
         return Iteration(self.name, form, start, problem, self.loss)
 
-    def _from_least_squares(self, problem: Problem, form: Form, start: Start) -> Fit:
-        """From least squares; from the nominal values where that comes to no end."""
-        first = self.iteration(form, start, problem)
-        near: Fit | None = None
-        with suppress(EstimationError):
-            near = first.fit()
-            if not first.jumps:
-                return near
-        why = Note("from least squares it comes to no end")
-        second = self.iteration(form, nominal_start(form, why), problem)
-        try:
-            found = second.fit()
-        except EstimationError:
-            if near is None:
-                raise
+
+def from_least_squares(first: "Steps", from_nominal: Callable[[Note], "Steps"]) -> Fit:
+    """The fit of an iteration that starts from least squares, or from the nominal values.
+
+    Parameters
+    ----------
+    first : Steps
+    from_nominal : callable
+        The iteration from the nominal values, for why it does not start from least squares; where
+        `first` comes to no end.
+    """
+    near: Fit | None = None
+    with suppress(EstimationError):
+        near = first.fit()
+        if not first.jumps:
             return near
-        return near if near is not None and second.jumps else found
+    second = from_nominal(Note("from least squares it comes to no end"))
+    try:
+        found = second.fit()
+    except EstimationError:
+        if near is None:
+            raise
+        return near
+    return near if near is not None and second.jumps else found
 
 
 class Steps(ABC):

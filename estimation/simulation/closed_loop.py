@@ -346,8 +346,8 @@ def run_loop(
     if library is None:
         axis.native.warn_once()
         return VirtualLoop(axis.functions, parameters, settings).run(*inputs, recorded)
-    *signals, start = inputs
-    return library.simulate(*signals, parameters, start, settings, recorded)
+    reference, noise, injected, start = inputs
+    return library.simulate(reference, noise, injected, parameters, start, settings, recorded)
 
 
 def _loop(

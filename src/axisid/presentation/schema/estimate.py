@@ -103,9 +103,10 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
 class WrittenStream(
     JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.stream/1"
 ):
-    """Least squares on a log that was read in blocks."""
+    """An estimate of a log that was read in blocks."""
 
     axis: str
+    method: Annotated[Literal["idm-ls", "idm-iv"], about("By which it was estimated.")] = "idm-ls"
     signature: Annotated[str, about("Of the generated code.")]
     left_out: Annotated[
         Mapping[str, float] | UnsetType,
@@ -125,4 +126,17 @@ class WrittenStream(
     rows: Annotated[int, about("Of the regression.")]
     lags: Annotated[int, about("Of the HAC covariance.")]
     equation_error_percent: float
+    simulation_error_percent: Annotated[
+        float | UnsetType,
+        about("By the simulated loop; left out for least squares, as what follows."),
+    ] = UNSET
+    iterations: Annotated[
+        tuple[Mapping[str, float], ...] | UnsetType,
+        about("Physical parameters by iterate, SI."),
+    ] = UNSET
+    iteration_simulation_errors_percent: tuple[float, ...] | UnsetType = UNSET
+    started: Annotated[
+        Literal["least-squares", "nominal"] | UnsetType, about("Where the iteration started.")
+    ] = UNSET
+    remarks: Annotated[tuple[str, ...] | UnsetType, about("On the iteration.")] = UNSET
     condition_number: Annotated[float | None, about("Of the regressor.")]
