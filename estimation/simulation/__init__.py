@@ -6,9 +6,9 @@ Knows nothing of filters and estimates.
 
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
-from .carried import BegunAnewError as BegunAnewError
-from .carried import CarriedLoop as CarriedLoop
-from .carried import LoopExtent as LoopExtent
+from .closed_loop import (
+    run_loop as run_loop,
+)
 from .closed_loop import (
     simulate as simulate,
 )
@@ -18,12 +18,24 @@ from .closed_loop import (
 from .lanes import settled_substeps as settled_substeps
 from .lanes import simulate_lanes as simulate_lanes
 from .loop_inputs import LoopInputs as LoopInputs
+from .loop_start import single_start as single_start
 from .recorded import at_law as at_law
+from .recorded import first_values as first_values
+from .recorded import lines as lines
+from .runaway import allowed_distance as allowed_distance
+from .runaway import widened_distance as widened_distance
 from .simulated import Simulation as Simulation
 from .simulated import logged_control as logged_control
 from .simulated import signals_about as signals_about
+from .steps import MOST_SUBSTEPS as MOST_SUBSTEPS
+from .steps import failure as failure
+from .steps import has_constant_substeps as has_constant_substeps
 from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law
+from .steps import no_inertia as no_inertia
+from .steps import substeps_along as substeps_along
+from .steps import substeps_at_start as substeps_at_start
+from .steps import too_stiff as too_stiff
 from .twin import trajectory as trajectory
 from .twin import twin_record as twin_record
 from .two_clocks import TwoClocks as TwoClocks

@@ -28,12 +28,12 @@ from axisid.estimation.regression import (
     Solution,
     factor,
 )
-from axisid.estimation.simulation import CarriedLoop, LoopExtent
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.estimation.thresholds.signals import REST_SPEED
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
+from .carried_loop import CarriedLoop, LoopExtent
 from .factored import Factored, factored
 from .log_rows import LogRows
 from .loops_beside import LoopsBeside

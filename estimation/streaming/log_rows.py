@@ -37,11 +37,11 @@ from axisid.estimation.signals import (
     rest_below,
     through_path,
 )
-from axisid.estimation.simulation import BegunAnewError
 from axisid.estimation.thresholds.signals import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
+from .carried_loop import BegunAnewError
 from .loops_beside import TURNING, LoopsBeside, simulation_of
 
 _FORGOTTEN = 1e-20  # what a filter keeps of a sample that a block leaves out

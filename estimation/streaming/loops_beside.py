@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.simulation import CarriedLoop, Simulation
+from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array
+
+from .carried_loop import CarriedLoop
 
 TURNING, INSTRUMENTS = "turning", "instruments"
 #: Signals of a simulated loop that its rows are made of.

@@ -9,12 +9,12 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import start_of_log
 from axisid.estimation.records import Extent, LogBlocks, Record, law_ratio
 from axisid.estimation.regression import loop_reference
-from axisid.estimation.simulation import LoopExtent
 from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
+from .carried_loop import LoopExtent
 from .log_rows import Blocks
 from .loops_beside import commanded
 

@@ -14,24 +14,25 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import STATUSES, LoopSettings, LoopStart
-from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
-
-from .closed_loop import run_loop
-from .loop_start import single_start
-from .recorded import first_values, lines
-from .runaway import allowed_distance, widened_distance
-from .simulated import Simulation
-from .steps import (
+from axisid.estimation.simulation import (
     MOST_SUBSTEPS,
+    Simulation,
+    allowed_distance,
     failure,
+    first_values,
     has_constant_substeps,
     has_inertia,
+    lines,
     no_inertia,
+    run_loop,
+    single_start,
     substeps_along,
     substeps_at_start,
     too_stiff,
+    widened_distance,
 )
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
 
 _EVALUATIONS = 4096  # of the law in one call: a function is made for each number of them
 
