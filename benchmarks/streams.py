@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ METHODS = ("idm-ls", "idm-iv")
 
 def write_log(file: Path, samples: int) -> None:
     """Write a log of so many samples; nothing of it stays in memory."""
-    import pyarrow as arrow
+    import pyarrow as pa
     from pyarrow import parquet
 
     axis, rng = build(load_axis("emps2015")), np.random.default_rng(1)
@@ -47,12 +47,12 @@ def write_log(file: Path, samples: int) -> None:
         "u": loop.control,
     }
     with parquet.ParquetWriter(
-        file, arrow.schema([(name, arrow.float64()) for name in columns]), compression="zstd"
+        file, pa.schema([(name, pa.float64()) for name in columns]), compression="zstd"
     ) as writer:
         for first in range(0, samples, GROUP):
             rows = np.arange(first, min(first + GROUP, samples))
             rows = np.where(rows < TURN, rows, TURN + rows % TURN)  # settled after the first turn
-            writer.write_table(arrow.table({name: v[rows] for name, v in columns.items()}))
+            writer.write_table(pa.table({name: v[rows] for name, v in columns.items()}))
 
 
 def identified(file: Path, method: str) -> dict[str, float]:
@@ -94,13 +94,14 @@ def figures(samples: int = LENGTHS[-1]) -> dict[str, float]:
     }
 
 
-def show(lengths: Sequence[int]) -> None:
-    """Print a table."""
-    print(f"{'samples':>12} {'method':>8} {'CPU s':>8} {'us/sample':>10} {'peak MB':>8} {'file MB':>8}")
+def lines(lengths: Sequence[int]) -> Iterator[str]:
+    """A table of both methods."""
+    names = ("samples", "method", "CPU s", "us/sample", "peak MB", "file MB")
+    yield "{:>12} {:>8} {:>8} {:>10} {:>8} {:>8}".format(*names)
     for method in METHODS:
         for row in measured(lengths, method):
             each = 1e6 * row["seconds"] / row["samples"]
-            print(
+            yield (
                 f"{row['samples']:>12} {method:>8} {row['seconds']:>8.2f} {each:>10.3f} "
                 f"{row['peak_mb']:>8.0f} {row['file_mb']:>8.1f}"
             )
@@ -113,7 +114,5 @@ if __name__ == "__main__":
     parser = parser_of(__doc__)
     parser.add_argument("--samples", type=int, nargs="+", default=list(LENGTHS))
     given = parser.parse_args()
-    if given.json:
-        give(given.json, figures(max(given.samples)))
-    else:
-        show(given.samples)
+    wanted = given.samples if not given.json else []
+    give(figures(max(given.samples)) if given.json else {}, given.json, lines(wanted))

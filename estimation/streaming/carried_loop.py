@@ -14,6 +14,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import STATUSES, LoopSettings, LoopStart
+from axisid.codegen.runtime import along_samples
 from axisid.estimation.simulation import (
     MOST_SUBSTEPS,
     Simulation,
@@ -272,8 +273,5 @@ def _motion(axis: GeneratedAxis) -> list[str]:
 def _law_over(axis: GeneratedAxis, count: int) -> tuple[Any, dict[str, int]]:
     """What is remembered after so many samples, and the sizes of what else that takes, by name."""
     step = axis.functions["closed_loop_step"]
-    names = list(step.name_in())
-    state = names.index("state")
-    others = [i for i in range(len(names)) if i != state]
-    law = step.slice("remembered", [state, *others], [step.name_out().index("next_state")])
-    return law.mapaccum(count), {names[i]: step.size1_in(i) for i in others}
+    sizes = {name: step.size1_in(name) for name in step.name_in() if name != "state"}
+    return along_samples(step, count), sizes
