@@ -48,12 +48,22 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
     found, objects, names = (_read_hdf5 if hdf5 else _read_mat)(file, content, room)
     how = _how_to_save(objects)
     if not found.columns:
-        raise DataError(
-            f"{file} holds no numeric vectors; its variables are {', '.join(names) or 'none'}."
-            + (f" {how}" if how else ""),
-            code="matlab-without-numbers",
-        )
+        raise _without_numbers(str(file), names, f" {how}" if how else "")
     return found.table(str(file), notes=("MATLAB v7.3",) if hdf5 else (), missing=how)
+
+
+def _without_numbers(source: str, names: list[str], how: str = "") -> DataError:
+    return DataError(
+        f"{source} holds no numeric vectors; its variables are {', '.join(names) or 'none'}.{how}",
+        code="matlab-without-numbers",
+    )
+
+
+def _damaged(source: str, error: Exception) -> DataError:
+    return DataError(
+        f"{source} cannot be read as a MATLAB v7.3 file: {one_line(error)}.",
+        code="damaged-matlab-73",
+    )
 
 
 def _how_to_save(objects: list[str]) -> str:
@@ -155,10 +165,7 @@ def _read_hdf5(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[s
         raise
     except Exception as error:
         # Damaged files lead h5py to missing nodes, wrong types and failures of its own.
-        raise DataError(
-            f"{file} cannot be read as a MATLAB v7.3 file: {one_line(error)}.",
-            code="damaged-matlab-73",
-        ) from error
+        raise _damaged(str(file), error) from error
     return visit.found, visit.objects, names
 
 
@@ -246,16 +253,9 @@ def matlab_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
             for name in names:
                 visit.node(content[name], name)
             if not visit.columns:
-                raise DataError(
-                    f"{source} holds no numeric vectors; its variables are "
-                    f"{', '.join(names) or 'none'}.",
-                    code="matlab-without-numbers",
-                )
+                raise _without_numbers(source, names)
             yield from sliced_tables(source, visit.columns, rows, ("MATLAB v7.3",))
     except (OSError, KeyError, RuntimeError, ValueError) as error:
-        raise DataError(
-            f"{source} cannot be read as a MATLAB v7.3 file: {one_line(error)}.",
-            code="damaged-matlab-73",
-        ) from error
+        raise _damaged(source, error) from error
     finally:
         buffered.detach()  # whoever opened the file has more to ask of it

@@ -44,10 +44,20 @@ def read_mdf(file: Path, room: Room) -> Table:
         reason = one_line(error)
         _let_go(error)
     if reason:
-        raise DataError(f"{file} cannot be read as an MDF file: {reason}.", code="damaged-mdf")
+        raise damaged_mdf(str(file), reason)
     if not found.columns:
         raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
     return found.table(str(file))
+
+
+def damaged_mdf(source: str, reason: str) -> DataError:
+    """The error of an MDF file that cannot be read."""
+    return DataError(f"{source} cannot be read as an MDF file: {reason}.", code="damaged-mdf")
+
+
+def damaged_tdms(source: str, reason: str) -> DataError:
+    """The error of a TDMS file that cannot be read."""
+    return DataError(f"{source} cannot be read as a TDMS file: {reason}.", code="damaged-tdms")
 
 
 def _let_go(error: BaseException) -> None:
@@ -128,9 +138,7 @@ def read_tdms(file: Path, room: Room) -> Table:
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(
-            f"{file} cannot be read as a TDMS file: {one_line(error)}.", code="damaged-tdms"
-        ) from error
+        raise damaged_tdms(str(file), one_line(error)) from error
     if not found.columns:
         raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
     warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from axisid.estimation.tables import Table, library, one_line
 from axisid.support.errors import AxisidError, DataError
 
-from .measurement import mdf_names, tdms_start, waveform_offset
+from .measurement import damaged_mdf, damaged_tdms, mdf_names, tdms_start, waveform_offset
 from .measurement import unit_of as unit_of_tdms
 from .sliced import SlicedColumn, sliced_tables
 
@@ -34,7 +34,7 @@ def tdms_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
         numeric = [c for c in channels if c.dtype is not None and c.dtype.kind in "fiub"]
         return [_tdms_column(channel, origin) for channel in numeric if len(channel)]
 
-    yield from _blocks(source, raw, rows, "a TDMS", "damaged-tdms", columns)
+    yield from _blocks(source, raw, rows, damaged_tdms, columns)
 
 
 def _tdms_column(channel: Any, origin: np.datetime64 | None) -> SlicedColumn:
@@ -71,7 +71,7 @@ def mdf_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
         made = (_mdf_column(mdf, *place) for place in mdf_names(mdf))
         return [column for column in made if column is not None]
 
-    yield from _blocks(source, raw, rows, "an MDF", "damaged-mdf", columns)
+    yield from _blocks(source, raw, rows, damaged_mdf, columns)
 
 
 def _mdf_column(mdf: Any, name: str, group: int, index: int) -> SlicedColumn | None:
@@ -108,8 +108,7 @@ def _blocks(
     source: str,
     raw: io.RawIOBase,
     rows: int,
-    kind: str,
-    code: str,
+    damaged: Callable[[str, str], DataError],
     columns: Callable[[Any], Sequence[SlicedColumn]],
 ) -> Iterator[Table]:
     """The tables of columns that a library finds in a file."""
@@ -117,13 +116,11 @@ def _blocks(
     try:
         found = columns(buffered)
         if not found:
-            raise DataError(f"{source} holds no numeric channels.", code="no-numeric-channels")
+            raise DataError(f"{source} holds no numeric channels.")
         yield from sliced_tables(source, found, rows)
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(
-            f"{source} cannot be read as {kind} file: {one_line(error)}.", code=code
-        ) from error
+        raise damaged(source, one_line(error)) from error
     finally:
         buffered.detach()  # whoever opened the file has more to ask of it

@@ -16,24 +16,19 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import along_samples
 from axisid.estimation.simulation import (
-    MOST_SUBSTEPS,
     Simulation,
     allowed_distance,
-    failure,
+    check_inertia,
+    diverged,
+    first_substeps,
     first_values,
-    has_constant_substeps,
-    has_inertia,
+    further_substeps,
     lines,
-    no_inertia,
     run_loop,
     single_start,
-    substeps_along,
-    substeps_at_start,
-    too_stiff,
     widened_distance,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
 
 _EVALUATIONS = 4096  # of the law in one call: a function is made for each number of them
 
@@ -99,20 +94,13 @@ class CarriedLoop:
             extent.start.memory,
             first,
         )
-        place = np.array([self._start.position])
-        if not has_inertia(axis, parameters[None, :], place, first).all():
-            raise EstimationError(
-                no_inertia(axis, parameters, self._start.position, first), code="no-inertia"
-            )
-        (steps,) = substeps_at_start(axis, parameters[None, :], place, extent.period, first)
-        if steps > MOST_SUBSTEPS and has_constant_substeps(axis):
-            raise EstimationError(too_stiff(axis, parameters), code="too-stiff")
+        check_inertia(axis, parameters, self._start.position, first)
         away = abs(self._start.position - extent.first)
         self._settings = LoopSettings(
             period=extent.period,
             resolution=0.0,
             allowed=allowed_distance(extent.span, away),
-            substeps=min(int(steps), MOST_SUBSTEPS),
+            substeps=first_substeps(axis, parameters, self._start.position, extent.period, first),
         )
         self.begin()
 
@@ -176,23 +164,19 @@ class CarriedLoop:
     ) -> None:
         """Begin anew with more steps or room where a block asks for it, or say what is wrong."""
         settings, axis = self._settings, self._axis
-        if not has_constant_substeps(axis):
-            visited = {n: values[:stopped] if status else values for n, values in out.items()}
-            needed = substeps_along(axis, self.parameters, visited, settings.period, signals)
-            if needed > settings.substeps:
-                if settings.substeps == MOST_SUBSTEPS:
-                    raise EstimationError(too_stiff(axis, self.parameters), code="stiff-on-the-way")
-                self._settings = replace(settings, substeps=min(needed, MOST_SUBSTEPS))
-                raise BegunAnewError
+        visited = {n: values[:stopped] if status else values for n, values in out.items()}
+        enough = further_substeps(
+            axis, self.parameters, settings.substeps, visited, settings.period, signals
+        )
+        if enough != settings.substeps:
+            self._settings = replace(settings, substeps=enough)
+            raise BegunAnewError
         if not status:
             return
         if STATUSES[status] == "out of range" and (wider := self._wider()) > settings.allowed:
             self._settings = replace(settings, allowed=wider)
             raise BegunAnewError
-        place = self._done + stopped
-        raise EstimationError(
-            failure(axis, self.parameters, status, place, settings.period), code="loop-diverges"
-        )
+        raise diverged(axis, self.parameters, status, self._done + stopped, settings.period)
 
     def _wider(self) -> float:
         most = self._of.most_added
