@@ -19,6 +19,7 @@ from axisid import (
     friction_ladder,
     identify,
     load_axis,
+    simulate,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
@@ -319,6 +320,39 @@ def test_instruments_of_blocks_are_those_of_the_whole_record(
     check_same_instruments(streamed, emps2015, replace(twin, sample_period=None), filter_)
     assert "simulation error" in str(streamed)
     assert "instruments, control law" not in str(streamed)
+
+
+@pytest.mark.parametrize("place", ["control", "reference"])
+def test_test_signal_enters_the_loop_of_blocks_as_that_of_the_whole(
+    emps: GeneratedAxis, place: str, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    pa = pytest.importorskip("pyarrow")
+    time = 1e-3 * np.arange(6000)
+    reference = 0.05 * (1 - np.cos(3 * time)) + 0.02 * (1 - np.cos(5 * time))
+    added = 0.05 * np.sin(40 * time) if place == "control" else 1e-4 * np.sin(60 * time)
+    loop = simulate(
+        emps,
+        [95.0, 203.0, 20.0, -3.0],
+        reference + added if place == "reference" else reference,
+        1e-3,
+        injected=added if place == "control" else None,
+        position_noise=1e-6 * rng.standard_normal(len(time)),
+    )
+    record = Record(
+        time=time,
+        position=loop.measured_position,
+        reference=reference,
+        control=loop.control,
+        injected=added,
+        injected_at=place,
+    )
+    file, columns = tmp_path / "log.parquet", record.channels()
+    pytest.importorskip("pyarrow.parquet").write_table(pa.table(columns), file)
+    named = {role: role for role in columns}
+    blocks = LogBlocks(file=file, axis=emps, columns=named, rows=2500, injected_at=place)
+    whole = identify(emps, record, methods=["idm-iv"])["idm-iv"]
+    streamed = identify_stream(emps, blocks, method="idm-iv")
+    assert streamed.physical == pytest.approx(whole.physical, rel=1e-9)
 
 
 @pytest.mark.slow
