@@ -64,7 +64,7 @@ studies: $(VENV)/.test
 
 # Pages that are programs are run; a warning is an error.
 docs: $(VENV)/.docs
-	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --fresh-env docs build/docs
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --fresh-env --jobs auto docs build/docs
 
 # Rewrites the pinned and hashed requirement files; needs uv.
 lock:

@@ -75,9 +75,9 @@ def _identifiable(model: AxisModel) -> str:
     ]
     lines = lines or ["Every parameter has an effect of its own."]
     if isinstance(model.ddm, Missing):
-        lines.append("There is no direct regressor: IDM-LS and IDM-IV identify it.")
+        lines.append("There is no direct regressor: IDM-LS, IDM-IV and DIDIM identify it.")
     else:
-        lines.append("All four methods identify it: IDM-LS, DDM-LS, IDM-IV and DDM-IV.")
+        lines.append("Every method identifies it: IDM-LS, DDM-LS, IDM-IV, DDM-IV and DIDIM.")
     lines += [f"Not checked in its unit: {term}." for term in model.axis.unchecked_terms]
     return " ".join(lines)
 

@@ -7,7 +7,7 @@
 # | DDM-LS | the same; constant inertia | | noise in force and motion |
 # | IDM-IV | also the reference and the control law | correlation of noise with the regressor | a wrong delay, friction law or control law |
 # | DDM-IV | the same; constant inertia | the same | the same: it is IDM-IV, written twice |
-# | DIDIM, where it is named | as IDM-IV | noise in the motion, the filter's own error | a wrong control law, which it rests on |
+# | DIDIM | as IDM-IV | noise in the motion, the filter's own error | a wrong control law, which it rests on |
 #
 # - **Begin with all**, which is the default. Methods that axis or record do not allow are left out with
 #   the reason.
@@ -17,8 +17,8 @@
 #   believe the instruments, *if* the control law passes its check and the instruments are strong.
 # - **IDM-IV and DDM-IV agree always**, to rounding: they solve the same equations with the same
 #   instruments. That is a self-test, and no second opinion.
-# - **IDM-IV and DIDIM** are one: `methods=["idm-iv", "didim"]`, or `--method` for each, adds the check *second
-#   opinion*. With a coarse encoder, or a cut-off that lets much through, DIDIM scatters less and is not biased;
+# - **IDM-IV and DIDIM** are one estimate but for chance, or the check *second opinion* says which to
+#   believe, of which the verdict is then. With a coarse encoder, or a cut-off that lets much through, DIDIM scatters less and is not biased;
 #   with a control law that is not the drive's, believe the instruments. [How coarse](../encoder.md), on 1400 twins.
 # - **No control law, or an open loop**: IDM-LS, at a cut-off low enough. `--validate` with a second record
 #   is then the best evidence.

@@ -21,8 +21,6 @@ class MethodRow:
         are not held out by least squares, or by the estimate's instruments.
     same_as : str
         The method that solves the same equations for the same estimate; empty for none.
-    by_default : bool
-        Whether it is run where no method is asked for.
     output_error : bool
         Whether its rows are the simulated loop's, so that nothing that was measured of the motion
         is among them, and what it leaves is the simulation error.
@@ -33,7 +31,6 @@ class MethodRow:
     form: str
     compares: bool = False
     same_as: str = ""
-    by_default: bool = True
     output_error: bool = False
 
 
@@ -48,7 +45,7 @@ METHOD_ROWS = (
     MethodRow(name="ddm-ls", method=_LEAST_SQUARES, form=DIRECT),
     MethodRow(name="idm-iv", method=_INSTRUMENTS, form=INVERSE, compares=True),
     MethodRow(name="ddm-iv", method=_INSTRUMENTS, form=DIRECT, same_as="idm-iv"),
-    MethodRow(name="didim", method=_DIDIM, form=INVERSE, by_default=False, output_error=True),
+    MethodRow(name="didim", method=_DIDIM, form=INVERSE, output_error=True),
 )
 
 LEAST_SQUARES_START, NOMINAL_START = "least-squares", "nominal"
@@ -63,11 +60,6 @@ ROW_LOSSES = (SQUARES_LOSS, HUBER_LOSS, BISQUARE_LOSS)
 def method_names() -> tuple[str, ...]:
     """Return the names, in the order of help."""
     return tuple(row.name for row in METHOD_ROWS)
-
-
-def default_methods() -> tuple[str, ...]:
-    """Return those that are run where none is asked for."""
-    return tuple(row.name for row in METHOD_ROWS if row.by_default)
 
 
 def is_iteration(name: str) -> bool:

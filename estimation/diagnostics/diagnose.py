@@ -111,7 +111,7 @@ def _against_instruments(case: Case) -> Check | Missing:
     alone = ls is not None and ls is case.preferred
     biases = case.noise_biases.get(ls.method, {}) if ls else {}
     endogeneity = case.endogeneity if beside is None else endogeneity_of(beside)
-    return ls_against_iv(ls, iv, endogeneity, biases, weak=case.weak, alone=alone)
+    return ls_against_iv(ls, iv, endogeneity, biases, weak=case.weak_beside, alone=alone)
 
 
 def _coarse_positions(case: Case) -> Check | Missing | None:

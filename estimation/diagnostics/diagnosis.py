@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import (
@@ -45,7 +45,6 @@ from axisid.estimation.noise import (
 )
 from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import (
-    DirectForm,
     InverseForm,
     ResidualTests,
     quiet_loops,
@@ -57,6 +56,7 @@ from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
 from .beside import instruments_beside, without_instruments
+from .preferred import preferred_method
 from .records_alike import Alike, Apart, records_alike
 
 
@@ -71,7 +71,7 @@ class Diagnosis(Presentable, Exact):
     law : LawCheck or Missing
         The control law against the record, or why it cannot be checked.
     instruments : InstrumentTests or None
-        Of `preferred`; None for least squares.
+        Of `preferred`, or of idm-iv beside it where that is by output error; None without any.
     endogeneity : Endogeneity or Missing
         Of idm-iv; None without it, or where instruments and regressor are too alike to test.
     excitation : tuple of Excitation
@@ -216,9 +216,10 @@ class Case:
 
     @cached_property
     def instruments(self) -> InstrumentTests | None:
-        """Of the judged estimate; None for least squares."""
-        preferred = self.preferred
-        return None if preferred.Z is None else instrument_tests(preferred.X, preferred.Z)
+        """Of the judged estimate, or of idm-iv beside one by output error; None without any."""
+        by_loop = self.preferred.by_output_error
+        of = self.estimates.get("idm-iv") if by_loop else self.preferred
+        return None if of is None or of.Z is None else instrument_tests(of.X, of.Z)
 
     @cached_property
     def strength(self) -> Check | Missing:
@@ -227,8 +228,13 @@ class Case:
 
     @property
     def weak(self) -> bool:
-        """Whether the instruments tell nothing."""
+        """Whether the instruments of the judged estimate tell nothing."""
         return isinstance(self.strength, Check) and self.strength.status == "fail"
+
+    @property
+    def weak_beside(self) -> bool:
+        """Whether instruments tell nothing, of the judged estimate or beside it."""
+        return isinstance(self.strength, Check) and self.strength.status != "pass"
 
     @cached_property
     def endogeneity(self) -> Endogeneity | Missing:
@@ -365,7 +371,7 @@ class Case:
     @cached_property
     def noise_biases(self) -> Mapping[str, Mapping[str, NoiseBias]]:
         """Least squares less instruments; nothing where these are too weak to tell."""
-        if self.weak or isinstance(self.beside, Missing):
+        if self.weak_beside or isinstance(self.beside, Missing):
             return {}
         found = {} if self.beside is None else {self.beside.method: self.beside}
         return noise_biases({**self.estimates, **found})
@@ -376,7 +382,7 @@ class Case:
         iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
         if iv is None or didim is None:
             return None
-        if self.weak:
+        if self.weak_beside:
             return Missing("the instruments are too weak to tell")
         found = second_opinion(iv, didim)
         return found or Missing("the two are not of the same rows")
@@ -411,25 +417,3 @@ class Case:
         if Z is None or isinstance(simulated, Missing) or self.preferred.ddm_quantities:
             return None
         return Z, simulated
-
-
-def preferred_method(problem: Problem, estimates: Mapping[str, Estimate]) -> str:
-    """The method that is judged: output error or instruments, else least squares; inverse first.
-
-    Output error where every record's control is the declared law's, on which it rests; where it is
-    not, or that cannot be told, instruments.
-    """
-
-    def preference(method: str, *, by_law: bool = False) -> tuple[bool, bool, bool]:
-        estimate = estimates[method]
-        measured = estimate.loop_rows is None
-        return measured, estimate.by_output_error != by_law, isinstance(estimate.form, DirectForm)
-
-    first = min(estimates, key=preference)
-    believed = min(estimates, key=partial(preference, by_law=True))
-    return believed if believed != first and _laws_hold(problem) else first
-
-
-def _laws_hold(problem: Problem) -> bool:
-    laws = (check_law(data.axis, data.record) for data in problem.data)
-    return all(isinstance(law, LawCheck) and law.passed for law in laws)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, default_methods
+from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS, estimate_by
@@ -180,7 +180,7 @@ def identify_problem(
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
-    for method in default_methods() if requested is None else dict.fromkeys(requested):
+    for method in METHODS if requested is None else dict.fromkeys(requested):
         started = replace(METHODS[method], start=start, loss=loss)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.

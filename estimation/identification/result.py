@@ -233,8 +233,9 @@ class Identification(Presentable, Exact):
     def preferred(self) -> Estimate:
         """The estimate that is judged.
 
-        By output error where it was asked for and every record's control is the declared law's;
-        else by instruments where there are, inverse model first.
+        By output error where every record's control is the declared law's, but where instruments
+        differ from it and are the more precise; else by instruments where there are, inverse model
+        first.
         """
         return self.estimates[self._judged]
 

@@ -49,6 +49,7 @@ def test_a_result_in_words_needs_no_figures() -> None:
     assert not modules & {"matplotlib", "click", "rich"}
 
 
+@pytest.mark.slow
 def test_an_axis_in_words_needs_no_estimation() -> None:
     modules = imported_by("import axisid.presentation.formulas")
     assert not {name for name in modules if name.startswith("axisid.estimation.")}

@@ -17,6 +17,7 @@ from benchmarks.machines import Machine, autoregressive, records, white
 study: Any = import_module("judgement")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weight", [0.0, 150.0])
 def test_a_machine_moves_as_its_axis_is_simulated(weight: float) -> None:
     machine = Machine(offset=weight, coulomb=40.0)
@@ -29,6 +30,7 @@ def test_a_machine_moves_as_its_axis_is_simulated(weight: float) -> None:
     np.testing.assert_allclose(columns["control"], loop.control, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_what_a_machine_has_besides_moves_it() -> None:
     plain = Machine()
     others = (

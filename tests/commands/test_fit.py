@@ -24,6 +24,7 @@ def log(tmp_path: Path, twin: Record) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_command_is_the_function(
     run: Run, log: Path, emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -36,6 +37,7 @@ def test_the_command_is_the_function(
     assert written["schema"] == "axisid.fit/1"
 
 
+@pytest.mark.slow
 def test_options_reach_the_fit(run: Run, log: Path) -> None:
     options = ("--output", "position", "--loss", "soft-l1", "--start", "nominal", "--starts", 2)
     options += ("--bound", "Fc=..20", "--bound", "Fv=1..", "--prior", "M=100+-1")
@@ -60,6 +62,7 @@ def test_a_parameter_is_fixed_as_in_identify(run: Run, log: Path) -> None:
     assert written["value"] == 100.0
 
 
+@pytest.mark.slow
 def test_the_summary_is_printed_and_the_file_is_written_anew(
     run: Run, log: Path, tmp_path: Path
 ) -> None:

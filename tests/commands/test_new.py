@@ -20,6 +20,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", OPTIONS, ids=" ".join)
 def test_every_scaffold_shows_generates_and_identifies_its_twin_within_its_intervals_and_rounding(
     run: Run, here: Path, options: list[str]

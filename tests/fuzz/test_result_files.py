@@ -54,6 +54,7 @@ def test_changed_results_are_compared_or_refused(result: Any, tmp_path: Path) ->
     ).run()
 
 
+@pytest.mark.slow
 def test_changed_results_are_exported_or_refused(
     axis: RandomAxis, result: Any, tmp_path: Path
 ) -> None:

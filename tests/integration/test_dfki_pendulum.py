@@ -125,6 +125,7 @@ def test_least_squares_is_that_of_numpy_on_scipys_filters(
     assert estimate.physical == pytest.approx(expected, rel=1e-8, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_document_has_the_recipe_and_the_records_by_themselves(
     study: ModuleType,
     data: Any,
@@ -179,6 +180,7 @@ def test_document_has_the_weight_of_a_torque_sample(study: ModuleType, data: Any
     assert max(abs(float(row[5])) for row in rows[:3]) < 0.02
 
 
+@pytest.mark.slow
 def test_instruments_are_those_of_numpy(
     study: ModuleType, data: Any, swept: dict[float, Identification]
 ) -> None:
@@ -191,6 +193,7 @@ def test_instruments_are_those_of_numpy(
     assert found[:2] == pytest.approx(expected[:2], rel=0.01)
 
 
+@pytest.mark.slow
 def test_stretch_at_the_default_ends_is_what_identify_gives(
     study: ModuleType, data: Any, swept: dict[float, Identification]
 ) -> None:

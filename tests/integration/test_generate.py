@@ -35,6 +35,7 @@ def folder(tmp_path: Path) -> Path:
     return generated
 
 
+@pytest.mark.slow
 def test_committed_code_is_current(root: Path) -> None:
     assert check_files(root / "generated", library_files()) == []
 
@@ -150,6 +151,7 @@ def test_user_axis_is_generated_into_a_folder_of_its_name(run: Run, tmp_path: Pa
     assert run("generate", mine, "--check", "--output", tmp_path / "generated")[0] == 0
 
 
+@pytest.mark.slow
 def test_failed_write_leaves_the_old_file_whole(
     run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -220,6 +222,7 @@ def test_deleted_folder_is_all_missing(folder: Path) -> None:
     assert {f.state for f in findings} == {"missing"}
 
 
+@pytest.mark.slow
 def test_a_folder_without_the_library_asks_which_axes_are_meant(run: Run, tmp_path: Path) -> None:
     code, _, err = run("generate", "--check", "--output", tmp_path / "mine")
     assert code == 2

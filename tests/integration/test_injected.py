@@ -106,6 +106,7 @@ def test_instruments_give_the_truth_and_the_law_is_the_drives(
     assert law.residual_percent < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", PLACES)
 def test_without_its_column_the_law_fails_and_names_what_may_be_missing(
     place: str, stage: GeneratedAxis
@@ -152,6 +153,7 @@ def test_validation_reckons_with_it_and_misses_it(
     assert not missed.to_dict()["holds"]
 
 
+@pytest.mark.slow
 def test_a_force_without_a_control_shows_a_missing_signal_in_the_position(
     stage: GeneratedAxis,
 ) -> None:

@@ -20,6 +20,7 @@ def identified(name: str) -> Identification:
     return identify(axis, twin_record(axis), prefilter_of(name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIBRARY)
 def test_least_squares_and_instruments_recover_the_twin(name: str) -> None:
     """To three deviations, or to a thousandth: noise biases least squares by less than that.

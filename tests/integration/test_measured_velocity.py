@@ -76,6 +76,7 @@ def test_the_measured_velocity_takes_the_derivatives_place(
     assert acceleration[inside] == pytest.approx(data.motion[2][inside], abs=2e-3)
 
 
+@pytest.mark.slow
 def test_an_accelerometer_serves(emps: GeneratedAxis) -> None:
     sensed = twin_record(emps, velocity_noise=1e-4, acceleration_noise=0.02)
     result = identify(emps, sensed)
@@ -160,6 +161,7 @@ def test_a_wrong_velocity_is_named_first_with_what_to_do(run: Run, log: Path) ->
     assert "(--shift velocity=-3)" in text
 
 
+@pytest.mark.slow
 def test_a_stream_takes_the_same_velocity(emps: GeneratedAxis, log: Path) -> None:
     columns = {"velocity": "v:mm/s"}
     for names in ({}, {"position": "nothing"}):
@@ -176,6 +178,7 @@ def _without(blocks: LogBlocks, position: bool) -> Any:
     return [{k: v for k, v in block.items() if k != "position"} for block in blocks]
 
 
+@pytest.mark.slow
 def test_a_tachometers_ripple_is_no_delay_of_the_force(emps: GeneratedAxis) -> None:
     record = twin_record(emps, seed=4, velocity_noise=1e-4)
     ripple = 1 + 0.01 * np.sin(2 * np.pi * record.position / 0.003 + 1.0)
@@ -185,6 +188,7 @@ def test_a_tachometers_ripple_is_no_delay_of_the_force(emps: GeneratedAxis) -> N
     assert "the measured velocity may have it" in checks["ripple"].meaning
 
 
+@pytest.mark.slow
 def test_a_record_of_velocity_alone_validates_without_a_position_error(
     emps: GeneratedAxis, record: Record
 ) -> None:

@@ -78,6 +78,7 @@ PENDULUM = lagrange(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", [BELT, PENDULUM], ids=lambda axis: axis.name)
 def test_unseen_axis_is_identified_from_its_twin_within_one_percent(axis: Axis) -> None:
     result = identify(
@@ -112,6 +113,7 @@ axis = newton(
 """
 
 
+@pytest.mark.slow
 def test_axis_file_and_log_from_the_command_line(
     run: Callable[..., tuple[int, str, str]], tmp_path: pathlib.Path
 ) -> None:

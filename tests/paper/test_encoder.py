@@ -49,6 +49,7 @@ def test_output_error_bears_an_encoder_that_biases_least_squares(study: EncoderS
     assert coarse.clean == 0
 
 
+@pytest.mark.slow
 def test_tables_and_files_tell_every_case(study: EncoderStudy, tmp_path: Path) -> None:
     text = plain_text(encoder_document(study))
     assert text.count("1000") == text.count("20   ") == 4

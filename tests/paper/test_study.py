@@ -93,6 +93,7 @@ def test_noise_free_twin_gives_the_truth_with_aligned_force(emps2015: GeneratedA
         assert result[method].physical == pytest.approx([100.2, 236.9, 24.8], rel=0.01)
 
 
+@pytest.mark.slow
 def test_study_prints_the_eight_tables_with_published_and_own_figures() -> None:
     study = run_study()
     text = study_tables(study)

@@ -73,6 +73,7 @@ def test_what_is_no_library_or_no_table_is_refused(
         result.to_frame("polars")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", ["pandas", "polars"])
 def test_comparison_validation_and_diagnosis_are_dataframes(
     result: Identification, emps2015: GeneratedAxis, twin: Record, library: str
@@ -110,7 +111,7 @@ def test_diagnosis_and_axis_have_tables_in_notebooks(result: Identification) -> 
     assert "<table" in shown
     assert "control law" in shown
     assert "control law" in result.diagnosis.summary()
-    assert result.diagnosis.to_dict()["judged"] == "idm-iv"
+    assert result.diagnosis.to_dict()["judged"] == "didim"
     json.dumps(result.diagnosis.to_dict())
     axis = load_axis("pendulum")._repr_html_()
     assert "pendulum" in axis

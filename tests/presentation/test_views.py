@@ -54,6 +54,7 @@ def test_every_kind_of_result_has_its_row() -> None:
         assert kinds <= {kind.__name__ for kind in view.registry}
 
 
+@pytest.mark.slow
 def test_figures_have_names(emps2015: GeneratedAxis, record: Record) -> None:
     result = identify(emps2015, record, methods=["idm-ls", "idm-iv"])
     for name in (

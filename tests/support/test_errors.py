@@ -161,6 +161,7 @@ def test_a_code_means_one_fault() -> None:
     assert all(re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", code) for code in {*written, *shared})
 
 
+@pytest.mark.slow
 def test_page_of_errors_lists_every_code(root: Path) -> None:
     assert "error_tables import page" in (root / "docs" / "errors.py").read_text(encoding="utf-8")
     listed = re.findall(r"^\| `([a-z0-9-]+)`", page(), re.MULTILINE)

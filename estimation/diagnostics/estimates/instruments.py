@@ -118,9 +118,10 @@ def biased_parameters(
 
 
 def strength_check(judged: Estimate, tests: InstrumentTests | None) -> Check | Missing:
-    """The weakest column of the regressor of an instrumental estimate."""
-    if judged.by_output_error:
-        return Missing("the judged estimate rests on the loop's own rows, not on instruments")
+    """The weakest column of the regressor of an instrumental estimate, or of one beside `judged`.
+
+    Beside an estimate by output error, which rests on the loop's own rows, weak ones are a note.
+    """
     if tests is None:
         return Missing("no method with instruments gave an estimate")
     names = [q.label for q in judged.form.quantities]
@@ -129,7 +130,7 @@ def strength_check(judged: Estimate, tests: InstrumentTests | None) -> Check | M
     strong = f >= MIN_FIRST_STAGE_F.value
     return Check(
         name="instrument strength",
-        status=passed(strong),
+        status=passed(strong, matters=not judged.by_output_error),
         figure=f if np.isfinite(f) else None,
         threshold=MIN_FIRST_STAGE_F.value,
         source="first-stage F of 10, the rule of Staiger and Stock (1997); conditional on the "
@@ -137,7 +138,7 @@ def strength_check(judged: Estimate, tests: InstrumentTests | None) -> Check | M
         meaning="the simulated loop explains every column of the regressor"
         if strong
         else f"the simulated loop hardly explains the column of {names[weakest]}: its estimate "
-        "cannot be believed",
+        "by instruments cannot be believed",
     )
 
 

@@ -60,6 +60,17 @@ def second_opinion_check(
     )
 
 
+def prefers_instruments(found: Mapping[str, NoiseBias], iv: Estimate, didim: Estimate) -> bool:
+    """Whether instruments are to be believed though the control is the law's: see `_whom`."""
+    moved = _moved(found)
+    return _is_vaguer({name: (iv.parameters[name], didim.parameters[name]) for name in moved})
+
+
+def _is_vaguer(both: Mapping[str, tuple[Value, Value]]) -> bool:
+    """Whether didim, the second, knows less of a parameter that the two part in."""
+    return any(didim.deviation > iv.deviation for iv, didim in both.values())
+
+
 def _moved(found: Mapping[str, NoiseBias]) -> dict[str, NoiseBias]:
     """Parameters that the two part in: those that do alone, or else together.
 
@@ -111,7 +122,7 @@ def _apart(
         f"({_percent(bias, both[name][1])}{bias.shift:.2g} deviations)"
         for name, bias in moved.items()
     )
-    vaguer = any(didim.deviation > iv.deviation for iv, didim in both.values())
+    vaguer = _is_vaguer(both)
     return f"idm-iv differs from didim, {listed}: {_whom(law_passed=law_passed, vaguer=vaguer)}"
 
 

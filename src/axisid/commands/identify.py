@@ -90,8 +90,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     show_default="all",
     help="Estimator, again for each: ls least squares, iv instruments, idm and ddm of the inverse "
     "and the direct model, didim output error of the force by the simulated loop, where the "
-    "control law is right; all runs what axis and record allow but didim, and says what it left "
-    "out.",
+    "control law is right; all runs what axis and record allow, and says what it left out.",
 )
 @filter_options(
     cutoff="Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",

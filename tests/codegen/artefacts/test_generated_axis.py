@@ -52,6 +52,7 @@ def evaluator(name: str, what: str) -> Callable[..., list[float]]:
     return sympy.lambdify(arguments, expressions, "math")  # type: ignore[no-any-return]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIBRARY)
 @given(motion=MOTION, data=st.data())
 def test_functions_equal_the_symbolic_model_at_random_points_and_at_zero(
@@ -181,6 +182,7 @@ def test_rows_of_column_results_are_sample_by_sample(rng: np.random.Generator) -
         assert np.array_equal(state, np.column_stack([law_inputs[1], np.full(4, 5.0)]))
 
 
+@pytest.mark.slow
 def test_signature_follows_the_declaration_not_the_number_type() -> None:
     axis = load_axis("emps")
     marks = {

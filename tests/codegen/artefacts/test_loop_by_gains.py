@@ -52,6 +52,7 @@ def test_another_gain_is_not_compiled(emps: GeneratedAxis, monkeypatch: pytest.M
     assert _path(pickle.loads(there)) == path  # noqa: S301
 
 
+@pytest.mark.slow
 def test_numbers_are_those_of_code_that_has_the_gains_in_it(emps: GeneratedAxis) -> None:
     if emps.native.library() is None:
         pytest.skip(emps.native.refusal)

@@ -83,6 +83,7 @@ def test_the_loop_applies_the_force_that_the_drive_makes(braked_emps: GeneratedA
     assert tau == pytest.approx(braked_emps.axis.drive.gain * control - BRAKE * dq, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_an_axis_is_identified_under_the_force_that_its_drive_makes(
     emps2015: GeneratedAxis, braked_emps: GeneratedAxis
 ) -> None:

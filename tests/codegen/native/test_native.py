@@ -116,6 +116,7 @@ def test_flags_keep_ieee_semantics() -> None:
     assert not {"-ffast-math", "-Ofast", "-funsafe-math-optimizations"} & set(FLAGS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AXES)
 def test_rows_equal_the_virtual_machine_bit_for_bit_or_to_rounding(
     name: str, rng: np.random.Generator
@@ -140,6 +141,7 @@ def test_rows_equal_the_virtual_machine_bit_for_bit_or_to_rounding(
             assert native == pytest.approx(virtual, rel=1e-13, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_cache_is_private_and_the_library_is_reused(cache: Path) -> None:
     library = fresh().native.library()
     assert library is not None
@@ -152,6 +154,7 @@ def test_cache_is_private_and_the_library_is_reused(cache: Path) -> None:
     assert cached_library(text_of("emps")) == library.path
 
 
+@pytest.mark.slow
 def test_nothing_but_the_library_its_digest_and_its_lock_stay_in_the_cache(cache: Path) -> None:
     fresh().native.library()
     assert {p.suffix for p in cache.iterdir()} == {".so", ".sha256", ".lock"}
@@ -176,6 +179,7 @@ def test_edited_axis_never_meets_old_code(cache: Path) -> None:
     assert forces[1] / forces[0] == pytest.approx(70.0 / axis.drive.gain)
 
 
+@pytest.mark.slow
 def test_changed_nominal_value_needs_no_new_code(cache: Path) -> None:
     axis = load_axis("emps")
     heavier = replace(axis, parameters=(Parameter("M", "kg", nominal=200.0), *axis.parameters[1:]))
@@ -294,6 +298,7 @@ def test_no_native_switch_compiles_nothing_and_says_nothing(
     assert not cache.exists()
 
 
+@pytest.mark.slow
 def test_full_disk_means_the_virtual_machine(cache: Path) -> None:
     import resource
 
@@ -352,6 +357,7 @@ def test_temporary_folder_of_somebody_else_is_not_trusted(
     assert not list(own.iterdir())
 
 
+@pytest.mark.slow
 def test_read_only_cache_still_serves_what_is_in_it(cache: Path) -> None:
     path = placed_library(text_of("emps"), cache)
     cache.chmod(0o500)
@@ -365,6 +371,7 @@ def test_read_only_cache_still_serves_what_is_in_it(cache: Path) -> None:
         cache.chmod(0o700)
 
 
+@pytest.mark.slow
 def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
     path = placed_library(text_of("emps"), cache)
     cache.chmod(0o777)
@@ -394,6 +401,7 @@ def test_library_of_something_else_under_the_right_name_is_built_again(cache: Pa
     assert path.with_suffix(".sha256").read_text() != digest
 
 
+@pytest.mark.slow
 def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
     axis = fresh()
     wrong = text_of("emps").replace("row_out[1] = dq_;", "row_out[1] = 1.0000001 * dq_;")
@@ -442,6 +450,7 @@ def test_rows_refuse_wrong_arguments_before_they_reach_memory() -> None:
             axis.evaluate("direct_dynamics", *arguments)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["INFINITY", "HUGE_VAL", "k", "samples", "NAN", "NULL", "ptrdiff_t", "M_PI", "errno"]
 )
@@ -486,6 +495,7 @@ def test_library_of_another_axis_in_its_place_is_found(cache: Path) -> None:
     assert cached_library(text_of("emps")) is None
 
 
+@pytest.mark.slow
 def test_library_that_does_not_load_is_built_again(cache: Path) -> None:
     path = placed_library(text_of("emps"), cache)
     path.write_bytes(b"junk")
@@ -498,6 +508,7 @@ def test_library_that_does_not_load_is_built_again(cache: Path) -> None:
     assert library.simulate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", ["abc", "", "nan", "-1", "1e300"])
 def test_senseless_time_limits_are_ignored(
     cache: Path, seconds: str, monkeypatch: pytest.MonkeyPatch
@@ -519,6 +530,7 @@ def test_compiler_that_leaves_a_child_behind_does_not_hold_us_up(
     assert time.monotonic() - begin < 200  # not the 250 s of the child
 
 
+@pytest.mark.slow
 def test_relative_cache_and_compiler_paths_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -534,6 +546,7 @@ def test_relative_cache_and_compiler_paths_work(
     assert library.path.parent == tmp_path
 
 
+@pytest.mark.slow
 def test_no_home_means_a_folder_for_the_user(
     temporary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -106,6 +106,7 @@ def test_long_evaluation_ends_at_once_at_an_interrupt() -> None:
     assert interrupted_after(run, 0.5) < 0.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_slices_change_no_bit(
     native: bool, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch

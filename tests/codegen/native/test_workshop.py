@@ -105,6 +105,7 @@ def test_library_that_never_returns_is_refused(
     assert native.refusal == "the compiled library does not run: it does not return within 4 s"
 
 
+@pytest.mark.slow
 def test_what_a_library_prints_disturbs_nobody(
     cache: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -116,6 +117,7 @@ def test_what_a_library_prints_disturbs_nobody(
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_library_without_a_trial_is_built_again(cache: Path) -> None:
     """A digest is the mark of a trial: one of the content alone is none."""
     import hashlib
@@ -231,6 +233,7 @@ def test_what_is_no_regular_file_in_the_cache_is_not_read(
     assert stat.S_ISREG(library.path.stat().st_mode)
 
 
+@pytest.mark.slow
 def test_leavings_of_killed_builds_are_cleared_away(cache: Path) -> None:
     cache.mkdir(mode=0o700)
     old, new = cache / "build-old", cache / "build-new"

@@ -94,6 +94,7 @@ def test_generated_code_is_written_anew(run: Run, here: Path) -> None:
     done(run, "generate", "emps2015", "--output", "code", "--check")
 
 
+@pytest.mark.slow
 def test_tables_of_the_paper_are_written_anew(run: Run, here: Path) -> None:
     done(run, "paper", "--output", "results")
     assert all(is_earlier(here / "results" / file, kind) for file, kind in STUDY_FILES.items())
@@ -112,6 +113,7 @@ def test_empty_files_and_large_ones(here: Path) -> None:
     assert not is_earlier(large, "identify")
 
 
+@pytest.mark.slow
 def test_every_figure_of_a_result_is_known(emps2015: GeneratedAxis, twin: Record) -> None:
     swept = sweep(emps2015, twin, (30.0, 60.0))
     found = {

@@ -210,6 +210,7 @@ def test_windows_and_shifts_are_taken_and_told(
     assert values(estimates(run, cut, "--columns", CHOSEN)) == values(one)
 
 
+@pytest.mark.slow
 def test_a_second_record_has_windows_of_its_own(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:

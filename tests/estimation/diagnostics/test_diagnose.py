@@ -67,6 +67,7 @@ def test_a_right_model_on_a_good_record_is_believed(emps2015: GeneratedAxis, twi
     assert conclusion(result.verdict) in result._repr_html_()
 
 
+@pytest.mark.slow
 def test_a_flipped_sign_is_not_believed(emps2015: GeneratedAxis, twin: Record) -> None:
     assert twin.control is not None
     result = identify(emps2015, replace(twin, control=-twin.control), methods="idm-ls")
@@ -82,6 +83,7 @@ def test_autocorrelation_matters_where_the_deviations_do_not_allow_for_it(
         assert found.status == status
 
 
+@pytest.mark.slow
 def test_every_row_makes_the_check_of_its_name(emps2015: GeneratedAxis, twin: Record) -> None:
     assert twin.control is not None
     measured = replace(

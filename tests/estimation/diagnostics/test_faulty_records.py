@@ -74,6 +74,7 @@ def test_comparison_and_sweep_pass_the_law_check_on(emps2015: GeneratedAxis, twi
     assert "believe nothing" not in sweep(emps2015, twin, (40.0,), methods=["idm-ls"]).summary()
 
 
+@pytest.mark.slow
 def test_validation_on_another_axis_does_not_hold(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(emps2015, twin, methods=["idm-ls"])
     (same,) = validate(result, twin_record(emps2015, seed=3))

@@ -35,6 +35,7 @@ def test_right_records_are_alike(plain: GeneratedAxis) -> None:
     assert found.p_value > 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("odd", [0, 2])
 def test_the_record_that_differs_is_named_with_the_parameter(
     plain: GeneratedAxis, odd: int
@@ -55,6 +56,7 @@ def test_of_two_records_nobody_can_say_which(plain: GeneratedAxis) -> None:
     assert "run 1 and run 2 speak against one another" in found.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("odd", [1, 2])
 def test_an_untold_payload_is_named_with_what_declares_it(plain: GeneratedAxis, odd: int) -> None:
     """The estimate of all is no record's: nothing of it is to be believed."""
@@ -93,6 +95,7 @@ def test_a_load_that_makes_two_parameters_differ_names_both() -> None:
     assert sorted(names.split(",")) == ["M", "tau0"]
 
 
+@pytest.mark.slow
 def test_a_difference_that_makes_no_force_is_a_note(plain: GeneratedAxis) -> None:
     records = [stage_record(s, M=100.2 * (1 + 0.01 * (s == 3))) for s in (1, 2, 3)]
     found = _check(identify(plain, records, methods=METHOD))
@@ -114,6 +117,7 @@ def test_what_is_declared_as_each_records_own_speaks_against_none() -> None:
     assert apart.against == ()
 
 
+@pytest.mark.slow
 def test_known_payloads_are_no_difference() -> None:
     records = [stage_record(1), stage_record(2, m_add=20.0)]
     axis = generated()

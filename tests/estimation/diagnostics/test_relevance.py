@@ -46,6 +46,7 @@ def test_nothing_fails_on_a_record_that_is_right(
     assert failing(result) == []
 
 
+@pytest.mark.slow
 def test_tails_are_told_where_they_do_not_matter(
     emps: GeneratedAxis,
 ) -> None:

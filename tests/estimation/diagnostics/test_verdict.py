@@ -23,6 +23,7 @@ NAMES = [
     "least squares against instruments",
     "inverse against direct",
     "self-test",
+    "second opinion",
     "excitation",
     "precision",
     "bounds",
@@ -55,6 +56,7 @@ def test_every_check_says_what_it_means_and_where_its_threshold_is_from(
         assert check.source
 
 
+@pytest.mark.slow
 def test_bias_of_least_squares_is_found_under_the_inappropriate_filter_only(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -90,6 +92,7 @@ def test_real_record_passes_but_for_its_residuals_and_what_raw_pairing_does(
     }
 
 
+@pytest.mark.slow
 def test_real_record_has_another_viscous_friction_in_each_direction(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
@@ -111,6 +114,7 @@ def test_delay_is_measured_by_instruments_where_noise_biases_least_squares(
     assert alignment.best == pytest.approx(0.5, abs=0.2)
 
 
+@pytest.mark.slow
 def test_what_was_not_run_is_not_evaluated(emps2015: GeneratedAxis, twin: Record) -> None:
     only = statuses(identify(emps2015, twin, methods="idm-ls"))
     for name in ("instrument strength", "self-test"):
@@ -122,6 +126,7 @@ def test_what_was_not_run_is_not_evaluated(emps2015: GeneratedAxis, twin: Record
     assert without["simulation"] == "not evaluated"
 
 
+@pytest.mark.slow
 def test_motion_that_does_not_excite_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
     """A slow creep in one direction: hardly any acceleration, one speed."""
     n = 4000
@@ -162,6 +167,7 @@ def test_lags_stay_a_small_part_of_the_rows(name: str) -> None:
         assert lags <= len(estimate.y) ** 0.5
 
 
+@pytest.mark.slow
 def test_weak_instruments_do_not_judge_least_squares(
     emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator
 ) -> None:

@@ -46,6 +46,7 @@ def test_endogeneity_is_tested_under_it(emps2015: GeneratedAxis, twin: Record) -
     assert found["hac"].statistic != pytest.approx(found["iid"].statistic, rel=0.1)
 
 
+@pytest.mark.slow
 def test_note_and_table_name_it(run: Callable[..., tuple[int, str, str]]) -> None:
     _, out, _ = run("identify", "emps2015", "--covariance", "iid", "--full")
     assert "[1] sd and 95 % intervals: i.i.d." in out

@@ -158,6 +158,7 @@ def test_function_without_a_value_is_refused(estimate: Estimate) -> None:
             estimate.derive(function)
 
 
+@pytest.mark.slow
 @given(st.text(alphabet="MFvc+-*/()., 0129esqrtabpi_[]'\"", max_size=30))
 def test_any_text_gives_a_value_or_a_sentence(text: str) -> None:
     with warnings.catch_warnings():

@@ -99,6 +99,7 @@ def test_map_and_jacobian_are_those_of_sympy(theta: list[float]) -> None:
     assert jacobian == pytest.approx(np.array(slopes.tolist(), dtype=float))
 
 
+@pytest.mark.slow
 def test_known_mass_gives_the_others_in_closed_form(
     pendulum: GeneratedAxis, record: Record
 ) -> None:
@@ -398,6 +399,7 @@ def test_products_beside_a_parameter_that_enters_nonlinearly(emps2015: Generated
     assert values["vs"].value == pytest.approx(0.03, rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emps", "emps2015"])
 def test_true_mass_that_is_fixed_does_not_contradict_the_record(name: str) -> None:
     """The filter moves M by several deviations; what is weighed with the fixed value is less it."""

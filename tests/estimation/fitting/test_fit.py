@@ -74,6 +74,7 @@ def test_parameters_are_within_their_intervals(
     assert result.output == output
 
 
+@pytest.mark.slow
 def test_the_public_record_has_the_numbers_of_output_error(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
@@ -153,6 +154,7 @@ def test_a_bound_by_which_chance_takes_it_is_noted_what_was_known_counted(
     assert "one-sided" in result.summary()
 
 
+@pytest.mark.slow
 def test_what_was_known_is_weighed_against_coloured_errors(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
@@ -170,6 +172,7 @@ def test_twins_do_not_make_what_was_known_surer(emps2015: GeneratedAxis, twin: R
     assert result["M"].deviation == pytest.approx(1e-4, rel=0.01)
 
 
+@pytest.mark.slow
 def test_what_was_known_is_weighed(emps2015: GeneratedAxis, twin: Record, found: OutputFit) -> None:
     near = fit(emps2015, twin, prior={"M": (105.0, 1e-3)})
     assert near["M"].value == pytest.approx(105.0, abs=0.01)
@@ -201,6 +204,7 @@ def test_robust_losses_withstand_what_is_no_part_of_the_loop(
         assert abs(value.value - TRUTH[name]) < 4 * value.deviation
 
 
+@pytest.mark.slow
 def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> None:
     axis = _with_gains(load_axis("emps2015"), kp=1.01)
     position, control = fit(axis, twin, "position"), fit(axis, twin)
@@ -217,6 +221,7 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
     assert abs(control["Fv"].value / TRUTH["Fv"] - 1) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factors", [{"kp": 40.0}, {"kv": 30.0}, {"kv": -1.0}], ids=str)
 def test_an_unstable_law_is_named(twin: Record, factors: dict[str, float]) -> None:
     """Within the drive's limit it swings and follows nothing; beyond it nothing starts."""
@@ -259,6 +264,7 @@ def _offset_records(axis: GeneratedAxis) -> list[Record]:
     return found
 
 
+@pytest.mark.slow
 def test_records_have_parameters_of_their_own() -> None:
     axis = _offset_axis()
     records = _offset_records(axis)

@@ -62,6 +62,7 @@ def test_least_squares_are_those_of_the_same_rows_within_the_bounds(
     assert result.preferred.physical == pytest.approx(found, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_nothing_changes_where_nothing_is_beyond() -> None:
     result = identify(_bounded(), _record(), _KEPT, ["idm-ls"], bounded=True)
     assert not result.held

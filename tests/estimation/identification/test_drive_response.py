@@ -59,6 +59,7 @@ def test_undeclared_lag_moves_friction_and_is_seen_in_the_alignment() -> None:
     assert 0.8 < alignment.figure < 1.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", CASES)
 def test_with_noise_instruments_are_within_their_deviations(timing: dict[str, float]) -> None:
     result = _identified(noisy(lagging(**timing), 1e-6, seed=7))
@@ -134,6 +135,7 @@ def test_an_undeclared_dead_band_is_taken_for_friction_and_named_with_its_width(
     assert "Drive(deadband=0.05" in failing.meaning
 
 
+@pytest.mark.slow
 def test_blocks_remember_the_rate_of_the_command() -> None:
     axis = build(lagging(**PATH))
     record = twin_record(axis)

@@ -148,6 +148,7 @@ def test_what_a_record_cannot_show_is_refused() -> None:
         estimate_drive_timing(axis, record)
 
 
+@pytest.mark.slow
 def test_a_force_before_its_command_has_no_lag() -> None:
     early = _record().shifted(control=1)
     with refuses("drive-timing-early"):

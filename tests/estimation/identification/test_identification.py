@@ -63,6 +63,7 @@ EVERY_ROW = Prefilter(decimate=1, drop=(0, 0), hold="raw", reversals="keep")
 ALIGNED = Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(50, 50))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", [BY_MASS, BY_NUMBER], ids=["9.81 M", "983 N"])
 def test_known_gravity_is_taken_out_of_every_method(axis: Axis) -> None:
     result = identify(axis, twin_record(axis), ALIGNED, METHODS)
@@ -185,6 +186,7 @@ def test_record_at_another_period_than_the_law_serves_least_squares_only() -> No
         identify(other, record, methods=["ddm-iv"])
 
 
+@pytest.mark.slow
 def test_failed_instruments_do_not_lose_least_squares() -> None:
     axis = load_axis("emps2015")
     massless = replace(axis, parameters=(Parameter("M", "kg"), *axis.parameters[1:]))

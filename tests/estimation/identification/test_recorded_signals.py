@@ -38,6 +38,7 @@ def inside(result: Identification, counted: Counter[str]) -> None:
             counted[f"{method} {name}"] += bool(low <= TRUTH[name] <= high)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "between"), KINDS)
 def test_every_method_finds_the_parameters_and_nothing_speaks_against_them(
     kind: str, between: str
@@ -129,6 +130,7 @@ def test_a_loop_at_a_clock_of_its_own_reads_the_signals_between_samples(every: i
     assert estimate.simulation_error_percent is not None
 
 
+@pytest.mark.slow
 def test_a_pause_a_second_record_and_a_log_in_blocks_take_signals_along() -> None:
     axis = build(recorded_axis("pressure"))
     one, two = twin(axis, "pressure", 1), twin(axis, "pressure", 2)
@@ -156,6 +158,7 @@ def test_a_record_without_a_reference_follows_its_position_under_the_signal() ->
     assert sum(area.interval) / 2 == pytest.approx(TRUTH["A"], abs=3 * area.sd)
 
 
+@pytest.mark.slow
 def test_estimates_are_held_against_another_record_with_its_own_signal() -> None:
     axis = build(recorded_axis("pressure"))
     result = identify(axis, twin(axis, "pressure", 1), methods=["idm-iv"])

@@ -49,6 +49,7 @@ def _values(result: Identification) -> dict[str, float]:
     return {name: value.value for name, value in result["idm-iv"].parameters.items()}
 
 
+@pytest.mark.slow
 def test_three_records_agree_with_each_and_are_more_precise(plain, three) -> None:  # type: ignore[no-untyped-def]
     together = identify(plain, three)
     assert set(together.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
@@ -74,6 +75,7 @@ def test_the_order_of_the_records_changes_nothing(plain, three) -> None:  # type
     assert statuses[0] == statuses[1]
 
 
+@pytest.mark.slow
 def test_a_record_given_twice_halves_the_variance_and_is_told(plain, three) -> None:  # type: ignore[no-untyped-def]
     once, twice = (identify(plain, [three[0]] * n, methods=METHOD) for n in (1, 2))
     assert _values(once) == pytest.approx(_values(twice), rel=1e-10)
@@ -87,6 +89,7 @@ def test_a_record_given_twice_halves_the_variance_and_is_told(plain, three) -> N
     assert "repeated records" not in {c.name for c in once.verdict}
 
 
+@pytest.mark.slow
 def test_a_record_by_itself_in_a_list_is_that_record(plain, three) -> None:  # type: ignore[no-untyped-def]
     one, listed = identify(plain, three[0]), identify(plain, [three[0]])
     assert one.to_dict() == listed.to_dict()
@@ -94,6 +97,7 @@ def test_a_record_by_itself_in_a_list_is_that_record(plain, three) -> None:  # t
     assert not listed.of_records
 
 
+@pytest.mark.slow
 def test_records_are_weighted_by_their_noise_which_pays(plain) -> None:  # type: ignore[no-untyped-def]
     quiet = stage_record(1)
     rng = np.random.default_rng(0)
@@ -153,6 +157,7 @@ def test_the_declared_gain_can_be_believed_in_its_place() -> None:
         identify(generated(), records, gain="mine")
 
 
+@pytest.mark.slow
 def test_a_local_parameter_has_a_value_in_each_record(loaded: Identification) -> None:
     assert list(loaded.local) == ["tau0"]
     for value, truth in zip(loaded.local["tau0"], (3.0, -5.0, 7.0), strict=True):
@@ -180,6 +185,7 @@ def test_the_loops_are_simulated_with_the_gain_that_was_identified(loaded: Ident
     assert error == pytest.approx(alone.simulation_error_percent, rel=0.3)
 
 
+@pytest.mark.slow
 def test_each_record_has_a_part_that_is_judged_and_drawn_by_itself(loaded: Identification) -> None:
     assert len(loaded.parts) == 3
     for i, part in enumerate(loaded.parts):
@@ -222,6 +228,7 @@ def test_records_may_differ_in_period_and_length(plain) -> None:  # type: ignore
     assert result.preferred.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)
 
 
+@pytest.mark.slow
 def test_records_that_cannot_be_used_are_named_all_at_once_and_can_be_skipped(plain) -> None:  # type: ignore[no-untyped-def]
     good = [stage_record(1), stage_record(2)]
     short = {role: values[:60] for role, values in good[0].channels().items()}
@@ -238,6 +245,7 @@ def test_records_that_cannot_be_used_are_named_all_at_once_and_can_be_skipped(pl
         identify(plain, good, methods=METHOD, skip_bad="no")  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_known_values_of_a_skipped_record_go_with_it() -> None:
     good = [stage_record(1), stage_record(2, m_add=20.0)]
     short = {role: values[:60] for role, values in good[0].channels().items()}
@@ -251,6 +259,7 @@ def test_known_values_of_a_skipped_record_go_with_it() -> None:
 SHORT = Record(**{role: v[:40] for role, v in stage_record(1).channels().items()})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("payloads", "why"),
     [((20.0, None, 20.0), "m_add is the same in all that are left"), ((20.0, None), "1 record")],

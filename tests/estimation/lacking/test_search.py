@@ -40,6 +40,7 @@ def found(record: Record, methods: list[str] | None = None) -> tuple[Lack, ...]:
     return lacks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ADDED)
 def test_a_term_that_is_missing_is_the_first_that_is_found(kind: str) -> None:
     first, _, values, near = (found(of_plant(kind))[0], *ADDED[kind])
@@ -51,6 +52,7 @@ def test_a_term_that_is_missing_is_the_first_that_is_found(kind: str) -> None:
         assert first.at == pytest.approx(0.03, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["direction", "friction place"])
 def test_without_a_loop_a_term_is_found_away_from_reversals(kind: str) -> None:
     record = replace(of_plant(kind), reference=None)
@@ -86,6 +88,7 @@ def test_a_mass_that_changes_is_found_on_a_record_that_is_quiet() -> None:
     assert change.values == pytest.approx((0.1 * truth["m"],), rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_mass_that_changes_is_found_with_its_time(emps2015: GeneratedAxis, twin: Record) -> None:
     late = np.where(np.arange(len(twin)) >= 0.6 * len(twin), 10.0, 0.0)
     (change,) = found(with_more_force(emps2015, twin, "acceleration", late))
@@ -94,6 +97,7 @@ def test_a_mass_that_changes_is_found_with_its_time(emps2015: GeneratedAxis, twi
     assert change.at == pytest.approx(0.6 * len(twin) * twin.period, abs=0.5)
 
 
+@pytest.mark.slow
 def test_a_friction_that_drifts_is_found_as_a_drift(emps2015: GeneratedAxis, twin: Record) -> None:
     falls = np.linspace(0.0, -6.0, len(twin))
     first = found(with_more_force(emps2015, twin, "direction", falls))[0]
@@ -102,6 +106,7 @@ def test_a_friction_that_drifts_is_found_as_a_drift(emps2015: GeneratedAxis, twi
     assert first.before == pytest.approx(25.0, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_a_term_that_the_rows_do_not_show_hides_no_other(
     emps2015: GeneratedAxis, twin: Record
@@ -117,6 +122,7 @@ def test_a_term_that_the_rows_do_not_show_hides_no_other(
     assert (change.parameter, change.at) == ("M", seen.at)
 
 
+@pytest.mark.slow
 def test_what_loops_that_lack_nothing_show_as_well_is_not_told(
     emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -89,6 +89,7 @@ def test_anti_windup_is_found_where_the_drive_saturates(how: str, limit: float) 
         assert best.law.gains[gain] == pytest.approx(value, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_what_was_found_passes_the_law_check() -> None:
     axis, best = _axis("cascade_p_pi"), _found("cascade_p_pi").best
     declared = build(replace(axis.axis, control=best.law), native=False)
@@ -110,6 +111,7 @@ def test_a_delay_is_found_with_the_gains() -> None:
     assert "delay = 2" in best.toml
 
 
+@pytest.mark.slow
 def test_what_the_drive_delays_and_what_was_added_are_not_the_laws() -> None:
     """A delay that the drive declares, of a control that was logged after it, and a test signal."""
     axis = _axis("cascade_p_pi").axis

@@ -25,6 +25,7 @@ def _along(name: str, limit: float = 10.0) -> tuple[LawAlong, LawPoint]:
     return along, LawPoint(along.declared.gains, start)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "limit"),
     [("cascade_p_pi, feed-forward", 10.0), ("cascade_p_pi, back-calculation", 3.2), ("pid", 10.0)],

@@ -86,6 +86,7 @@ def test_the_estimate_of_a_loaded_axis_is_the_truth() -> None:
 
 # The integral of the servo joint's law holds its load from the first sample on; the valve's drive
 # remembers commands that are to act.
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n in LIBRARY if n not in ("servo_joint", "valve")])
 def test_records_that_start_at_rest_start_at_rest(name: str) -> None:
     axis = build(load_axis(name))

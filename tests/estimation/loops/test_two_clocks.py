@@ -251,6 +251,7 @@ def test_a_wrong_law_between_the_samples_is_found_out(name: str) -> None:
     assert not check.passed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", range(4))
 def test_a_faster_log_tells_when_its_law_is_evaluated(late: int) -> None:
     axis = stage(cascade(1e-3))
@@ -268,6 +269,7 @@ def test_a_faster_log_tells_when_its_law_is_evaluated(late: int) -> None:
     assert check.delay == 0
 
 
+@pytest.mark.slow
 def test_a_period_that_nobody_confirms_is_still_refused() -> None:
     axis = stage(cascade(0.25e-3))
     record = replace(logged(axis, 1e-3), sample_period=None)

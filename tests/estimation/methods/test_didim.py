@@ -55,6 +55,7 @@ def checks_of(result: Identification) -> dict[str, str]:
     return {check.name: check.status for check in result.verdict}
 
 
+@pytest.mark.slow
 def test_emps_lands_on_the_instruments_without_the_filters_bias(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
@@ -82,6 +83,7 @@ def test_emps_ends_at_the_same_from_any_mass(
     assert found.physical == pytest.approx([94.8896, 208.2889, 20.03959, -3.169823], rel=2e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emps2015", "pendulum", "valve"])
 def test_a_twin_without_noise_gives_the_truth(name: str) -> None:
     axis = build(load_axis(name))
@@ -199,6 +201,7 @@ def test_the_judged_method_is_didim_where_the_law_is_the_declared_one(
     assert others.preferred.method == "didim"
 
 
+@pytest.mark.slow
 def test_alone_every_check_is_of_the_loops_rows(
     emps2015: GeneratedAxis, alone: Identification
 ) -> None:
@@ -215,6 +218,7 @@ def test_alone_every_check_is_of_the_loops_rows(
     assert shares == pytest.approx(clean, rel=0.02), "no noise of the motion is in the regressor"
 
 
+@pytest.mark.slow
 def test_least_squares_beside_it_is_told_of_noise_by_instruments(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -286,6 +290,7 @@ def test_code_is_exported_with_its_numbers(alone: Identification) -> None:
     assert f"{alone.preferred.parameters['M'].corrected:.4f}"[:6] in text
 
 
+@pytest.mark.slow
 def test_a_sweep_draws_it_beside_the_instruments(emps2015: GeneratedAxis, twin: Record) -> None:
     found = sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls", "idm-iv", "didim"])
     drawn = {series.label: series.dashed for series in sweep_plot(found).panels[0].series}
@@ -334,6 +339,7 @@ def test_without_reference_or_law_it_says_what_it_needs(
         identify(lawless, twin, methods="didim")
 
 
+@pytest.mark.slow
 def test_the_command_runs_it_where_it_is_named(run: Run, tmp_path: Path) -> None:
     code, out, _ = run("identify", "emps2015", "--method", "idm-iv", "--method", "didim")
     assert code == 0

@@ -35,6 +35,7 @@ def added(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(METHODS, NAME, method_of(row))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("added")
 def test_one_file_and_one_row_add_a_method(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(emps2015, twin, Prefilter())
@@ -80,6 +81,7 @@ def test_no_method_is_known_but_those_of_the_table(emps2015: GeneratedAxis, twin
     assert list(METHODS) == [method.name for method in METHODS.values()]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("added")
 def test_a_sweep_is_drawn_with_the_methods_that_are_there(
     emps2015: GeneratedAxis, twin: Record

@@ -145,6 +145,7 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
     assert np.diag(estimate.covariances["iid"]) == pytest.approx(np.diag(covariance), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_twin_is_recovered_by_least_squares_and_by_instruments(result: Identification) -> None:
     for method in ("idm-ls", "idm-iv"):
         assert result[method].physical == pytest.approx(list(TRUTH.values()), rel=0.01)
@@ -209,6 +210,7 @@ def test_instruments_that_lead_beyond_a_bound_are_refused_with_its_name(record: 
         identify(axis, record, FILTER, "idm-iv")
 
 
+@pytest.mark.slow
 def test_damped_iterates_show_the_error_of_their_own_loop(
     axis: GeneratedAxis, record: Record
 ) -> None:
@@ -256,6 +258,7 @@ def test_no_p_value_where_only_the_larger_model_has_a_velocity(compared: Compari
     assert compared.recommended == "Stribeck"
 
 
+@pytest.mark.slow
 def test_parameters_that_no_test_judges_are_not_said_to_carry_information(
     compared: Comparison,
 ) -> None:

@@ -22,6 +22,7 @@ def with_nominal(axis: Axis, **values: float) -> Axis:
     return replace(axis, parameters=tuple(changed))
 
 
+@pytest.mark.slow
 def test_instruments_start_at_least_squares_and_end_where_the_published_start_does(
     library_axis: GeneratedAxis,
 ) -> None:
@@ -62,6 +63,7 @@ def test_least_squares_whose_loop_does_not_follow_is_no_start_and_it_is_said(
     assert result["ddm-iv"].physical == pytest.approx(result["idm-iv"].physical, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_start_is_told_and_kept(emps2015: GeneratedAxis, twin: Record, tmp_path) -> None:  # type: ignore[no-untyped-def]
     result = identify(emps2015, twin, methods=["idm-ls", "idm-iv"])
     assert "2 from LS" in result.summary()

@@ -41,6 +41,7 @@ def test_what_repeats_is_told_from_noise(result: Identification, rng: np.random.
     assert min(found.hac_excess.values()) > 1
 
 
+@pytest.mark.slow
 def test_noise_does_not_repeat_however_sluggish_it_is(
     result: Identification, rng: np.random.Generator
 ) -> None:
@@ -75,6 +76,7 @@ def test_steps_that_repeat_are_not_called_the_model(
     assert not found.is_mostly_model
 
 
+@pytest.mark.slow
 def test_rows_that_are_left_out_keep_their_phase(emps: GeneratedAxis) -> None:
     record = twin_record(emps, seed=3)
     every = identify(emps, record, methods=["idm-ls"])
@@ -87,6 +89,7 @@ def test_rows_that_are_left_out_keep_their_phase(emps: GeneratedAxis) -> None:
     assert without.share == pytest.approx(whole.share, abs=0.15)
 
 
+@pytest.mark.slow
 def test_nothing_is_said_without_a_reference(emps: GeneratedAxis) -> None:
     record = replace(twin_record(emps, seed=3), reference=None)
     found = identify(emps, record, methods=["idm-ls"])

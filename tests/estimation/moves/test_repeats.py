@@ -89,6 +89,7 @@ def test_no_repeat_goes_across_a_gap() -> None:
     assert parted is None or np.sum(parted.move >= 0) < np.sum(whole.move >= 0)
 
 
+@pytest.mark.slow
 def test_a_reference_of_noise_has_no_period_and_no_fault() -> None:
     """Moves that are the same but for a shift may begin at the same sample."""
     rng = np.random.default_rng(13)

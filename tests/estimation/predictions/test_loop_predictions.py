@@ -107,6 +107,7 @@ def test_slopes_by_the_law_are_those_of_another_law(twin: Record) -> None:
     assert np.linalg.norm(slopes["kp*kv"] - slope) < 1e-3 * np.linalg.norm(slope)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", [{"lag": 8e-4}, {"lag": 2e-3, "logged": "current"}])
 def test_slopes_by_the_law_are_those_of_the_law_before_a_drive(timing: dict[str, Any]) -> None:
     """The loop's memory has the drive's behind the law's; the terms are the law's all the same."""

@@ -23,6 +23,7 @@ def declared(axis: GeneratedAxis, *, scale: float = 1.0, sd: float = SD) -> Gene
     return build(replace(axis.axis, drive=drive))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_it_is_what_another_gain_does_to_the_estimate(emps2015: GeneratedAxis, method: str) -> None:
     record = twin_record(emps2015)
@@ -45,6 +46,7 @@ def test_it_is_what_another_gain_does_to_the_estimate(emps2015: GeneratedAxis, m
         assert value.sd_gain == pytest.approx(SD * abs(moved), rel=1e-2, abs=1e-6 * value.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_drive_that_is_no_gain_alone_is_asked_for_its_force_by_another_gain(
     emps2015: GeneratedAxis, method: str
@@ -98,6 +100,7 @@ def test_generated_code_does_not_depend_on_it() -> None:
     assert declared(build(axis)).signature == build(axis).signature
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["idm-ls", "idm-iv", "ddm-ls"])
 def test_known_terms_keep_their_size_and_the_others_take_what_is_left(method: str) -> None:
     """With 2 kg known, 1 % of gain moves the unknown 5 kg by 0.07 kg, not by 0.05."""

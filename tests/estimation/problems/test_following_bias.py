@@ -26,6 +26,7 @@ def _drawn(resolution: float, noise: float) -> tuple[list[Array], Array]:
     return found, np.concatenate([loop.position for loop in loops])
 
 
+@pytest.mark.slow
 def test_a_quiet_sensor_follows_too() -> None:
     """Where it turns, the motion itself is more than such noise."""
     found, position = _drawn(0.0, 1e-8)
@@ -33,6 +34,7 @@ def test_a_quiet_sensor_follows_too() -> None:
     assert np.ptp(position) == pytest.approx(0.04, rel=0.1)
 
 
+@pytest.mark.slow
 def test_white_noise_comes_in_another_order_and_with_either_sign() -> None:
     found, _ = _drawn(0.0, 5e-6)
     assert len(found) == 8
@@ -42,6 +44,7 @@ def test_white_noise_comes_in_another_order_and_with_either_sign() -> None:
     assert np.std(found[0]) == pytest.approx(5e-6, rel=0.1)
 
 
+@pytest.mark.slow
 def test_that_of_an_encoder_is_what_its_steps_make_of_the_motion() -> None:
     step = 2e-5
     found, position = _drawn(step, 0.0)

@@ -57,6 +57,7 @@ def test_friction_at_speeds_that_no_row_has_is_named(speed: float, method: str) 
     assert (refused.value.code, leaves_out(refused.value)) == ("not-shown", ["Fs"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("nominal", "place"), [(10.0, 0.15), (10.0, 0.09), (0.0, 0.15)])
 def test_a_place_that_the_axis_never_reaches_is_named(nominal: float, place: float) -> None:
     axis = build(with_bump(place, nominal))
@@ -64,6 +65,7 @@ def test_a_place_that_the_axis_never_reaches_is_named(nominal: float, place: flo
         identify(axis, twin_record(axis))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [0.07, 0.075])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_place_that_is_hardly_reached_is_never_believed(place: float, seed: int) -> None:
@@ -138,6 +140,7 @@ def test_a_frozen_estimate_is_held_against_a_record_that_shows_more() -> None:
     assert held["idm-ls"].equation_error_percent < 10
 
 
+@pytest.mark.slow
 def test_a_search_keeps_to_speeds_that_the_record_shows() -> None:
     """At a hundredth of the true speed every level of the friction would fit."""
     declared = stribeck_axis()

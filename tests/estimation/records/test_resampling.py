@@ -57,6 +57,7 @@ def test_cubics_and_lines_come_back_at_any_rate(
         assert np.diff(found.time[start:stop]) == pytest.approx(1 / rate, rel=1e-6)
 
 
+@pytest.mark.slow
 @given(
     position=st.sets(st.integers(1, 9), max_size=4),
     force=st.sets(st.integers(1, 9), max_size=4),

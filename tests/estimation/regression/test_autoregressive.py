@@ -40,6 +40,7 @@ def dense(solution: Solution, rho: float) -> tuple[np.ndarray, float]:
     return covariance, shown[apart == 1].mean() / (power / len(e))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", [0.0, 0.2])
 def test_it_is_that_of_dense_algebra_at_the_coefficient_that_the_residuals_show(
     rng: np.random.Generator, missing: float
@@ -83,6 +84,7 @@ def test_residuals_of_nothing_have_none() -> None:
     assert not autoregressive_covariance(exact).matrix.any()
 
 
+@pytest.mark.slow
 def test_its_degrees_of_freedom_are_those_of_its_scatter(rng: np.random.Generator) -> None:
     found = [autoregressive_covariance(fit(errors(rng, 600, 0.7))) for _ in range(400)]
     scatter = np.var([np.log(np.diag(each.matrix)) for each in found], axis=0)

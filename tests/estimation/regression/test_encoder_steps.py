@@ -34,6 +34,7 @@ def test_steps_are_found_in_the_record(emps2015: GeneratedAxis, twin: Record) ->
     assert not sensor_steps(lawless, coarse)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_mass_that_steps_bias(emps2015: GeneratedAxis, twin: Record) -> None:
     places = (0.04, 0.18, 0.31, 0.47, 0.62, 0.73, 0.86, 0.95)
     held = 0

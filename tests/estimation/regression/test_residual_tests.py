@@ -129,6 +129,7 @@ def test_runs_with_gaps_vary_as_over_all_orders_of_the_signs(rng: np.random.Gene
     assert np.std(z) == pytest.approx(1.0, abs=4 / np.sqrt(2 * 4000))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gaps", [False, True])
 def test_independent_residuals_are_rejected_as_often_as_declared(
     rng: np.random.Generator, gaps: bool
@@ -167,6 +168,7 @@ def test_a_run_ends_where_a_row_is_missing() -> None:
     assert parted(e, [0, 1, 3, 4, 5, 6]).run_lengths.tolist() == [0, 3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stretches", "length"), [(20, 20), (20, 25), (40, 20)])
 def test_columns_that_act_at_the_ends_of_stretches_raise_no_alarm(
     rng: np.random.Generator, stretches: int, length: int

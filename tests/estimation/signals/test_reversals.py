@@ -27,6 +27,7 @@ def stribeck() -> GeneratedAxis:
     return build(stribeck_axis())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cutoff", "decimate"), [(60.0, 10), (100.0, 10), (400.0, 20)])
 @pytest.mark.parametrize("method", ["idm-ls", "idm-iv"])
 def test_stribeck_friction_without_noise_is_found_whatever_the_filter(
@@ -49,6 +50,7 @@ def test_stribeck_friction_with_noise_is_inside_its_intervals(stribeck: Generate
     assert np.all(held >= 10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "level"), [("belt_axis", "Fcp"), ("crank", "fc")])
 def test_friction_of_linear_axes_comes_out_straighter(name: str, level: str) -> None:
     axis = build(load_axis(name))

@@ -114,6 +114,7 @@ def test_cutoff_at_nyquist_is_refused() -> None:
         sampled(cutoff=500.0).check(10_000)
 
 
+@pytest.mark.slow
 @given(samples=st.integers(1, 400), decimate=st.integers(1, 30), order=st.integers(1, 10))
 def test_a_record_long_enough_for_check_is_long_enough_for_the_filters(
     samples: int, decimate: int, order: int

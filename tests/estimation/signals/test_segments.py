@@ -76,6 +76,7 @@ def test_summary_and_json_tell_the_segments(identified: Identification) -> None:
     assert identified.to_dict()["record"]["segments"] == [[0, 2500], [2500, 2540], [2540, 6640]]
 
 
+@pytest.mark.slow
 def test_gapped_record_serves_everything_else(
     emps2015: GeneratedAxis, gapped: Record, twin: Record, identified: Identification
 ) -> None:

@@ -108,6 +108,7 @@ def test_noise_enters_through_the_measured_position(
     assert loop.force[0] - clean.force[0] == pytest.approx(first, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_stick_slip_on_a_spring_satisfies_the_model() -> None:
     law = ControlLaw(name="open loop", period=PERIOD, output=300 * REFERENCE)
     resistance = (coulomb(c, x), spring(k, x))

@@ -34,6 +34,7 @@ FORCE = np.where(TIME < 0.02, 30.0, 0.0)  # a push, then free flight into the st
 SPEED = 30.0 * 0.02 / MASS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_impact_without_dissipation_is_half_a_period_of_the_contact_spring(native: bool) -> None:
     loop = simulate(bouncing(0.0, native=native), [MASS], FORCE, PERIOD, start=0.0, substeps=64)

@@ -174,6 +174,7 @@ def test_an_integral_in_balance_holds_the_load(delay: int, native: bool) -> None
     assert np.all(batch["position"] == 0.1)
 
 
+@pytest.mark.slow
 def test_a_memory_may_start_at_the_reference() -> None:
     law = ControlLaw(
         name="reference filter",
@@ -194,6 +195,7 @@ def test_what_balances_stands_alone() -> None:
         p_pi(PERIOD)
 
 
+@pytest.mark.slow
 def test_a_toml_file_declares_a_memory_in_balance(tmp_path: Path) -> None:
     text = """
         name = "lift"

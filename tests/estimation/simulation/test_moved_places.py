@@ -71,6 +71,7 @@ def test_a_mass_bounces_off_a_stop_that_comes_towards_it() -> None:
     assert found[free] == pytest.approx(expected[free], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_stop_that_meets_a_mass_at_rest_moves_it_within_the_sample() -> None:
     """It is pushed from where the spring overcomes friction, at rest until then."""
     comes, first = 0.05, 0.0100123

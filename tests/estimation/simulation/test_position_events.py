@@ -132,6 +132,7 @@ def test_random_jumps_are_crossed_or_rested_in_as_in_closed_form() -> None:
     assert rested > 5
 
 
+@pytest.mark.slow
 def test_axis_is_held_in_a_jump_until_the_drive_overcomes_it() -> None:
     """A force of 5 N to either side, and nothing else: it slides along the jump, then leaves."""
     reference = np.r_[np.linspace(0, 0.012, 400), np.full(100, 0.012)]
@@ -178,6 +179,7 @@ def test_other_ways_to_write_it_are_the_same(other: str, kind: str) -> None:
     assert np.abs(one.position - two.position).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["stops", "jump"])
 def test_batch_and_virtual_machine_take_the_same_events(kind: str) -> None:
     rng = np.random.default_rng(3)

@@ -125,6 +125,7 @@ def test_a_loop_is_that_of_another_integrator(between: str) -> None:
     assert loop.velocity == pytest.approx(velocities, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_continuous_law_reads_its_signal_between_samples() -> None:
     q, wanted = Coordinate("q"), Signal("wanted", "m/s")
     mass, drag = Parameter("M", "kg", nominal=1.0), Parameter("Fv", "N/(m/s)", nominal=1.0)
@@ -205,6 +206,7 @@ def test_rows_of_a_loop_satisfy_the_model(kind: str, between: str) -> None:
     assert made == pytest.approx(loop.force, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_steps_in_a_sample_are_as_many_as_the_stiffest_signal_asks_for() -> None:
     """A spring whose stiffness is recorded: 4 000 N/m in one half, 4e7 N/m in the other."""
     q, stiffness = Coordinate("q"), Signal("stiffness", "N/m", "held")

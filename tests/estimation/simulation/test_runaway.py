@@ -46,6 +46,7 @@ def test_an_axis_that_sags_further_than_its_reference_moves_is_simulated() -> No
     assert batch["position"][500:, 1] == pytest.approx(-1.1 * SAG, abs=3e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", [SMALL, 1e3 * SMALL], ids=["small", "large"])
 def test_a_loop_that_runs_away_is_refused_however_far_its_load_moves_it(
     reference: np.ndarray,
@@ -87,6 +88,7 @@ def test_widened_distance_is_that_of_noise_and_counts_where_they_are_larger() ->
     assert widened_distance(*given, None, None, 0.05) == pytest.approx([5.0])
 
 
+@pytest.mark.slow
 def test_a_law_that_brakes_alone_has_no_distance_of_its_own() -> None:
     wide = widened_distance(vertical(kind="brake"), THETA[None, :], np.zeros(1), None, None, 0.0)
     assert wide == math.inf

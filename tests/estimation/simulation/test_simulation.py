@@ -58,6 +58,7 @@ def period_of(axis: GeneratedAxis) -> float:
     return axis.axis.control.period
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AXES)
 @settings(max_examples=8)
 @given(data=st.data())
@@ -239,6 +240,7 @@ def test_continuous_loop_is_stiffer_in_law_than_in_plant_and_still_resolved() ->
     assert np.abs(once - finer).max() < 1e-8
 
 
+@pytest.mark.slow
 def test_delay_applies_a_control_whole_samples_later() -> None:
     axis = AXES["delayed"]
     assert axis.control is not None
@@ -354,6 +356,7 @@ def test_shared_and_strided_signals_need_no_copy(rng: np.random.Generator) -> No
     assert np.array_equal(whole, by_lane)
 
 
+@pytest.mark.slow
 def test_failing_lane_does_not_end_the_others() -> None:
     axis = build(replace(AXES["offset"], drive=Drive(gain=35.15)))
     theta = np.tile(axis.nominal, (3, 1))
@@ -370,6 +373,7 @@ def test_failing_lane_does_not_end_the_others() -> None:
     assert batch["position"][:, 0] == pytest.approx(single.position, abs=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
 def test_control_that_is_not_a_number_ends_the_simulation(native: bool) -> None:
     axis = AXES["offset"]
@@ -381,6 +385,7 @@ def test_control_that_is_not_a_number_ends_the_simulation(native: bool) -> None:
         simulate(broken, broken.nominal, motion_of(broken), PERIOD)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
 def test_runaway_loop_ends_with_sample_and_parameters(native: bool) -> None:
     axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)), native=native)
@@ -388,6 +393,7 @@ def test_runaway_loop_ends_with_sample_and_parameters(native: bool) -> None:
         simulate(axis, axis.nominal, motion_of(axis), PERIOD)
 
 
+@pytest.mark.slow
 def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
     """With one event allowed, the reversal that sticks and leaves within a sample is too many."""
     axis = built("continuous")
@@ -452,6 +458,7 @@ def test_fields_of_packed_records_are_read_right() -> None:
     assert np.array_equal(simulate(axis, axis.nominal, log["s"], PERIOD).position, plain[:, 0])
 
 
+@pytest.mark.slow
 def test_axis_held_exactly_at_its_friction_is_stuck() -> None:
     axis = body(coulomb(Fc, q), parameters=(Fc,), control=force_law(PERIOD))
     loop = simulate(axis, [1.0, 2.0], np.array([0.0, 2.0, 2.0, -2.0, 0.0]), PERIOD, start=0.0)
@@ -536,6 +543,7 @@ def test_arrays_given_are_not_changed() -> None:
     assert all(np.array_equal(a, b) for a, b in zip(before, (theta, reference, noise), strict=True))
 
 
+@pytest.mark.slow
 def test_axis_on_a_free_slide_keeps_its_momentum() -> None:
     """No friction at all: a(+) = a(-), and the axis neither sticks nor chatters."""
     axis = build(body(control=force_law(PERIOD)))

@@ -29,6 +29,7 @@ def stiff(term: Callable[[Coordinate], sympy.Expr], value: float) -> GeneratedAx
     return build(body(4 * p * term(q), parameters=(p,), name="stiff", control=law))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("term", "value", "reference", "start", "allowed"),
     [
@@ -83,6 +84,7 @@ def test_lane_takes_the_steps_it_takes_alone_whatever_the_other_references() -> 
         assert np.array_equal(batch["control"][:, lane], alone.control)
 
 
+@pytest.mark.slow
 def test_steps_that_were_too_few_to_survive_are_taken_anew() -> None:
     """With one step a sample the drag throws the axis out of range at once."""
     axis = stiff(lambda x: x.velocity**3, 1e10)
@@ -94,6 +96,7 @@ def test_steps_that_were_too_few_to_survive_are_taken_anew() -> None:
     assert np.all(np.isfinite(enough["position"]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("uniform", [True, False])
 def test_axis_too_stiff_for_any_allowed_step_is_refused_by_name(*, uniform: bool) -> None:
     """Its steps would be unstable, and the result wrong."""
@@ -125,6 +128,7 @@ def test_round_numbers_take_the_same_steps_alone_and_in_a_batch(
         assert np.array_equal(batch["position"][:, 0], alone.position)
 
 
+@pytest.mark.slow
 def test_stiffness_of_a_continuous_law_counts_alone_and_in_a_batch() -> None:
     """Nothing but the law's position gain is fast here."""
     b = Parameter("b", "N/(m/s)", nominal=2.0)

@@ -32,6 +32,7 @@ def twin_axis(ratio: float, between: str = "") -> GeneratedAxis:
     return build(replace(axis, experiment=experiment))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [4.0, 2.5, 0.4, 0.25])
 def test_a_loop_of_another_period_follows_an_independent_integrator(ratio: float) -> None:
     law = replace(cascade_p_pi(LOG / ratio), reference_between="linear")
@@ -59,6 +60,7 @@ def test_lanes_of_another_period_are_single_loops(ratio: float) -> None:
             assert np.allclose(batch[name][:, lane], getattr(alone, name), rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [4.0, 0.25])
 @pytest.mark.parametrize("between", ["linear", "held"])
 def test_recorded_signals_are_taken_to_the_law_s_clock(ratio: float, between: str) -> None:

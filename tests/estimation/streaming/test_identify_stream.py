@@ -125,6 +125,7 @@ def test_memory_does_not_grow_with_the_log(emps2015: GeneratedAxis) -> None:
     assert peaks[400_000] < 9.6e6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".csv", ".parquet"])
 def test_files_are_read_in_blocks(
     tmp_path: Path, emps2015: GeneratedAxis, twin: Record, ending: str
@@ -247,6 +248,7 @@ def test_names_of_the_library_are_those_of_the_whole(emps2015: GeneratedAxis) ->
     assert list(result.to_dict()["parameters"]) == [p.name for p in emps2015.parameters]
 
 
+@pytest.mark.slow
 def test_time_stamps_count_on_from_block_to_block(
     tmp_path: Path, emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -67,6 +67,7 @@ def directional_twin(axis: GeneratedAxis, unlike: float) -> Record:
     return twin_record(replace(axis.axis, experiment=replace(experiment, truth=truth)))
 
 
+@pytest.mark.slow
 def test_symmetric_friction_is_not_taken_for_a_directional_one(symmetric: Comparison) -> None:
     assert symmetric.recommended == "Coulomb"
     assert all(t.wald_p > 0.05 and t.f_p > 0.05 for t in symmetric.tests[1:])
@@ -80,6 +81,7 @@ def test_parsimony_holds_whatever_the_noise(ladder: dict[str, GeneratedAxis], se
     assert compare(ladder, record, ZOH).recommended == "Coulomb"
 
 
+@pytest.mark.slow
 def test_directional_friction_is_found(ladder: dict[str, GeneratedAxis]) -> None:
     found = compare(ladder, directional_twin(ladder["directional"], 0.1), ZOH)
     assert found.recommended == "directional"
@@ -138,6 +140,7 @@ def test_held_out_errors_are_those_of_a_run_by_hand(
     assert symmetric["Coulomb"].equation.squares[2] == pytest.approx(float(unseen @ unseen))
 
 
+@pytest.mark.slow
 def test_by_instruments_too(ladder: dict[str, GeneratedAxis], twin: Record) -> None:
     found = compare(ladder, twin, ZOH, "idm-iv")
     assert found.recommended == "Coulomb"
@@ -146,6 +149,7 @@ def test_by_instruments_too(ladder: dict[str, GeneratedAxis], twin: Record) -> N
     assert "Instruments are those" in found.summary()
 
 
+@pytest.mark.slow
 def test_candidates_that_cannot_be_told_apart_are_named(
     ladder: dict[str, GeneratedAxis],
 ) -> None:
@@ -190,6 +194,7 @@ def test_a_gain_below_one_percent_is_not_worth_a_parameter(symmetric: Comparison
         assert _recommend(pair, 10)[0] == chosen.name
 
 
+@pytest.mark.slow
 def test_axes_that_this_record_does_not_identify_are_left_out(
     ladder: dict[str, GeneratedAxis], twin: Record
 ) -> None:
@@ -410,6 +415,7 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: Record) -> Path
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

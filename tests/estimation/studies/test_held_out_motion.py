@@ -4,12 +4,14 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from axisid import Record, build, sweep
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.studies.held_out_motion import held_out_motion
 
 
+@pytest.mark.slow
 def test_a_half_predicts_the_other_as_well_as_its_parameters_are_right(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

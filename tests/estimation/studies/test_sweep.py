@@ -166,6 +166,7 @@ def test_bad_options_exit_2(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_real_record_is_swept(emps: GeneratedAxis, emps_record: Record) -> None:
     result = sweep(emps, emps_record, (40.0, 150.0), Prefilter(hold="zoh"))
     assert np.all(np.abs(masses(result, "idm-iv") - 95.1) < 0.6)

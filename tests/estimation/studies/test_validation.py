@@ -35,9 +35,10 @@ def test_on_its_own_record_an_estimate_has_its_own_errors(
     result = identify(emps2015, record, Prefilter(hold=hold))  # type: ignore[arg-type]
     for validation in validate(result, record):
         estimate = result[validation.method]
-        assert validation.equation_error_percent == pytest.approx(
-            estimate.equation_error_percent, rel=1e-9
-        )
+        if not estimate.by_output_error:  # whose rows are the loop's
+            assert validation.equation_error_percent == pytest.approx(
+                estimate.equation_error_percent, rel=1e-9
+            )
         assert validation.simulation_error_percent == pytest.approx(
             estimate.simulation_error_percent, rel=1e-9
         )
@@ -119,6 +120,7 @@ def test_samples_that_the_estimates_were_made_from_are_told(emps2015: GeneratedA
     assert "of its samples" not in str(apart)
 
 
+@pytest.mark.slow
 def test_windows_of_one_file_are_known_by_their_times(
     emps2015: GeneratedAxis, tmp_path: Path
 ) -> None:
@@ -165,6 +167,7 @@ def test_a_mass_a_tenth_larger_does_not_hold_and_is_named(emps2015: GeneratedAxi
     assert not other.to_dict()["holds"]
 
 
+@pytest.mark.slow
 def test_a_gain_a_tenth_off_is_told_by_the_law(emps2015: GeneratedAxis) -> None:
     result = identify(emps2015, twin_record(emps2015, position_noise=1e-7))
     own = load_axis("emps2015")
@@ -212,6 +215,7 @@ def write_csv(file: Path, record: Record) -> None:
     np.savetxt(file, columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.17g")
 
 
+@pytest.mark.slow
 def test_command_line_prints_and_writes_the_validation(
     emps2015: GeneratedAxis, tmp_path: Path
 ) -> None:

@@ -250,6 +250,7 @@ def test_every_exception_is_still_there(root: Path) -> None:
     assert set(IMPLEMENTATION) - there == set()
 
 
+@pytest.mark.slow
 def test_the_page_prints_every_row_with_its_value_and_its_users() -> None:
     lines, used = page().splitlines(), users()
     for name, row in ROWS.items():

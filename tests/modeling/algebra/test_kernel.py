@@ -63,6 +63,7 @@ def test_powers_of_sums_take_no_time() -> None:
     assert len(found) == 2  # x3 alone, and a scale
 
 
+@pytest.mark.slow
 def test_too_much_work_is_refused_at_once() -> None:
     size = 16
     one = tuple(int(j == 0) for j in range(size))

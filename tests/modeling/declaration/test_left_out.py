@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import pytest
 import sympy
 
 from axisid import (
@@ -41,6 +42,7 @@ def names(axis: Axis) -> list[str]:
     return [p.name for p in axis.parameters]
 
 
+@pytest.mark.slow
 def test_a_linear_term_is_gone_and_told() -> None:
     plain = leave_out(stage(), "s")
     assert names(plain) == ["m", "b", "c"]

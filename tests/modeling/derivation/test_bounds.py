@@ -135,6 +135,7 @@ REFUSED = {
 LONG = "more terms than allowed"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=pytest.mark.slow if name == LONG else ()) for name in REFUSED],

@@ -200,6 +200,7 @@ def test_nonlinear_parameters_are_told_from_linear_ones(
     assert "; use idm-ls or idm-iv" in model.ddm.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("resistance", "code", "says"),
     [

@@ -65,6 +65,7 @@ def test_a_formula_without_a_value_is_its_column() -> None:
     assert row.text(Q) == "M [kg]: ddq + G"
 
 
+@pytest.mark.slow
 @given(expressions((Q.symbol, Q.velocity, M)))
 def test_what_is_written_has_the_value_of_the_expression(value: sympy.Expr) -> None:
     point = {"q": 0.37, "dq": -0.81, "M": 1.43}

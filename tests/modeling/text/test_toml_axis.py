@@ -326,6 +326,7 @@ def test_folders_and_missing_files_are_refused(tmp_path: Path) -> None:
         load_axis(tmp_path / "folder.toml")
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from([EMPS2015, PENDULUM]),
     st.integers(0, 1400),

@@ -99,6 +99,7 @@ def test_colours_can_be_refused(
     assert click.unstyle(terminal.getvalue()) == "FAIL   one: two\n"
 
 
+@pytest.mark.slow
 def test_on_a_pipe_there_is_nothing_but_text(run: Run, result: Identification) -> None:
     assert run("identify", "emps2015") == (0, result.summary(), "")
 
@@ -160,6 +161,7 @@ def test_a_warning_or_an_error_takes_the_place_of_the_line(
     assert terminal.getvalue().endswith("\r\x1b[K")
 
 
+@pytest.mark.slow
 def test_sweep_and_compare_announce_their_steps(emps2015: GeneratedAxis, twin: Record) -> None:
     from axisid import compare, friction_ladder, sweep
 

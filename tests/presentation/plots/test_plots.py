@@ -332,6 +332,7 @@ def test_every_axis_of_every_figure_has_a_unit_or_counts(
             assert label in unitless or (label.endswith("]") and " [" in label), label
 
 
+@pytest.mark.slow
 def test_without_a_loop_there_is_no_tracking(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(replace(emps2015.axis, control=None), twin)
     plots = result_plots(result)
@@ -352,6 +353,7 @@ def test_matplotlib_draws_the_same_bytes_twice(result: Identification) -> None:
         assert first.startswith(magic)
 
 
+@pytest.mark.slow
 def test_methods_for_notebooks_draw(result: Identification, swept: Sweep) -> None:
     figures = [
         result["idm-iv"].plot_force(),

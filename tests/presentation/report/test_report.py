@@ -120,6 +120,7 @@ def values(reference: Any, arrays: list[str]) -> np.ndarray:
     return np.asarray(reference["start"] + reference["step"] * count, dtype=float)
 
 
+@pytest.mark.slow
 def test_nothing_comes_from_outside(result: Identification, swept: Sweep) -> None:
     text = report_html(result, swept)
     page = Page(text)
@@ -236,12 +237,12 @@ def test_provenance_has_the_time_the_platform_and_how_deviations_were_found(
 def test_curves_are_those_of_the_result(page: Page, result: Identification) -> None:
     data = page.data
     force = data["plots"][0]["panels"][0]["series"]
-    estimate = result["idm-iv"]
+    estimate = result["didim"]
     measured = next(s for s in force if s["label"] == "measured")
     assert values(measured["y"], data["arrays"]) == pytest.approx(estimate.y, rel=1e-6)
     time = values(measured["x"], data["arrays"])
     assert time == pytest.approx(estimate.rows * estimate.period)
-    error = next(s for s in force if s["label"] == "error, IDM-IV")
+    error = next(s for s in force if s["label"] == "error, DIDIM")
     assert values(error["y"], data["arrays"]) == pytest.approx(estimate.residuals, rel=1e-6)
 
 
@@ -416,6 +417,7 @@ def test_command_writes_page_and_figures(run: Run, tmp_path: Path) -> None:
         assert f"wrote {path}" in out
 
 
+@pytest.mark.slow
 def test_json_on_standard_output_stays_json(run: Run, tmp_path: Path) -> None:
     report = tmp_path / "report.html"
     options = ("--method", "idm-ls", "--json", "-", "--report", report)
@@ -426,6 +428,7 @@ def test_json_on_standard_output_stays_json(run: Run, tmp_path: Path) -> None:
     assert "sweep" in [p["name"] for p in Page(report.read_text()).data["plots"]]
 
 
+@pytest.mark.slow
 def test_a_second_record_and_draws_are_in_the_page(run: Run, tmp_path: Path, twin: Record) -> None:
     log, report = tmp_path / "log.csv", tmp_path / "report.html"
     assert twin.reference is not None
@@ -460,6 +463,7 @@ def test_places_are_checked_before_anything_is_computed(run: Run, tmp_path: Path
     assert code == 2
 
 
+@pytest.mark.slow
 def test_a_record_read_from_a_file_gives_its_hash(
     tmp_path: Path, emps2015: GeneratedAxis, twin: Record
 ) -> None:

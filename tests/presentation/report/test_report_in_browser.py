@@ -75,6 +75,7 @@ def drag(page: Browser, a: tuple[float, float], b: tuple[float, float], **more: 
     page.mouse("mouseReleased", *b, button="left", clickCount=1, **more)
 
 
+@pytest.mark.slow
 def test_every_figure_is_drawn_and_nothing_is_asked_of_the_network(page: Browser) -> None:
     counts = page.evaluate(
         "[...document.querySelectorAll('.plot')].map(p => [...p.querySelectorAll('svg')]"
@@ -261,6 +262,7 @@ def test_what_is_folded_is_printed_behind_the_rest_and_folded_again(fresh: Brows
     assert fresh.evaluate("document.querySelectorAll('.verdict details').length") == 2
 
 
+@pytest.mark.slow
 def test_paper_is_light_and_holds_every_figure(fresh: Browser, tmp_path: Path) -> None:
     fresh.emulate(1280, 900, "dark")
     pdf = fresh.pdf()

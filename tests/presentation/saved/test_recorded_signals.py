@@ -37,6 +37,7 @@ def test_the_summary_says_how_a_signal_stands_in_the_rows(result: Identification
     assert "Recorded signals as they were recorded: pressure in Pa; pressure by the mean" in text
 
 
+@pytest.mark.slow
 def test_a_saved_result_knows_its_signals(result: Identification, tmp_path: Path) -> None:
     file = tmp_path / "result.json"
     file.write_text(json.dumps(result.to_dict()))

@@ -41,6 +41,7 @@ def spoiled(file: Path, folder: Path, change: Callable[[dict[str, Any]], None]) 
     return target
 
 
+@pytest.mark.slow
 def test_differences_are_in_combined_deviations(files: tuple[Path, Path]) -> None:
     a, b = (json.loads(f.read_text()) for f in files)
     result = compare_results(*files)
@@ -59,14 +60,14 @@ def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, P
     result = compare_results(*files)
     assert set(result.settings) == {"cutoff", "decimate", "drop", "hold"}
     assert result.settings["cutoff"] == (60.0, 30.0)
-    assert result.alone == (("ddm-ls", "ddm-iv"), ())
+    assert result.alone == (("ddm-ls", "ddm-iv", "didim"), ())
     statuses = [
         {c["name"]: c["status"] for c in json.loads(f.read_text())["verdict"]} for f in files
     ]
     assert set(result.checks) == {n for n in statuses[0] if statuses[0][n] != statuses[1][n]}
     assert result.checks
     text = result.summary()
-    assert "only in A: ddm-ls, ddm-iv" in text
+    assert "only in A: ddm-ls, ddm-iv, didim" in text
     assert max(map(len, text.splitlines()[2:])) <= 96
 
 

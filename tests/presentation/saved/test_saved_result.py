@@ -99,6 +99,7 @@ def _given(axis: Axis, name: str) -> Axis:
     return _uncertain_gain() if name == "left out" else axis
 
 
+@pytest.mark.slow
 def test_parameters_and_covariances_are_those_that_were_written(pair: Pair) -> None:
     saved, result = pair.saved, pair.result
     assert list(saved) == list(result)
@@ -226,6 +227,7 @@ def test_what_the_prefilter_left_open_is_chosen_anew_for_another_record(
     assert read["idm-ls"].equation_error_percent == live["idm-ls"].equation_error_percent
 
 
+@pytest.mark.slow
 def test_its_own_record_is_known_by_its_samples(pair: Pair) -> None:
     own, other = pair.result.record, twin_record(pair.axis, seed=7)
     again = replace(own, position=own.position.copy())
@@ -290,6 +292,7 @@ def test_it_is_exported_validated_and_compared_as_the_live_result(pair: Pair) ->
     assert compare_results(pair.file, pair.result).differences == both.differences
 
 
+@pytest.mark.slow
 def test_figures_whose_data_the_file_holds_are_drawn(pair: Pair) -> None:
     assert isinstance(pair.saved.plot("autocorrelation"), Figure)
     with refuses("no-saved-rows", says="'force'"):
@@ -403,7 +406,7 @@ def _first(content: dict[str, Any]) -> dict[str, Any]:
         (_changed(lambda w: _first(w).update(rows="7")), "expected int, got str at"),
         (_changed(lambda w: _first(w).update(rows=3)), "has 3 rows for 3 parameters"),
         (_changed(lambda w: _first(w).update(method="ols")), "there is no method 'ols'"),
-        (_changed(lambda w: w.update(estimates=[])), "there is no 'idm-iv'"),
+        (_changed(lambda w: w.update(estimates=[])), "there is no 'didim'"),
         (_changed(lambda w: _first(w).update(covariance=[[1.0]])), "are not of its 3 parameters"),
         (_changed(lambda w: _first(w)["curvatures"].pop("M")), "are of other parameters"),
         (_changed(lambda w: w["prefilter"].update(cutoff=-1.0)), "cutoff is -1"),

@@ -59,6 +59,7 @@ def _write(path: Path, record: Record) -> None:
     np.savetxt(path, np.column_stack(columns), "%.12g", ",", header="t,q,r,u", comments="")  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_the_text_tells_each_record_and_what_is_known_of_it(loaded: Identification) -> None:
     text = loaded.summary(full=True, draws=20)
     for said in (
@@ -183,6 +184,7 @@ def _run(*arguments: str) -> str:
     return done.output if done.exit_code == 0 else f"failed: {done.output}{done.exception}"
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_several_logs(logs: list[str], tmp_path: Path) -> None:
     out = tmp_path / "r.json"
     told = _run(*logs[:3], "--known", "m_add=0,20+-0.01", "--local", "tau0", "--json", str(out))
@@ -230,6 +232,7 @@ def test_a_single_log_has_no_parameter_of_its_own(logs: list[str]) -> None:
     assert "there is 1 record; give several" in _run(*logs[:2], "--local", "tau0")
 
 
+@pytest.mark.slow
 def test_columns_may_be_named_for_one_log(logs: list[str], tmp_path: Path) -> None:
     text = Path(logs[2]).read_text().replace("t,q,r,u", "zeit,lage,soll,strom")
     (tmp_path / "other.csv").write_text(text)

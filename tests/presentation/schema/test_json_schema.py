@@ -192,6 +192,7 @@ def test_physical_parameters_by_known_values(
     assert [c["status"] for c in fixed["verdict"] if c["name"] == "fixed values"] == ["pass"]
 
 
+@pytest.mark.slow
 def test_sweep(checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record) -> None:
     checker.validate(sweep(emps2015, twin, (30.0, 90.0)).to_dict())
 
@@ -228,6 +229,7 @@ def test_fit(
         assert (own["fixed"], own["at_bound"]) == (name in result.fixed, result.at_bound.get(name))
 
 
+@pytest.mark.slow
 def test_comparison(checker: Draft202012Validator, run: Any) -> None:
     _, out, _ = run("compare", "--ladder", "emps2015", "--json", "-")
     written = json.loads(out)

@@ -47,7 +47,7 @@ def test_every_check_has_its_figure_and_threshold(result: Identification) -> Non
 def test_correlation_law_and_instruments_are_told(result: Identification) -> None:
     text = result.summary(full=True)
     found = result.diagnosis
-    assert f"{result['idm-iv'].correlation[0, 1]:.3f}" in block(text, "Correlation, IDM-IV")[2]
+    assert f"{result['didim'].correlation[0, 1]:.3f}" in block(text, "Correlation, DIDIM")[2]
     assert not isinstance(found.law, Missing)
     assert f"{found.law.factors['kv']:.5g}" in "".join(block(text, "Control law"))
     assert found.instruments is not None

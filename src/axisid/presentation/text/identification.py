@@ -61,7 +61,6 @@ def identification_document(
     See `Identification.summary`.
     """
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
-    of_forms = ([e for e in estimates if e.is_direct == direct] for direct in (False, True))
     recorded = signals_text(result.axis.axis)
     made = f"{_rows_text(result)}{recorded} Generated code {result.axis.signature[:12]}."
     missing = {**result.skipped, **result.failed}
@@ -77,7 +76,7 @@ def identification_document(
     ]
     return (
         _heading(result, wording),
-        *(_estimates_table(of_form, diagnosis) for of_form in of_forms if of_form),
+        *(_estimates_table(beside, diagnosis) for beside in _side_by_side(estimates)),
         *_physical_tables(result),
         *((records_table(result),) if result.of_records else ()),
         verdict_block(diagnosis.verdict, wording),
@@ -85,6 +84,12 @@ def identification_document(
         *((draws_table(result.estimates, draws),) if not is_nothing(draws) else ()),
         *(details_document(result.estimates, diagnosis, wording) if full else ()),
     )
+
+
+def _side_by_side(estimates: Sequence[Estimate]) -> list[list[Estimate]]:
+    """Two of a form are as wide as a terminal; those of the inverse model first."""
+    forms = ([e for e in estimates if e.is_direct == direct] for direct in (False, True))
+    return [form[i : i + 2] for form in forms for i in range(0, len(form), 2)]
 
 
 def _rows_text(result: Identification) -> str:

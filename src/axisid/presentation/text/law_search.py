@@ -30,8 +30,8 @@ def _ranking(search: LawSearch) -> Table:
             *text_columns(["", "law"]),
             Column("gains", align="left"),
             Column("delay", "samples"),
-            Column("leaves of held-out rows", "%"),
-            Column("of its own rows", "%"),
+            Column("held-out", "%"),
+            Column("own", "%"),
         ),
         rows=tuple(
             (
@@ -45,7 +45,7 @@ def _ranking(search: LawSearch) -> Table:
             for i, each in enumerate(search.laws[:_MOST], 1)
         ),
         labels=2,
-        title="Ready laws by what they leave of the recorded control",
+        title="Ready laws by what they leave of the control, of held-out and of their own rows",
     )
 
 

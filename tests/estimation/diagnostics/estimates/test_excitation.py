@@ -58,6 +58,7 @@ def precision(result: Identification) -> Check:
     return check
 
 
+@pytest.mark.slow
 def test_rich_motion_lacks_nothing() -> None:
     result = moved(*ALL)
     for shown in result.diagnosis.excitation:
@@ -118,6 +119,7 @@ def test_one_speed_trades_viscous_for_coulomb_friction() -> None:
     assert "there is one speed only" not in shown["f"].lacking
 
 
+@pytest.mark.slow
 def test_slow_motion_does_not_show_the_mass() -> None:
     creep = back_and_forth(speeds=(0.005, 0.01, 0.02), acceleration=0.02, seconds=2.0)
     result = moved(*creep, disturbance=5.0)
@@ -144,6 +146,7 @@ def test_axis_that_stays_in_place_does_not_show_a_far_spring() -> None:
     assert shown.lacking == ("the axis hardly leaves its place",)
 
 
+@pytest.mark.slow
 def test_parameter_that_is_nothing_is_not_called_unidentified() -> None:
     axis = load_axis("emps")
     record = twin_record(axis)

@@ -68,6 +68,7 @@ GAINS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", [1.05, pytest.param(0.9, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("name", "gain"), GAINS)
 def test_a_gain_that_is_wrong_alone_is_named_with_its_value(

@@ -108,6 +108,7 @@ def test_faults_of_the_record_are_recognised(
     assert message in str(check.note)
 
 
+@pytest.mark.slow
 def test_right_law_passes_whatever_the_identification_filters(emps2015: GeneratedAxis) -> None:
     """The velocity sensor of the twin is not recorded, and its position is noisy."""
     record = twin_record(emps2015)
@@ -244,6 +245,7 @@ def test_wrong_law_is_said_beside_the_estimates() -> None:
     assert wrong.to_dict()["law_check"]["passed"] is False
 
 
+@pytest.mark.slow
 def test_memory_and_delay_run_along_the_record() -> None:
     """A law with an integral and a delay of two samples, checked on its own simulation."""
     from axisid import simulate
@@ -259,6 +261,7 @@ def test_memory_and_delay_run_along_the_record() -> None:
     assert check.passed, check.meaning
 
 
+@pytest.mark.slow
 def test_what_cannot_be_checked_says_why(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015)
     bare = build(replace(emps2015.axis, control=None))
@@ -307,6 +310,7 @@ def test_the_velocity_that_the_drive_forms_is_found(emps2015: GeneratedAxis, dri
         assert found.passed or f"that of the law {drives} with the same gains" in found.meaning
 
 
+@pytest.mark.slow
 def test_exchanged_columns_and_degrees_in_both_are_named(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

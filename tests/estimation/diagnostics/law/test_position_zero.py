@@ -49,6 +49,7 @@ def test_a_zero_apart_is_told_with_its_size_and_taken_off(name: str) -> None:
     assert _checked(axis, mended).passed
 
 
+@pytest.mark.slow
 def test_a_constant_of_the_control_has_both_names() -> None:
     axis = build(load_axis("emps"))
     record = twin_record(axis)
@@ -60,6 +61,7 @@ def test_a_constant_of_the_control_has_both_names() -> None:
     assert f"--columns position=NAME:UNIT{-away:+.3g}m" in note.worded(as_options)
 
 
+@pytest.mark.slow
 def test_what_no_drive_gives_is_the_position_s() -> None:
     axis = build(load_axis("emps"))
     record = twin_record(axis)
@@ -68,6 +70,7 @@ def test_what_no_drive_gives_is_the_position_s() -> None:
     assert "off the control" not in note
 
 
+@pytest.mark.slow
 def test_a_small_one_is_told_beside_the_offset() -> None:
     axis = build(load_axis("emps"))
     record = twin_record(axis)

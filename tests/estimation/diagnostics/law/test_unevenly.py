@@ -65,6 +65,7 @@ def test_a_wrong_gain_fails_whatever_of_a_log_jitters(
     assert f"{gain} is 0.9091 times the declared one" in found.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("resampled", [False, True])
 def test_noise_of_its_own_between_the_ticks_leaves_the_law_open(resampled: bool) -> None:
     axis = build(load_axis("pendulum"))
@@ -79,6 +80,7 @@ def test_noise_of_its_own_between_the_ticks_leaves_the_law_open(resampled: bool)
     assert "leaves" in str(found)
 
 
+@pytest.mark.slow
 def test_stamps_of_few_digits_excuse_no_wrong_law(emps: GeneratedAxis) -> None:
     columns = log(emps, 0.0, sampled=False)
     rng = np.random.default_rng(1)
@@ -98,6 +100,7 @@ def test_a_resampled_record_keeps_its_rows_until_a_column_is_moved(emps: Generat
     assert read(emps, log(emps, 0.05, sampled=True), resampled=False).sampled is None
 
 
+@pytest.mark.slow
 def test_jitter_fails_before_what_comes_of_it(emps: GeneratedAxis) -> None:
     record = read(emps, log(emps, 0.05, sampled=True), resampled=False)
     result = identify(emps, record, methods=["idm-ls", "idm-iv"])
@@ -111,6 +114,7 @@ def test_jitter_fails_before_what_comes_of_it(emps: GeneratedAxis) -> None:
     assert said.index("uneven times") < said.index("least squares")
 
 
+@pytest.mark.slow
 def test_stamps_alone_that_jitter_need_no_resampling(emps: GeneratedAxis) -> None:
     record = read(emps, log(emps, 0.05, sampled=False), resampled=True)
     told = {c.name: c for c in identify(emps, record, methods=["idm-iv"]).verdict}["control law"]

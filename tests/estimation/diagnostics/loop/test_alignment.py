@@ -82,6 +82,7 @@ def test_deviation_of_the_delay_is_the_scatter_of_its_estimates(emps2015: Genera
     assert np.mean([p.deviation for p in found]) == pytest.approx(scatter, rel=0.3)
 
 
+@pytest.mark.slow
 def test_delay_beyond_the_range_is_said_to_be_there(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015, position_noise=0.0)
     assert record.control is not None
@@ -95,6 +96,7 @@ def test_delay_beyond_the_range_is_said_to_be_there(emps2015: GeneratedAxis) -> 
     assert "best 3 samples, the end" in check.meaning
 
 
+@pytest.mark.slow
 def test_delay_that_the_record_does_not_tell_is_not_judged(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015, position_noise=0.0)
     assert record.control is not None
@@ -106,6 +108,7 @@ def test_delay_that_the_record_does_not_tell_is_not_judged(emps2015: GeneratedAx
     assert "samples only" in check.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["idm-ls", "idm-iv"])
 @pytest.mark.parametrize("drop", [None, (0, 0)])
 def test_order_of_segments_does_not_matter(

@@ -140,6 +140,7 @@ def first_that_fails(axis: GeneratedAxis, record: Record) -> float:
     return float(scales[bisect_left(scales, True, key=fails)])
 
 
+@pytest.mark.slow
 def test_a_vague_gain_allows_the_factor_that_it_makes_of_the_drive(twin: Record) -> None:
     """The gain makes more of the force than the force is, so that a larger factor is allowed."""
     factors = {}

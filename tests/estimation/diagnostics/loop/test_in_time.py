@@ -94,6 +94,7 @@ def test_who_declared_the_wrong_delay_is_told_of_both() -> None:
     assert off > 10 * result(1, 1, 0)["idm-iv"].parameters["b"].sd_hac
 
 
+@pytest.mark.slow
 def test_shifted_as_advised_it_is_the_truth() -> None:
     moved = twin(1, 1).shifted(control=1)
     found = identify(small_axis(1), moved, Prefilter.suited(moved.period))
@@ -104,6 +105,7 @@ def test_shifted_as_advised_it_is_the_truth() -> None:
     assert [repair.kind for repair in moved.provenance.repairs] == ["shift", "shift"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("true", "declared"), [(0, 1), (1, 0), (2, 1)])
 def test_a_wrong_delay_is_a_wrong_delay(true: int, declared: int) -> None:
     law = said(result(true, declared, 0), "control law")

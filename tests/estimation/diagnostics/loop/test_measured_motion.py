@@ -116,6 +116,7 @@ def test_nothing_is_compared_without_two_measurements(emps: GeneratedAxis, right
     assert compared(replace(alone, acceleration=right.acceleration), "acceleration").worst < 1
 
 
+@pytest.mark.slow
 def test_it_stands_in_the_verdict_before_what_follows_from_it(right: Record) -> None:
     emps = build(load_axis("emps"))
     result = identify(emps, changed(right, 1.05), methods="idm-ls")

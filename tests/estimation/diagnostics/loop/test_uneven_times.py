@@ -71,6 +71,7 @@ def test_stamps_that_jitter_over_even_samples_are_no_fault(
     assert "rather the stamps are uneven than the sampling" in check.meaning
 
 
+@pytest.mark.slow
 def test_several_records_are_taken_together(emps2015: GeneratedAxis, twin: Record) -> None:
     records = [twin, with_jitter(twin_record(emps2015, seed=2), 0.1, sampled=True)]
     check = check_of(identify(emps2015, records, methods=["idm-iv"]))

@@ -22,6 +22,7 @@ def _check(name: str, record: Record) -> Check:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emps", "belt_axis"])
 def test_a_right_one_passes(name: str) -> None:
     found = _check(name, _alone(name))
@@ -29,6 +30,7 @@ def test_a_right_one_passes(name: str) -> None:
     assert "that of the simulated loop, which follows the reference" in found.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emps", "belt_axis"])
 @pytest.mark.parametrize("factor", [1.05, 0.98])
 def test_a_wrong_scale_is_told(name: str, factor: float) -> None:

@@ -40,6 +40,7 @@ def test_a_right_log_with_a_coarse_velocity_passes(name: str) -> None:
     assert _status(result, "residuals against the motion")[0] != "fail"
 
 
+@pytest.mark.slow
 def test_spikes_are_still_found_out() -> None:
     status, said = _status(_identified("emps", spikes=3), "normal residuals")
     assert status == "fail"
@@ -58,6 +59,7 @@ def test_nothing_is_simulated_where_tails_are_light(monkeypatch: pytest.MonkeyPa
     assert _status(identify(axis, record, methods=["idm-iv"]), "normal residuals")[0] != "fail"
 
 
+@pytest.mark.slow
 def test_a_log_without_a_reference_is_held_against_loops_that_follow_it() -> None:
     axis = build(load_axis("emps"))
     result = identify(axis, replace(twin_record(axis), reference=None), methods=["idm-ls"])

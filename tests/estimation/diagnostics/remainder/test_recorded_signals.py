@@ -60,6 +60,7 @@ def _check(record: Record, kind: str, *, known: bool = False) -> Check:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pressure", "supply"])
 def test_a_right_signal_passes_and_is_told_with_its_time(kind: str) -> None:
     found = _check(_record(kind), kind)
@@ -91,6 +92,7 @@ def test_a_late_signal_is_told_with_its_delay(kind: str, samples: int) -> None:
     assert ("late" if samples > 0 else "early") in found.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factor", "said"),
     [

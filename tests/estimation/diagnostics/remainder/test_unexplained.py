@@ -34,6 +34,7 @@ def of_plant(*parameters: Parameter, force: object, truth: dict[str, float]) -> 
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("methods", [["idm-ls"], ["idm-ls", "idm-iv"]])
 def test_an_offset_of_the_plant_is_proposed_with_its_size(methods: list[str]) -> None:
     F0 = Parameter("F0", "N")
@@ -58,6 +59,7 @@ def test_a_constant_that_a_missing_term_may_make_is_no_second_fault() -> None:
     assert constant.meaning.endswith("left in the residuals: the missing term may make it")
 
 
+@pytest.mark.slow
 def test_a_converter_that_is_off_is_told_from_an_offset(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -72,6 +74,7 @@ def test_a_model_with_an_offset_has_none_left(emps: GeneratedAxis) -> None:
     assert found(identify(emps, twin_record(emps)), "constant force").status == "pass"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hertz", [12.0, 25.0, 33.0])
 def test_a_ripple_is_told_with_its_frequency_and_a_cut_off(
     emps2015: GeneratedAxis, twin: Record, hertz: float

@@ -206,6 +206,7 @@ def dialects(draw: st.DrawFn) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 @given(how=dialects())
 def test_random_dialects_are_read_to_the_last_bit(how: dict[str, Any]) -> None:
     width = len(how["rows"][0])

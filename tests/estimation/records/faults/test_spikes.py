@@ -70,6 +70,7 @@ def test_row_is_not_named_where_empty_rows_were_left_out(twin: Record) -> None:
     assert "data row" not in told.text
 
 
+@pytest.mark.slow
 def test_largest_residual_is_located(emps2015: GeneratedAxis, twin: Record) -> None:
     spoilt = twin.position.copy()
     spoilt[4130] += 0.001
