@@ -311,8 +311,12 @@ def check_same_instruments(
     ("rows", "filter_"),
     [
         (3001, None),
-        (9_999, Prefilter(cutoff=40.0, decimate=1, reversals="keep")),
-        (2500, Prefilter(drop=(49, 3), decimation="scipy")),
+        pytest.param(
+            9_999,
+            Prefilter(cutoff=40.0, decimate=1, reversals="keep"),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(2500, Prefilter(drop=(49, 3), decimation="scipy"), marks=pytest.mark.slow),
     ],
 )
 def test_instruments_of_blocks_are_those_of_the_whole_record(
@@ -324,6 +328,7 @@ def test_instruments_of_blocks_are_those_of_the_whole_record(
     assert "instruments, control law" not in str(streamed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["control", "reference"])
 def test_test_signal_enters_the_loop_of_blocks_as_that_of_the_whole(
     emps: GeneratedAxis, place: str, tmp_path: Path, rng: np.random.Generator
