@@ -1,6 +1,6 @@
 """What comes of a log that was read in blocks, as a document."""
 
-from typing import Any, cast
+from typing import Any
 
 from axisid.estimation.signals import Sampling
 from axisid.estimation.streaming import StreamedEstimate
@@ -27,7 +27,6 @@ def stream_document(estimate: StreamedEstimate) -> WrittenStream:
     """An estimate with its record, which is nowhere as a whole."""
     return WrittenStream(
         axis=estimate.axis.axis.name,
-        method=cast(Any, estimate.method),
         signature=estimate.axis.signature,
         left_out=left_out(estimate.axis),
         record=WrittenStreamRecord(
@@ -56,6 +55,7 @@ def _iteration(estimate: StreamedEstimate) -> dict[str, Any]:
         return {}
     names = estimate.axis.names
     return {
+        "method": estimate.method,
         "simulation_error_percent": estimate.simulation_error_percent,
         "iterations": tuple(
             dict(zip(names, map(float, each.physical), strict=True)) for each in estimate.iterates

@@ -106,7 +106,6 @@ class WrittenStream(
     """An estimate of a log that was read in blocks."""
 
     axis: str
-    method: Annotated[Literal["idm-ls", "idm-iv"], about("By which it was estimated.")] = "idm-ls"
     signature: Annotated[str, about("Of the generated code.")]
     left_out: Annotated[
         Mapping[str, float] | UnsetType,
@@ -126,10 +125,11 @@ class WrittenStream(
     rows: Annotated[int, about("Of the regression.")]
     lags: Annotated[int, about("Of the HAC covariance.")]
     equation_error_percent: float
-    simulation_error_percent: Annotated[
-        float | UnsetType,
-        about("By the simulated loop; left out for least squares, as what follows."),
+    method: Annotated[
+        Literal["idm-iv"] | UnsetType,
+        about("By which it was estimated; left out for least squares, idm-ls, as what follows."),
     ] = UNSET
+    simulation_error_percent: Annotated[float | UnsetType, about("By the simulated loop.")] = UNSET
     iterations: Annotated[
         tuple[Mapping[str, float], ...] | UnsetType,
         about("Physical parameters by iterate, SI."),
@@ -140,3 +140,8 @@ class WrittenStream(
     ] = UNSET
     remarks: Annotated[tuple[str, ...] | UnsetType, about("On the iteration.")] = UNSET
     condition_number: Annotated[float | None, about("Of the regressor.")]
+
+    @property
+    def estimated_by(self) -> str:
+        """The method, whether it is written or not."""
+        return "idm-ls" if self.method is UNSET else self.method
