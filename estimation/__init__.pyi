@@ -35,9 +35,11 @@ from .streaming import StreamedEstimate as StreamedEstimate
 from .streaming import identify_stream as identify_stream
 from .studies import Candidate as Candidate
 from .studies import Comparison as Comparison
+from .studies import FitValidation as FitValidation
 from .studies import MethodValidation as MethodValidation
 from .studies import Sweep as Sweep
 from .studies import Validation as Validation
 from .studies import default_cutoffs as default_cutoffs
+from .studies import validate_fit as validate_fit
 from .tables import Provenance as Provenance
 from .tables import Repair as Repair

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
+from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, is_output_error
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS, estimate_by
@@ -193,7 +193,8 @@ def identify_problem(
         except EstimationError as error:
             if requested is not None or not estimates:
                 raise
-            failed[method] = error.note
+            # Nobody asked for it, and it rests on more than the others: they stand without it.
+            (skipped if is_output_error(method) else failed)[method] = error.note
     return Identification(
         problem=problem,
         estimates=estimates,

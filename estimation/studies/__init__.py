@@ -16,5 +16,7 @@ from .sweep import Sweep as Sweep
 from .sweep import default_cutoffs as default_cutoffs
 from .sweep import sweep as sweep
 from .validate import validate as validate
+from .validate_fit import FitValidation as FitValidation
+from .validate_fit import validate_fit as validate_fit
 from .validation import MethodValidation as MethodValidation
 from .validation import Validation as Validation

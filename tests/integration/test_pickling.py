@@ -53,6 +53,7 @@ from axisid.estimation import (
     Robust,
     SampledFilter,
     simulate_batch,
+    validate_fit,
 )
 from axisid.estimation.diagnostics.law.control_law import check_law
 from axisid.estimation.identification import DriveTime
@@ -108,6 +109,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     saved = load_result(file)
     blocks = [{"position": record.position, "force": record.control * declared.drive.gain}]
     ladder = friction_ladder(declared)
+    bounded = fit(axis, record, bounds={"Fc": (None, 20.0)})
     return {
         "axis": declared,
         "model": derive(declared),
@@ -142,7 +144,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "saved estimate": saved["idm-iv"],
         "validation": validate(found, record),
         "sweep": sweep(axis, record, [40.0, 80.0], FILTER, ["idm-ls"]),
-        "fit": fit(axis, record, bounds={"Fc": (None, 20.0)}),
+        "fit": bounded,
+        "fit on another record": validate_fit(bounded, record),
         "comparison": compare(ladder, record, FILTER),
         "simulation": simulate(axis, axis.nominal, reference, record.period),
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
@@ -181,7 +184,7 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "fit,comparison,simulation,batch,law check,"
+    "fit,fit on another record,comparison,simulation,batch,law check,"
     "law search,block,drive timing,drive time,streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"

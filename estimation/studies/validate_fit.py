@@ -1,0 +1,150 @@
+"""A fit held against another record: its parameters frozen, the output simulated anew.
+
+The windows of an open loop start where that record is: their first positions and velocities are of
+it, for whatever parameters are held against it, and nothing else is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.choices.outputs import OPEN_LOOP
+from axisid.estimation.fitting import OutputFit
+from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
+from axisid.estimation.records import Record, check_record
+from axisid.estimation.regression import InverseForm
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitValidation(Exact):
+    """What the output that frozen parameters simulate leaves of a record.
+
+    Attributes
+    ----------
+    record : Record
+    output : str
+        ``control``, ``position``, ``force`` or ``open-loop``.
+    unit : str
+        Of the output.
+    horizon : float or None
+        Length of the windows of an open loop, s, that was asked for.
+    windows : tuple of slice
+        Of the errors: each window of an open loop, or each segment of the record.
+    errors : (n,) array
+        Simulated less recorded output.
+    samples : (n,) array of int
+        Of the record, that the errors are at.
+    counted : (n,) array of bool
+        Which of the samples are measurements.
+    percent : float
+        Root mean square of what is left, of that of the recorded output.
+    """
+
+    record: Record
+    output: str
+    unit: str
+    horizon: float | None
+    windows: tuple[slice, ...]
+    errors: Array
+    samples: NDArray[np.intp]
+    counted: NDArray[np.bool_]
+    percent: float
+
+    @property
+    def error(self) -> float:
+        """Root mean square of what is left, in the output's unit."""
+        return float(np.sqrt(np.mean(self.errors[self.counted] ** 2)))
+
+
+def validate_fit(
+    result: OutputFit, record: Record, *, horizon: float | None = None
+) -> FitValidation:
+    """Hold a fit, frozen, against another record of the axis.
+
+    A record that the fit was not made from says how well it predicts, and which of several models
+    does so best. To hold out part of one log, read its parts (`windows` of `read_record`).
+
+    Parameters
+    ----------
+    result : OutputFit
+        Of `fit`.
+    record : Record
+        Read for the same axis.
+    horizon : float, optional
+        Length of the windows of an open loop, s; by default that of the fit. The first position and
+        velocity of each are fitted to the window itself.
+
+    Raises
+    ------
+    UsageError
+        The result is no fit, has parameters of its own for each record, or no windows.
+    DataError
+        The record lacks what is compared.
+    EstimationError
+        The record cannot be simulated with these parameters.
+    """
+    check_record(record)
+    length = _horizon(result, horizon)
+    axis = result.basis.axes[0]
+    form = InverseForm(axis)
+    physical = result.physical[: len(form.physical_quantities)]  # gains are in the axis
+    predictions: Predictions
+    if length is not None:
+        predictions = WindowPredictions(form, [axis], [record], length)
+    else:
+        predictions = LoopPredictions(form, [axis], [record], result.output)
+    with np.errstate(all="ignore"):
+        predictions.settle(physical)
+        lanes = predictions(physical[None, :])
+    if lanes.failures:
+        raise EstimationError(
+            f"the parameters of the fit do not simulate {record.provenance.source}: "
+            f"{lanes.failures[0]}",
+            code="fit-validation-lost",
+        )
+    errors, counted = lanes.errors[:, 0], predictions.counted > 0
+    size = float(np.linalg.norm(predictions.measured[counted]))
+    return FitValidation(
+        record=record,
+        output=result.output,
+        unit=predictions.unit,
+        horizon=length,
+        windows=predictions.spans[0],
+        errors=errors,
+        samples=predictions.samples[0],
+        counted=counted,
+        percent=100 * float(np.linalg.norm(errors[counted])) / size if size else float("inf"),
+    )
+
+
+def _horizon(result: object, asked: object) -> float | None:
+    """Length of the windows, s; None for a loop without."""
+    if not isinstance(result, OutputFit):
+        raise UsageError(
+            f"the result is {quoted(result)}; give what fit gave.", code="validated-fit-type"
+        )
+    if result.local or len({axis.signature for axis in result.basis.axes}) > 1:
+        raise UsageError(
+            "the fit has parameters or known values for each of its records, and nothing says "
+            "which are those of another record; fit without them.",
+            code="validated-fit-local",
+        )
+    if asked is None:
+        return result.horizon
+    if result.output != OPEN_LOOP:
+        raise UsageError(
+            f"a horizon is given, and the fit follows the {result.output}, which has no windows; "
+            "leave it out.",
+            code="validated-fit-horizon",
+        )
+    if not (is_real(asked) and 0 < float(asked) < float("inf")):
+        raise UsageError(
+            f"the horizon is {quoted(asked)}; give a positive time, s.",
+            code="validated-fit-horizon-time",
+        )
+    return float(asked)

@@ -1,0 +1,81 @@
+"""A fit held against another record: frozen parameters, windows that start where that record is."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import Record, fit, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation import OutputFit, validate_fit
+from tests.refusals import refuses
+
+TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
+
+
+@pytest.fixture(scope="module")
+def other(emps2015: GeneratedAxis) -> Record:
+    return twin_record(emps2015, seed=7)
+
+
+@pytest.fixture(scope="module")
+def opened(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
+    return fit(emps2015, twin, "open-loop", start=TRUTH)
+
+
+def test_its_own_record_is_left_what_the_fit_left(opened: OutputFit, twin: Record) -> None:
+    found = validate_fit(opened, twin)
+    assert found.error == pytest.approx(opened.error, rel=1e-6)
+    assert found.percent == pytest.approx(opened.error_percent, rel=1e-6)
+    np.testing.assert_allclose(found.errors, opened.errors[0], atol=1e-9)
+    np.testing.assert_array_equal(found.samples, opened.samples[0])
+    assert found.horizon == opened.horizon == 1.0
+    assert found.windows[-1].stop == len(found.errors)
+
+
+def test_another_record_has_no_part_in_the_parameters(opened: OutputFit, other: Record) -> None:
+    """The noise is all that is left of a twin, of whatever length the windows are."""
+    for horizon in (0.5, 3.0):
+        found = validate_fit(opened, other, horizon=horizon)
+        assert found.horizon == horizon
+        assert found.error == pytest.approx(3.8e-6, rel=0.05)
+
+
+def test_wrong_parameters_leave_more(
+    emps2015: GeneratedAxis, twin: Record, other: Record, opened: OutputFit
+) -> None:
+    wrong = fit(emps2015, twin, "open-loop", start=TRUTH, fixed={"Fc": 25.8})
+    assert validate_fit(wrong, other).error > 5 * validate_fit(opened, other).error
+
+
+def test_a_loop_is_simulated_along_the_whole_record(
+    emps2015: GeneratedAxis, twin: Record, other: Record
+) -> None:
+    followed = fit(emps2015, twin, "control", start=TRUTH)
+    assert validate_fit(followed, twin).error == pytest.approx(followed.error, rel=1e-6)
+    found = validate_fit(followed, other)
+    assert found.horizon is None
+    assert found.error == pytest.approx(followed.error, rel=0.05)
+    with refuses("validated-fit-horizon"):
+        validate_fit(followed, other, horizon=1.0)
+
+
+@pytest.mark.parametrize("horizon", [0.0, float("nan"), "long"])
+def test_a_horizon_is_a_positive_time(opened: OutputFit, twin: Record, horizon: Any) -> None:
+    with refuses("validated-fit-horizon-time"):
+        validate_fit(opened, twin, horizon=horizon)
+
+
+def test_what_is_no_fit_is_refused(twin: Record) -> None:
+    nothing: Mapping[str, float] = {}
+    with refuses("validated-fit-type"):
+        validate_fit(nothing, twin)  # type: ignore[arg-type]
+
+
+def test_parameters_of_each_record_are_no_others(
+    emps2015: GeneratedAxis, twin: Record, other: Record
+) -> None:
+    local = fit(emps2015, [twin, other], "open-loop", start="nominal", local="Fc")
+    with refuses("validated-fit-local"):
+        validate_fit(local, other)
