@@ -53,6 +53,7 @@ FLOORS = (
     ("estimation.streaming",),
     ("estimation.identification",),
     ("estimation.predictions",),
+    ("estimation.told_by_outputs",),
     ("estimation.fitting",),
     ("estimation.studies",),
     ("presentation.blocks",),

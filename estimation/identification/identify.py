@@ -93,7 +93,8 @@ def identify(
     Raises
     ------
     UsageError, DataError, ModelError, EstimationError
-        See each; a method asked for by name raises, whatever the reason.
+        See each. A method that is asked for by name and does not suit axis or records raises; one
+        that comes to nothing does where no other gives an estimate.
     """
     generated = as_generated(axis)
     records = records_of(record)
@@ -180,6 +181,7 @@ def identify_problem(
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
+    lost: EstimationError | None = None
     for method in METHODS if requested is None else dict.fromkeys(requested):
         started = replace(METHODS[method], start=start, loss=loss)
         try:
@@ -191,10 +193,14 @@ def identify_problem(
                 raise
             skipped[method] = error.note
         except EstimationError as error:
-            if requested is not None or not estimates:
+            if requested is None and not estimates:
                 raise
             # Nobody asked for it, and it rests on more than the others: they stand without it.
-            (skipped if is_output_error(method) else failed)[method] = error.note
+            unasked = requested is None and is_output_error(method)
+            (skipped if unasked else failed)[method] = error.note
+            lost = lost or error
+    if lost is not None and not estimates:
+        raise lost
     return Identification(
         problem=problem,
         estimates=estimates,

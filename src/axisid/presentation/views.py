@@ -47,9 +47,12 @@ from axisid.presentation.saved import (
     ResultComparison,
     SavedEstimate,
     SavedIdentification,
+    SavedOutputFit,
     result_comparison_document,
     saved_document,
     saved_estimate_document,
+    saved_fit_dict,
+    saved_fit_document,
     saved_plot,
     saved_repeats_plot,
 )
@@ -123,6 +126,7 @@ as_blocks.register(OutputFit, output_fit_document)
 as_blocks.register(ResultComparison, _settled(result_comparison_document))
 as_blocks.register(SavedIdentification, saved_document)
 as_blocks.register(SavedEstimate, _settled(saved_estimate_document))
+as_blocks.register(SavedOutputFit, saved_fit_document)
 
 
 @singledispatch
@@ -171,6 +175,7 @@ as_document.register(OutputFit, output_fit_dict)
 as_document.register(ResultComparison, ResultComparison.to_dict)
 as_document.register(SavedIdentification, lambda saved: plain(saved.document))
 as_document.register(SavedEstimate, lambda saved: plain(saved.document))
+as_document.register(SavedOutputFit, saved_fit_dict)
 
 
 def figure_of(

@@ -1,6 +1,7 @@
 """The report: one page of HTML with everything in it, for a colleague.
 
-In: an identification. Out: a page. Knows nothing of how statistics are computed.
+In: an identification or a fit. Out: a page. Knows nothing of how statistics are computed.
 """
 
+from .fit_page import fit_report_html as fit_report_html
 from .outputs import Outputs as Outputs

@@ -38,6 +38,7 @@ from .identification import WrittenSweep as WrittenSweep
 from .identification import WrittenValidation as WrittenValidation
 from .json_schema import results_schema as results_schema
 from .output_fit import WrittenFitted as WrittenFitted
+from .output_fit import WrittenLack as WrittenLack
 from .output_fit import WrittenOutputFit as WrittenOutputFit
 from .output_fit import WrittenRecordError as WrittenRecordError
 from .reading import plain as plain
