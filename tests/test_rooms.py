@@ -11,7 +11,7 @@ import pytest
 #: list. Rooms of one line know nothing of each other.
 FLOORS = (
     ("support",),
-    ("support.files",),
+    ("support.files", "support.jobs"),
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
@@ -56,6 +56,7 @@ FLOORS = (
     ("estimation.told_by_outputs",),
     ("estimation.fitting",),
     ("estimation.studies",),
+    ("estimation.monte_carlo",),
     ("presentation.blocks",),
     ("presentation.formulas",),
     ("presentation.html",),
@@ -68,10 +69,15 @@ FLOORS = (
     ("presentation.saved",),
     ("presentation.console",),
     ("presentation.report",),
+    ("presentation.monte_carlo",),
     ("presentation",),
     ("exports",),
+    ("populations", "fleets.items"),
+    ("fleets",),
+    ("trends",),
     ("paper",),
     ("commands.options",),
+    ("commands.many",),
     ("commands",),
 )
 #: Packages that give the names of the rooms in them, when they are asked; nobody below uses them.
@@ -80,12 +86,14 @@ FACES = ("", "modeling", "codegen", "estimation")
 BY_NAME = (
     "support",
     "support.files",
+    "support.jobs",
     "codegen.thresholds",
     "estimation.thresholds",
     "estimation.choices",
     "presentation",
     "exports",
     "commands.options",
+    "commands.many",
     "commands",
 )
 MOST_FILES = 12

@@ -31,7 +31,7 @@ SUBJECTS: Mapping[str, str] = {
     "lacking": "Missing terms and changes in time",
     "law_search": "Search for the control law",
     "fitting": "Fits of an output",
-    "studies": "Comparisons, validation, friction curve",
+    "studies": "Comparisons, validation, friction curve, fleets and trends",
 }
 
 

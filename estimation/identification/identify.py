@@ -98,10 +98,8 @@ def identify(
     """
     generated = as_generated(axis)
     records = records_of(record)
-    _check_covariance(covariance)
-    requested = _requested(methods)
-    _check_start(start)
-    _check_loss(loss)
+    check_choices(covariance, start, loss)
+    requested = requested_methods(methods)
     as_given = _at_rate(prefilter, records[0].period)
 
     def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
@@ -211,8 +209,14 @@ def identify_problem(
     )
 
 
-def _requested(methods: object) -> tuple[str, ...] | None:
-    """The methods that are asked for by name; None for all."""
+def requested_methods(methods: object) -> tuple[str, ...] | None:
+    """The methods that are asked for by name; None for all.
+
+    Raises
+    ------
+    UsageError
+        There is none, or none of that name.
+    """
     if methods is None:
         return None
     if not isinstance(methods, Iterable):
@@ -227,6 +231,19 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     if not listed:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="no-method")
     return listed
+
+
+def check_choices(covariance: object, start: object, loss: object) -> None:
+    """Refuse what `identify` has no choice of.
+
+    Raises
+    ------
+    UsageError
+        There is no such covariance, start or loss.
+    """
+    _check_covariance(covariance)
+    _check_start(start)
+    _check_loss(loss)
 
 
 def _check_start(start: object) -> None:

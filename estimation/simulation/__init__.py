@@ -7,6 +7,9 @@ Knows nothing of filters and estimates.
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
 from .closed_loop import (
+    measured_positions as measured_positions,
+)
+from .closed_loop import (
     run_loop as run_loop,
 )
 from .closed_loop import (
@@ -33,6 +36,8 @@ from .steps import first_substeps as first_substeps
 from .steps import further_substeps as further_substeps
 from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law
+from .twin import TwinPlan as TwinPlan
 from .twin import trajectory as trajectory
+from .twin import twin_plan as twin_plan
 from .twin import twin_record as twin_record
 from .two_clocks import TwoClocks as TwoClocks

@@ -106,3 +106,35 @@ MIN_BIN_ROWS = Threshold(
     "rows in a bin of velocity from which their mean is shown",
     "chosen",
 )
+MIN_BIAS = Threshold(
+    3.0,
+    "1",
+    "mean error over the twins of a study, in its standard errors, beyond which it is told as a "
+    "bias",
+    "chosen: chance exceeds it in 0.3 % of parameters",
+)
+FLEET_LEVEL = Threshold(
+    0.05,
+    "1",
+    "probability that one or more of the logs of a fleet stand out though all are alike",
+    "convention",
+)
+MIN_LOGS_PER_PARAMETER = Threshold(
+    5,
+    "logs",
+    "logs for each parameter from which the robust scatter of a fleet tells what is usual",
+    "chosen: with fewer, half of them hardly tell a scatter",
+)
+TREND_LEVEL = Threshold(
+    0.05,
+    "1",
+    "probability that one or more results of a series are beyond their limits though nothing "
+    "changes, and the same that a step is told",
+    "convention",
+)
+MIN_SERIES = Threshold(
+    5,
+    "results",
+    "results of one axis from which the scatter between them tells limits",
+    "chosen: with fewer a limit is some ten deviations wide",
+)

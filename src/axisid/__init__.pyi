@@ -8,6 +8,8 @@ from .estimation.estimates import Estimate as Estimate
 from .estimation.fitting import fit as fit
 from .estimation.identification import Identification as Identification
 from .estimation.identification import identify as identify
+from .estimation.monte_carlo import TwinNoise as TwinNoise
+from .estimation.monte_carlo import monte_carlo as monte_carlo
 from .estimation.records import Record as Record
 from .estimation.records import read_record as read_record
 from .estimation.signals import Prefilter as Prefilter
@@ -17,6 +19,9 @@ from .estimation.studies import compare as compare
 from .estimation.studies import sweep as sweep
 from .estimation.studies import validate as validate
 from .exports.export import export as export
+from .fleets import Fleet as Fleet
+from .fleets import fleet as fleet
+from .fleets.items import FleetItem as FleetItem
 from .modeling.declaration import Axis as Axis
 from .modeling.declaration import fix as fix
 from .modeling.declaration import lagrange as lagrange
@@ -37,3 +42,5 @@ from .support.errors import EstimationError as EstimationError
 from .support.errors import ModelError as ModelError
 from .support.errors import UsageError as UsageError
 from .support.version import __version__ as __version__
+from .trends import Trend as Trend
+from .trends import trend as trend

@@ -23,7 +23,11 @@ OF_THE_USER = (
     "DATA_EMPS.mat",
     "log.csv",
     "loaded.csv",
+    "logs/*.csv",
+    "manifest.csv",
 )  # examples with a record, which cannot run here
+
+WITH_LOGS_ALONE = ("fleet",)
 
 
 def examples(command: click.Command) -> list[str]:
@@ -64,7 +68,7 @@ def test_the_examples_run_and_print_plain_ascii(
             assert re.fullmatch(r"[ -~\n\t]*", out), line
             assert out or "-o" in words or target, line
         ran += 1
-    assert ran
+    assert ran or name in WITH_LOGS_ALONE
 
 
 @pytest.mark.parametrize("name", ["identify", "compare", "export"])

@@ -26,6 +26,7 @@ from axisid import (
     Prefilter,
     Record,
     Signal,
+    TwinNoise,
     UsageError,
     build,
     compare,
@@ -45,6 +46,7 @@ from axisid.codegen.lowering.feed_forward import feed_forward
 from axisid.elements import CONTROL, VELOCITY, formula_drive, voltage_drive
 from axisid.estimation import (
     Classical,
+    FailedRun,
     Hac,
     LogBlocks,
     PublishedCovariance,
@@ -61,6 +63,7 @@ from axisid.estimation.identification.drive_timing import DriveTiming
 from axisid.estimation.law_search import find_law
 from axisid.estimation.streaming import identify_stream
 from axisid.modeling import LIBRARY, Column
+from tests.estimation.monte_carlo.short import judged
 from tests.faces import FACES, public_names
 
 FILTER = Prefilter(cutoff=60.0)
@@ -151,6 +154,13 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
         "law check": check_law(axis, record),
         "law search": find_law(axis, record),
+        "study": (
+            judged(),
+            judged().figures,
+            judged().checks,
+            TwinNoise(position=1e-6),
+            FailedRun(run=3, of="idm-iv", reason="singular"),
+        ),
         "block": axisid.control.difference(axisid.control.REFERENCE, name="q1", start=0),
         "drive time": DriveTime(
             name="lag",
@@ -184,7 +194,7 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "fit,fit on another record,comparison,simulation,batch,law check,"
+    "fit,fit on another record,comparison,simulation,batch,law check,study,"
     "law search,block,drive timing,drive time,streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"

@@ -8,6 +8,18 @@ from typing import TYPE_CHECKING
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.estimator_options import (
+    bounded_option,
+    check_estimator,
+    covariance_option,
+    draws_option,
+    drive_time_option,
+    fix_option,
+    lags_option,
+    loss_option,
+    method_option,
+    start_of_instruments,
+)
 from axisid.commands.options.filter_options import Filtering, filter_options
 from axisid.commands.options.inputs import Inputs, axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command, check_idle, check_needed
@@ -26,9 +38,6 @@ from axisid.commands.options.several_options import (
     sharing_options,
     skip_bad_option,
 )
-from axisid.commands.options.start_option import start_option
-from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
-from axisid.estimation.choices.methods import ROW_LOSSES, is_iteration, method_names
 from axisid.presentation.console import ProgressLine
 
 from .identify_in_blocks import identify_streamed
@@ -44,16 +53,10 @@ if TYPE_CHECKING:
 
 def _check_idle(methods: tuple[str, ...], covariance: str, json_file: str | None) -> None:
     """Refuse options that the others leave without effect."""
-    if "all" in methods and len(methods) > 1:
-        raise click.UsageError("--method all is by itself; name those that are wanted, or none.")
     check_needed(("--figure-format", "--figure-width"), ("--figures",))
     check_needed(("--no-sweep",), ("--report", "--figures"))
     check_needed(("--validate-window", "--validate-like"), ("--validate",))
-    if "all" not in methods and not any(map(is_iteration, methods)):
-        named = " and ".join(methods)
-        check_idle("--start", f"is of instruments, which --method {named} does without")
-    if not takes_lags(covariance):
-        check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
+    check_estimator(methods, covariance)
     if json_file == "-":
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
 
@@ -81,17 +84,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
-@click.option(
-    "--method",
-    "methods",
-    type=click.Choice([*method_names(), "all"]),
-    multiple=True,
-    default=("all",),
-    show_default="all",
-    help="Estimator, again for each: ls least squares, iv instruments, idm and ddm of the inverse "
-    "and the direct model, didim output error of the force by the simulated loop, where the "
-    "control law is right; all runs what axis and record allow, and says what it left out.",
-)
+@method_option
 @filter_options(
     cutoff="Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",
     order="Its order.  [default: 4]",
@@ -107,19 +100,14 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @columns_of_option
 @sharing_options
 @skip_bad_option
-@click.option(
-    "--fix",
-    multiple=True,
-    metavar="NAME=VALUE[+-SD]",
-    help="A parameter that is known apart from the record, SI, with its standard deviation; again "
-    "for each.",
+@fix_option(
+    "A parameter that is known apart from the record, SI, with its standard deviation; again "
+    "for each."
 )
 @leave_out_option
-@click.option(
-    "--drive-time",
-    type=click.Choice(["lag", "delay"]),
-    help="Estimate the drive's lag or its delay too, from where it is declared; every deviation "
-    "then has what its own adds. Of one record, which shows their sum alone.",
+@drive_time_option(
+    "Estimate the drive's lag or its delay too, from where it is declared; every deviation "
+    "then has what its own adds. Of one record, which shows their sum alone."
 )
 @click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
 @click.option(
@@ -146,42 +134,12 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     help="The record, of those that are identified from, whose --local parameters and --known "
     "values the record of --validate has.",
 )
-@click.option(
-    "--covariance",
-    type=click.Choice(covariance_names()),
-    default=covariance_names()[0],
-    show_default=True,
-    help=f"What intervals, draws and tests assume of the residuals: {assumptions()}.",
-)
-@click.option(
-    "--lags",
-    type=click.IntRange(min=0),
-    metavar="N",
-    help="Rows over which the HAC deviations take residuals as alike.  [default: from the data]",
-)
-@start_option(
-    "Of instruments: least squares where its simulated loop follows the record, or the nominal "
-    "values, as published."
-)
-@click.option(
-    "--loss",
-    type=click.Choice(ROW_LOSSES),
-    default=ROW_LOSSES[0],
-    show_default=True,
-    help="How rows count: by squares, or for less the larger their residual is.",
-)
-@click.option(
-    "--bounded",
-    is_flag=True,
-    help="Hold a parameter that the judged method would have beyond its declared bound at that "
-    "bound; else it is reported and fails a check.",
-)
-@click.option(
-    "--draws",
-    type=click.IntRange(2, 1_000_000),
-    metavar="N",
-    help="Add intervals from N draws of each estimate, which do without the delta method.",
-)
+@covariance_option
+@lags_option
+@start_of_instruments
+@loss_option
+@bounded_option
+@draws_option
 @click.option(
     "--full", is_flag=True, help="Print intervals, correlations and every diagnostic's figures too."
 )

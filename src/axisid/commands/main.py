@@ -17,6 +17,8 @@ from typing import Any, NoReturn, TextIO
 
 import click
 
+from axisid.commands.many.fleet import fleet
+from axisid.commands.many.trend import trend
 from axisid.commands.options.completion import completion
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import as_options
@@ -29,6 +31,7 @@ from .fit import fit
 from .generate import generate
 from .identify import identify
 from .law import law
+from .many.study import study
 from .paper import paper
 from .sweep import sweep
 
@@ -48,7 +51,10 @@ _NO_MEMORY = (
         sweep,
         compare,
         compare_results,
+        fleet,
+        trend,
         law,
+        study,
         new,
         show,
         generate,

@@ -49,7 +49,16 @@ class Reading:
         self, file: str, axis: "GeneratedAxis", windows: "tuple[Window, ...] | None" = None
     ) -> "Record":
         """Read a log as the record of an axis, within other windows where they are given."""
-        from axisid.estimation.records import Repairs, read_record
+        from axisid.estimation.records import read_record
+
+        given = self.arguments()
+        return read_record(
+            file, axis, **given if windows is None else {**given, "windows": windows}
+        )
+
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of `read_record`."""
+        from axisid.estimation.records import Repairs
 
         repairs = Repairs(
             resample=self.resample,
@@ -60,16 +69,14 @@ class Reading:
             shift=self.shift,
             between=cast(Any, self.between),
         )
-        return read_record(
-            file,
-            axis,
-            columns=self.columns,
-            injected_at=self.injected_at,
-            sample_period=self.sample_period,
-            windows=self.window if windows is None else windows,
-            repairs=repairs,
-            max_memory=self.max_memory,
-        )
+        return {
+            "columns": self.columns,
+            "injected_at": self.injected_at,
+            "sample_period": self.sample_period,
+            "windows": self.window,
+            "repairs": repairs,
+            "max_memory": self.max_memory,
+        }
 
     def with_columns(self, columns: str) -> "Reading":
         """The same with columns of one log in place of those of all."""

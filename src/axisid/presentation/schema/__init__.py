@@ -6,13 +6,17 @@ Knows nothing of results and how they are made.
 
 from .base import JsonObject as JsonObject
 from .base import Matrix as Matrix
+from .base import about as about
+from .comparison import WrittenAlone as WrittenAlone
 from .comparison import WrittenCandidate as WrittenCandidate
 from .comparison import WrittenComparison as WrittenComparison
 from .comparison import WrittenCriteria as WrittenCriteria
+from .comparison import WrittenDifference as WrittenDifference
 from .comparison import WrittenHeldOut as WrittenHeldOut
 from .comparison import WrittenHeldOutBlocks as WrittenHeldOutBlocks
 from .comparison import WrittenNestedTest as WrittenNestedTest
 from .comparison import WrittenParameterCheck as WrittenParameterCheck
+from .comparison import WrittenResultComparison as WrittenResultComparison
 from .diagnosis import WrittenAlignment as WrittenAlignment
 from .diagnosis import WrittenAttenuation as WrittenAttenuation
 from .diagnosis import WrittenBand as WrittenBand
@@ -37,6 +41,13 @@ from .identification import WrittenMethodValidation as WrittenMethodValidation
 from .identification import WrittenSweep as WrittenSweep
 from .identification import WrittenValidation as WrittenValidation
 from .json_schema import results_schema as results_schema
+from .monte_carlo import WrittenCheckFigures as WrittenCheckFigures
+from .monte_carlo import WrittenEstimand as WrittenEstimand
+from .monte_carlo import WrittenFailedRun as WrittenFailedRun
+from .monte_carlo import WrittenMean as WrittenMean
+from .monte_carlo import WrittenMonteCarlo as WrittenMonteCarlo
+from .monte_carlo import WrittenShare as WrittenShare
+from .monte_carlo import WrittenTwins as WrittenTwins
 from .output_fit import WrittenFitted as WrittenFitted
 from .output_fit import WrittenLack as WrittenLack
 from .output_fit import WrittenOutputFit as WrittenOutputFit
@@ -59,9 +70,6 @@ from .residuals import WrittenLjungBox as WrittenLjungBox
 from .residuals import WrittenNormality as WrittenNormality
 from .residuals import WrittenResidualTests as WrittenResidualTests
 from .residuals import WrittenRuns as WrittenRuns
-from .result_comparison import WrittenAlone as WrittenAlone
-from .result_comparison import WrittenDifference as WrittenDifference
-from .result_comparison import WrittenResultComparison as WrittenResultComparison
 from .values import WrittenDirectValue as WrittenDirectValue
 from .values import WrittenDrawn as WrittenDrawn
 from .values import WrittenHeld as WrittenHeld

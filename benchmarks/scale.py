@@ -1,0 +1,123 @@
+"""What many identifications cost: fleets of logs, and a cluster's share of it.
+
+A fleet of short twins with three corrupt logs, of whose workers one is killed in the middle: what
+each log costs with its diagnosis, what resuming costs, and how often right and wrong machines are
+told. Then what Dask adds to a task, on a cluster of this machine.
+
+    python benchmarks/scale.py                  a table
+    python benchmarks/scale.py --json -         one JSON object
+    python benchmarks/scale.py --only fleet --logs 1000 --jobs 2
+"""
+
+import os
+import signal
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from figures import give, parser_of
+from fleet_logs import AXIS, write_logs
+
+from axisid import Fleet, fleet
+from axisid.support.jobs.run import run_jobs
+
+CORRUPT = 3
+KILLED_AFTER = 0.3  # share of the logs that are done
+TASKS = 2000
+
+Figures = dict[str, float]
+
+
+def nothing(number: int) -> int:
+    return number
+
+
+def fleet_figures(logs: int, jobs: int) -> Figures:
+    """Cost of a log, and what becomes of a fleet in which a worker is killed."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        write_logs(folder, logs)
+        for number in range(CORRUPT):
+            (folder / f"axis{number * logs // CORRUPT:05}.npz").write_bytes(b"no archive")
+        begin, killed = time.perf_counter(), threading.Event()
+
+        def progress(done: int, total: int, _: str) -> None:
+            if done >= KILLED_AFTER * total and not killed.is_set():
+                killed.set()
+                _kill_a_worker()
+
+        made = fleet(folder, AXIS, folder / "out", jobs=jobs, progress=progress)
+        wall = time.perf_counter() - begin
+        begin = time.perf_counter()
+        again = fleet(folder, AXIS, folder / "out", jobs=jobs, resume=True)
+        resumed = time.perf_counter() - begin
+        assert again.counts["ok"] == 0, again.counts
+        return {"fleet_wall_s": wall, "fleet_resume_s": resumed, **_cost(made, wall, jobs)}
+
+
+def _cost(made: Fleet, wall: float, jobs: int) -> Figures:
+    spent = [row.seconds for row in made if row.status == "ok"]
+    return {
+        "fleet_logs": float(len(made)),
+        "fleet_results": float(made.counts["ok"]),
+        "fleet_reasons": float(made.counts["failed"]),
+        "fleet_outliers": float(len(made.outliers)),
+        "fleet_cpu_s_per_log": float(np.mean(spent)),
+        "fleet_logs_per_s_per_core": 1 / float(np.mean(spent)),
+        "fleet_wall_logs_per_s_per_job": len(made) / wall / jobs,
+    }
+
+
+def _kill_a_worker() -> None:
+    """As the kernel does when memory runs out."""
+    import multiprocessing
+
+    os.kill(multiprocessing.active_children()[0].pid or 0, signal.SIGKILL)
+
+
+def dask_figures(tasks: int) -> Figures:
+    """What a task that does nothing takes on a cluster of two workers, and in threads."""
+    from distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        executor = client.get_executor(pure=False)
+        list(run_jobs(nothing, range(100), total=100, executor=executor))
+        begin = time.perf_counter()
+        list(run_jobs(nothing, range(tasks), total=tasks, executor=executor))
+        dask = time.perf_counter() - begin
+    with ThreadPoolExecutor(2) as threads:
+        begin = time.perf_counter()
+        list(run_jobs(nothing, range(tasks), total=tasks, executor=threads))
+        own = time.perf_counter() - begin
+    return {
+        "dask_overhead_ms_per_task": 1e3 * dask / tasks,
+        "thread_overhead_ms_per_task": 1e3 * own / tasks,
+    }
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("--logs", type=int, default=200, help="of the fleet")
+    parser.add_argument("--jobs", type=int, default=2, help="processes of the fleet")
+    parser.add_argument("--only", choices=["fleet", "dask"], help="one part")
+    given = parser.parse_args()
+    parts: Mapping[str, Callable[[], Figures]] = {
+        "fleet": lambda: fleet_figures(given.logs, given.jobs),
+        "dask": lambda: dask_figures(TASKS),
+    }
+    figures: Figures = {}
+    for name, measure in parts.items():
+        if given.only in (None, name):
+            figures |= measure()
+    give(figures, given.json, (f"{name:32} {value:12.4g}" for name, value in figures.items()))
+
+
+if __name__ == "__main__":
+    main()

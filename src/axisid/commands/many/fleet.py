@@ -1,0 +1,149 @@
+"""``axisid fleet``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.estimator_options import (
+    Estimating,
+    drive_time_option,
+    estimator_options,
+    fix_option,
+)
+from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.inputs import leave_out_option
+from axisid.commands.options.option_checks import Command
+from axisid.commands.options.outputs import check_folder, force_option
+from axisid.commands.options.record_options import Reading, record_options
+from axisid.presentation.console import ProgressLine, print_document
+
+if TYPE_CHECKING:
+    from axisid.fleets import Fleet
+
+
+@click.command(
+    cls=Command,
+    short_help="Identify many logs, one by one.",
+    epilog="Example: axisid fleet logs/*.csv --axis stage.toml --jobs 8 --resume, or "
+    "axisid fleet manifest.csv --output results --time-limit 60",
+)
+@click.argument("logs", nargs=-1, required=True, shell_complete=complete_file)
+@click.option(
+    "--axis",
+    shell_complete=complete_axis,
+    help="Of the logs of which no manifest says it: a name of the library or a file.",
+)
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("results"),
+    show_default=True,
+    help="Folder of the results.",
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Processes.  [default: one for each core]",
+)
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(0.0, min_open=True),
+    metavar="S",
+    help="Seconds after which a log is given up; the others go on.  [default: none]",
+)
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Leave alone what was done with the same log, axis and options.",
+)
+@filter_options()
+@record_options
+@estimator_options
+@fix_option("As in identify, of all logs.")
+@leave_out_option
+@drive_time_option("As in identify.")
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@force_option
+def fleet(
+    logs: tuple[str, ...],
+    axis: str | None,
+    output: Path,
+    jobs: int | None,
+    time_limit: float | None,
+    resume: bool,
+    filtering: Filtering,
+    reading: Reading,
+    estimating: Estimating,
+    fix: tuple[str, ...],
+    left_out: tuple[str, ...],
+    drive_time: str | None,
+    no_native: bool,
+    force: bool,
+) -> None:
+    """Identify an axis from each of many LOGS by itself, and tell which stand out.
+
+    LOGS are files, folders, patterns in quotes (all with the folders in them), and manifests: a CSV
+    or Parquet table with a column log, and where they are wanted axis, serial, columns; its other
+    columns are conditions, which go on into the table of the fleet.
+
+    Each log has a result NAME.json, the same as of identify --json, and a line in fleet.jsonl; all
+    together have fleet.parquet (fleet.csv without pyarrow). A log that is bad, hangs or ends its
+    process is told with the reason, and the others go on.
+    """
+    prefilter = filtering.prefilter()  # refused before anything is read
+    from axisid.fleets import fleet as run
+    from axisid.fleets import written_files
+    from axisid.fleets.items import gather_items
+    from axisid.modeling.declaration import read_fixed
+
+    items = gather_items(logs, output)
+    check_folder(output, "--output", written_files(items), deep=True, force=force)
+    try:
+        with ProgressLine(f"identifying {len(items)} logs") as line:
+            result = run(
+                items,
+                axis,
+                output,
+                jobs=jobs or _cores(),
+                time_limit=time_limit,
+                resume=resume,
+                prefilter=prefilter,
+                fixed=read_fixed(fix),
+                left_out=left_out,
+                drive_time=drive_time,
+                native=not no_native,
+                reading=reading.arguments(),
+                progress=line,
+                draws=estimating.draws,
+                **estimating.arguments(),
+            )
+    except KeyboardInterrupt:
+        click.echo(f"axisid: what is done is in {output}; --resume goes on from there", err=True)
+        raise
+    _put(result)
+
+
+def _put(result: "Fleet") -> None:
+    """Print a fleet and write its table; fail as the first log did that could not be used."""
+    from axisid.support.errors import EstimationError
+
+    print_document(result.document())
+    click.echo(f"wrote {result.write()}")
+    if result.failed:
+        count = len(result.failed)
+        raise EstimationError(
+            f"{count} of {len(result)} logs {'has' if count == 1 else 'have'} no result; the "
+            "reasons are above and in fleet.jsonl.",
+            code="logs-failed",
+        )
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    import os
+
+    affinity = getattr(os, "sched_getaffinity", None)  # not on macOS and Windows
+    return len(affinity(0)) if affinity is not None else os.cpu_count() or 1

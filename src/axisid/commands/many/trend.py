@@ -1,0 +1,78 @@
+"""``axisid trend``."""
+
+from pathlib import Path
+
+import click
+
+from axisid.commands.options.completion import complete_file
+from axisid.commands.options.option_checks import Command
+from axisid.commands.options.outputs import (
+    Target,
+    check_targets,
+    force_option,
+    json_option,
+    put_json,
+)
+from axisid.presentation.console import ProgressLine, print_document
+
+
+@click.command(
+    cls=Command,
+    short_help="Follow parameters over results.",
+    epilog="Example: axisid identify emps2015 --json a.json && axisid trend a.json, or "
+    "axisid trend results --by date --page trend.html --csv trend.csv",
+)
+@click.argument("results", nargs=-1, required=True, shell_complete=complete_file)
+@click.option(
+    "--by",
+    metavar="CONDITION",
+    help="What orders the results: a column of a fleet's manifest with numbers or dates.  "
+    "[default: the order in which they are named]",
+)
+@click.option(
+    "--method", metavar="METHOD", help="Whose estimates are taken.  [default: the judged one]"
+)
+@click.option("--csv", "table", metavar="FILE", help="Write a row for each value of each result.")
+@click.option("--page", metavar="FILE", help="Write a page of HTML with a figure of each series.")
+@json_option("Write the trend as JSON; - for stdout.")
+@force_option
+def trend(
+    results: tuple[str, ...],
+    by: str | None,
+    method: str | None,
+    table: str | None,
+    page: str | None,
+    json_file: str | None,
+    force: bool,
+) -> None:
+    """Follow the parameters of axes over RESULTS, and tell what changed.
+
+    RESULTS are files that identify --json wrote, and folders of them, such as those of a fleet.
+    Results of one axis and serial number are a series: control limits are from the results'
+    deviations and the scatter between them; results beyond the limits and steps are told.
+    """
+    targets = (
+        Target("--csv", table, "trend-table"),
+        Target("--page", page, "report"),
+        Target("--json", json_file, "trend"),
+    )
+    check_targets(targets, results, force=force)
+    _check_endings(("--csv", table, ".csv"), ("--page", page, ".html"))
+
+    from axisid.trends import trend as run
+
+    with ProgressLine("reading results"):
+        result = run(results, by=by, method=method)
+    for file in filter(None, (table, page)):
+        click.echo(f"wrote {result.write(Path(file))}", err=json_file == "-")
+    if json_file is not None:
+        put_json(json_file, result.to_dict())
+    if json_file != "-":
+        print_document(result.document())
+
+
+def _check_endings(*files: tuple[str, str | None, str]) -> None:
+    """Refuse names that do not say what is written."""
+    for option, file, ending in files:
+        if file is not None and not file.endswith(ending):
+            raise click.BadParameter(f"{file!r}: the name must end in {ending}", param_hint=option)

@@ -1,0 +1,150 @@
+"""Options of how a record is estimated from, each by itself and all collected into one object."""
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
+from axisid.estimation.choices.methods import ROW_LOSSES, is_iteration, method_names
+
+from .option_checks import check_idle
+from .start_option import start_option
+
+method_option = click.option(
+    "--method",
+    "methods",
+    type=click.Choice([*method_names(), "all"]),
+    multiple=True,
+    default=("all",),
+    show_default="all",
+    help="Estimator, again for each: ls least squares, iv instruments, idm and ddm of the inverse "
+    "and the direct model, didim output error of the force by the simulated loop, where the "
+    "control law is right; all runs what axis and record allow, and says what it left out.",
+)
+covariance_option = click.option(
+    "--covariance",
+    type=click.Choice(covariance_names()),
+    default=covariance_names()[0],
+    show_default=True,
+    help=f"What intervals, draws and tests assume of the residuals: {assumptions()}.",
+)
+lags_option = click.option(
+    "--lags",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Rows over which the HAC deviations take residuals as alike.  [default: from the data]",
+)
+loss_option = click.option(
+    "--loss",
+    type=click.Choice(ROW_LOSSES),
+    default=ROW_LOSSES[0],
+    show_default=True,
+    help="How rows count: by squares, or for less the larger their residual is.",
+)
+bounded_option = click.option(
+    "--bounded",
+    is_flag=True,
+    help="Hold a parameter that the judged method would have beyond its declared bound at that "
+    "bound; else it is reported and fails a check.",
+)
+draws_option = click.option(
+    "--draws",
+    type=click.IntRange(2, 1_000_000),
+    metavar="N",
+    help="Add intervals from N draws of each estimate, which do without the delta method.",
+)
+start_of_instruments = start_option(
+    "Of instruments: least squares where its simulated loop follows the record, or the nominal "
+    "values, as published."
+)
+
+
+def fix_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Add ``--fix``, which the command takes as `fix`."""
+    return click.option("--fix", multiple=True, metavar="NAME=VALUE[+-SD]", help=said)
+
+
+def drive_time_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Add ``--drive-time``, which the command takes as `drive_time`."""
+    return click.option("--drive-time", type=click.Choice(["lag", "delay"]), help=said)
+
+
+def check_estimator(methods: tuple[str, ...], covariance: str) -> None:
+    """Refuse options that the others leave without effect."""
+    if "all" in methods and len(methods) > 1:
+        raise click.UsageError("--method all is by itself; name those that are wanted, or none.")
+    if "all" not in methods and not any(map(is_iteration, methods)):
+        named = " and ".join(methods)
+        check_idle("--start", f"is of instruments, which --method {named} does without")
+    if not takes_lags(covariance):
+        check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimating:
+    """How a record is estimated from, as the command line says it."""
+
+    methods: tuple[str, ...]
+    covariance: str
+    lags: int | None
+    start: str
+    loss: str
+    bounded: bool
+    draws: int
+
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of `identify`, but for the draws, which are of its result."""
+        return {
+            "methods": None if "all" in self.methods else self.methods,
+            "lags": self.lags,
+            "covariance": self.covariance,
+            "start": self.start,
+            "loss": self.loss,
+            "bounded": self.bounded,
+        }
+
+
+_OPTIONS = (
+    method_option,
+    covariance_option,
+    lags_option,
+    start_of_instruments,
+    loss_option,
+    bounded_option,
+    draws_option,
+)
+
+
+def estimator_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options; the command takes them as one `estimating`."""
+
+    @functools.wraps(command)
+    def collected(
+        *,
+        methods: tuple[str, ...],
+        covariance: str,
+        lags: int | None,
+        started_at: str,
+        loss: str,
+        bounded: bool,
+        draws: int | None,
+        **others: Any,
+    ) -> None:
+        check_estimator(methods, covariance)
+        estimating = Estimating(
+            methods=methods,
+            covariance=covariance,
+            lags=lags,
+            start=started_at,
+            loss=loss,
+            bounded=bounded,
+            draws=draws or 0,
+        )
+        command(estimating=estimating, **others)
+
+    for option in reversed(_OPTIONS):
+        collected = option(collected)
+    return collected

@@ -1,0 +1,11 @@
+"""Many logs through one axis or several: a result for each, a table, the axes that stand out.
+
+In: logs, a manifest, an executor. Out: files of results, a fleet with its outliers. Knows nothing
+of the command line, and of how a log is identified.
+"""
+
+from .fleet import fleet as fleet
+from .fleet import written_files as written_files
+from .ledger import read_ledger as read_ledger
+from .result import Fleet as Fleet
+from .row import FleetRow as FleetRow

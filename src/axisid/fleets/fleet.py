@@ -1,0 +1,194 @@
+"""Many logs, one by one or side by side."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from axisid.codegen.artefacts import as_declared
+from axisid.estimation.signals import Prefilter
+from axisid.fleets.items import FleetItem, gather_items, result_names
+from axisid.modeling.declaration import Axis
+from axisid.support.errors import AxisidError, UsageError
+from axisid.support.jobs.outcome import Failure, Outcome
+from axisid.support.jobs.run import run_jobs
+from axisid.support.progress import Progress
+from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.user_values import quoted
+
+from .ledger import LEDGER, ledger_of, read_ledger, write_row
+from .one_log import Named, identify_log, result_file
+from .result import Fleet
+from .row import FleetRow
+from .settings import Settings, log_digest
+from .table import TABLES
+
+
+def fleet(
+    logs: str | Path | Iterable[str | Path | FleetItem],
+    axis: Axis | str | Path | None = None,
+    out: str | Path = "results",
+    *,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    time_limit: float | None = None,
+    resume: bool = False,
+    prefilter: Prefilter | None = None,
+    fixed: Mapping[str, Any] | None = None,
+    left_out: Sequence[str] = (),
+    drive_time: str | None = None,
+    native: bool = True,
+    draws: int = 0,
+    reading: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+    **identifying: Any,
+) -> Fleet:
+    """Identify every log by itself, and tell which axes stand out.
+
+    Each result is written as ``NAME.json`` as soon as it is there, the same as ``axisid identify
+    --json`` writes, and each log has a line in ``fleet.jsonl``.
+
+    Parameters
+    ----------
+    logs : path or iterable of path or FleetItem
+        Logs, patterns (``logs/**/*.csv``), folders, manifests (a table with a column ``log``), and
+        items.
+    axis : Axis, str or Path, optional
+        Of the logs of which nothing else says it.
+    out : str or Path
+        Folder of the results.
+    jobs : int
+        Processes; 0 for this one, in which a log that hangs or ends the process is not shielded.
+    executor : Executor, optional
+        In place of processes: any of `concurrent.futures`, or Dask's ``client.get_executor()``.
+    time_limit : float, optional
+        Seconds for one log.
+    resume : bool
+        Leave alone what was done with the same log, axis and options.
+    prefilter : Prefilter, optional
+        As of `identify`; what it leaves open follows each log's rate.
+    fixed, left_out, drive_time, native
+        What is known, what is not identified, the drive's time that is estimated, and whether
+        compiled code runs: as of `fix`, `leave_out`, `Drive.estimating` and `build`.
+    draws : int
+        As of `Identification.to_dict`.
+    reading : mapping, optional
+        Arguments of `read_record`.
+    progress : callable, optional
+        Called with what is done, of how many, and a text.
+    **identifying
+        Further arguments of `identify` that are of one record: ``methods``, ``covariance``, ...
+
+    Returns
+    -------
+    Fleet
+
+    Raises
+    ------
+    UsageError
+        There is no log, or an option is wrong in itself; what is wrong with one log is in its row.
+    """
+    _check(jobs, time_limit, identifying)
+    items = gather_items(logs, Path(out))
+    settings = Settings(
+        folder=str(out),
+        axis=_axis_of(axis),
+        fixed=dict(fixed or {}),
+        left_out=tuple(left_out),
+        drive_time=drive_time or "",
+        native=native,
+        reading=dict(reading or {}),
+        prefilter=prefilter,
+        identifying=identifying,
+        draws=draws,
+    )
+    named = [Named(name=n, item=i) for n, i in zip(result_names(items), items, strict=True)]
+    done = dict(_finished(settings, named)) if resume else {}
+    todo = [each for each in named if each.name not in done]
+    made = _work(settings, todo, progress, resume, jobs=jobs, executor=executor, limit=time_limit)
+    rows = {**done, **{row.name: row for row in made}}
+    return Fleet(folder=str(out), rows=tuple(rows[each.name] for each in named))
+
+
+def written_files(items: Sequence[FleetItem]) -> dict[str, str]:
+    """What a fleet of items writes into its folder, and which kind of file each is."""
+    results = {f"{name}.json": "identify" for name in result_names(items)}
+    return {LEDGER: "fleet", **dict.fromkeys(TABLES, "fleet-table"), **results}
+
+
+def _work(
+    settings: Settings,
+    todo: Sequence[Named],
+    progress: Progress | None,
+    resume: bool,
+    **how: Any,
+) -> Iterator[FleetRow]:
+    """Rows as they are done, each in the ledger before it is given."""
+    function = partial(identify_log, settings)
+    with ledger_of(Path(settings.folder), anew=not resume) as ledger:
+        if not todo:
+            return
+        outcomes = run_jobs(
+            function, todo, total=len(todo), progress=progress, said="identifying logs", **how
+        )
+        for outcome in outcomes:
+            row = _row(todo[outcome.place], outcome)
+            write_row(ledger, row)
+            yield row
+
+
+def _row(named: Named, outcome: Outcome[FleetRow]) -> FleetRow:
+    failure = outcome.failure
+    if failure is None and outcome.value is not None:
+        return outcome.value
+    told = failure or Failure("error", "nothing came of it")
+    code = "internal" if told.kind == "error" else told.kind
+    return named.row(status="failed", reason=f"{told.reason}.", code=code)
+
+
+def _finished(settings: Settings, named: Sequence[Named]) -> Iterator[tuple[str, FleetRow]]:
+    """Rows of what was done before with the same log, axis and options.
+
+    What was killed or took too long has no key: another time it may not.
+    """
+    before = read_ledger(Path(settings.folder))
+    for each in named:
+        row = before.get(each.name)
+        if row is None or not row.key or row.key != _key_now(settings, each):
+            continue
+        if row.has_result and not result_file(settings.folder, each.name).is_file():
+            continue
+        kept = {name: getattr(row, name) for name in row.__struct_fields__}
+        said = {"serial": each.item.serial, "conditions": each.item.conditions}
+        status = "skipped" if row.has_result else "failed"
+        yield each.name, FleetRow(**{**kept, **said, "log": each.item.log, "status": status})
+
+
+def _key_now(settings: Settings, named: Named) -> str:
+    """The key that a log has now; empty where it has none."""
+    try:
+        return settings.key(named.item, log_digest(Path(named.item.log)))
+    except (AxisidError, OSError):
+        return ""
+
+
+def _axis_of(axis: Axis | str | Path | None) -> Axis | str:
+    if axis is None or isinstance(axis, (str, Path)):
+        return str(axis or "")
+    declared = as_declared(axis)
+    return declared if declared is not None else ""
+
+
+def _check(jobs: object, limit: object, identifying: Mapping[str, Any]) -> None:
+    if not (is_whole(jobs) and int(jobs) >= 0):
+        raise UsageError(f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides.")
+    if limit is not None and not (is_real(limit) and limit > 0):
+        raise UsageError(f"the time limit is {quoted(limit)}; give a positive number of seconds.")
+    several = sorted({"local", "known", "gain", "skip_bad"} & identifying.keys())
+    if several:
+        raise UsageError(
+            f"{', '.join(several)} is of several records together, and a fleet identifies each "
+            "log by itself; leave it out.",
+            code="fleet-of-single-logs",
+        )

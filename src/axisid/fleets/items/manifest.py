@@ -1,0 +1,116 @@
+"""A manifest: a table that names logs and says what is known of each."""
+
+import csv
+import io
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from axisid.estimation.tables import library
+from axisid.support.errors import DataError
+from axisid.support.files.regular_file import read_regular
+
+from .item import FleetItem
+
+_LOG, _OWN = "log", ("log", "axis", "serial", "columns")
+_TEXT, _PARQUET = (".csv", ".tsv", ".txt"), (".parquet", ".pq")
+_LOOKED_AT = 4096  # bytes of a header
+
+
+def is_manifest(file: Path) -> bool:
+    """Whether a table's first column names are those of a manifest: one of them is ``log``."""
+    kind = file.suffix.lower()
+    try:
+        if kind in _TEXT:
+            with file.open("rb") as stream:
+                line = stream.read(_LOOKED_AT).decode("utf-8-sig", "replace").split("\n", 1)[0]
+            return _LOG in _heads(line)
+        return kind in _PARQUET and _LOG in _parquet(file).schema_arrow.names
+    except (OSError, DataError):
+        return False  # who reads it says what is wrong
+    except Exception as error:
+        if type(error).__module__.startswith("pyarrow"):
+            return False
+        raise
+
+
+def manifest_items(file: Path) -> Iterator[FleetItem]:
+    """The items of a manifest.
+
+    Its columns are ``log``, and where they are wanted ``axis``, ``serial`` and ``columns`` (as
+    ``--columns`` takes them); every other one is a condition. Paths are as from its folder.
+
+    Raises
+    ------
+    DataError
+        It cannot be read, or a row names no log.
+    """
+    for number, row in enumerate(_rows(file), 1):
+        told = {k.strip(): v for k, v in row.items() if k and v not in (None, "")}
+        if not told.get(_LOG):
+            raise DataError(
+                f"{file}: row {number} names no log; give its path in the column {_LOG!r}.",
+                code="manifest-row",
+            )
+        yield FleetItem(
+            log=_from(file, str(told[_LOG])),
+            axis=_axis(file, str(told.get("axis", ""))),
+            serial=str(told.get("serial", "")),
+            columns=_columns(file, number, str(told.get("columns", ""))),
+            conditions={k: _value(v) for k, v in told.items() if k not in _OWN},
+        )
+
+
+def _rows(file: Path) -> Iterator[Mapping[str, Any]]:
+    if file.suffix.lower() in _PARQUET:
+        yield from _parquet(file).read().to_pylist()
+        return
+    try:
+        text = read_regular(file).decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(f"{file} cannot be read: {error}.", code="manifest-not-read") from error
+    first = text.split("\n", 1)[0]
+    yield from csv.DictReader(io.StringIO(text), delimiter=_delimiter(first), skipinitialspace=True)
+
+
+def _parquet(file: Path) -> Any:
+    return library("pyarrow.parquet", "parquet", file).ParquetFile(file)
+
+
+def _delimiter(line: str) -> str:
+    """The one that the header has most of."""
+    return max(",;\t", key=line.count)
+
+
+def _heads(line: str) -> list[str]:
+    return [head.strip().strip('"') for head in line.strip().split(_delimiter(line))]
+
+
+def _from(file: Path, path: str) -> str:
+    """A path as from the manifest's folder."""
+    return str(file.parent / path)
+
+
+def _axis(file: Path, named: str) -> str:
+    """An axis's name, or its file as from the manifest's folder."""
+    return _from(file, named) if ".py" in named or ".toml" in named else named
+
+
+def _columns(file: Path, number: int, text: str) -> dict[str, str]:
+    pairs = [pair.partition("=") for pair in text.split(",") if pair.strip()]
+    if any(not (role.strip() and name.strip()) for role, _, name in pairs):
+        raise DataError(
+            f"{file}: row {number} has the columns {text!r}; write ROLE=NAME[:UNIT],....",
+            code="manifest-columns",
+        )
+    return {role.strip(): name.strip() for role, _, name in pairs}
+
+
+def _value(given: Any) -> str | float:
+    """A condition: a number where it is one."""
+    if isinstance(given, (int, float)) and not isinstance(given, bool):
+        return float(given)
+    try:
+        return float(str(given))
+    except ValueError:
+        return str(given)

@@ -1,0 +1,81 @@
+"""One log: read, identified, judged, written; by whichever process works on it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+from axisid.codegen.artefacts import replace_file
+from axisid.estimation.identification import identify
+from axisid.estimation.records import read_record
+from axisid.fleets.items import FleetItem
+from axisid.support.errors import AxisidError, DataError
+from axisid.support.files.json_text import json_text
+
+from .row import FleetRow, judged
+from .settings import Settings, log_digest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Named:
+    """An item with the name of its result."""
+
+    name: str
+    item: FleetItem
+
+    def row(self, **what: Any) -> FleetRow:
+        """A row of it."""
+        said = {name: getattr(self.item, name) for name in ("log", "serial", "conditions")}
+        return FleetRow(name=self.name, **{"axis": self.item.axis, **said, **what})
+
+
+def result_file(folder: str | Path, name: str) -> Path:
+    """Where the result of a log is."""
+    return Path(folder, f"{name}.json")
+
+
+def identify_log(settings: Settings, named: Named) -> FleetRow:
+    """Identify an axis from one log and write the result; what is wrong with the log is told.
+
+    What is no fault of the log or the options is raised.
+    """
+    begin = process_time()
+    key, axis = "", named.item.axis or str(getattr(settings.axis, "name", settings.axis))
+    try:
+        generated = settings.generated(named.item)
+        axis = generated.axis.name
+        key = _key(settings, named.item)
+        document = _identified(settings, named)
+    except AxisidError as error:
+        said = " ".join(str(error).split())
+        return named.row(
+            axis=axis,
+            status="failed",
+            reason=said,
+            code=error.code,
+            key=key,
+            seconds=process_time() - begin,
+        )
+    return named.row(
+        axis=axis, status="ok", key=key, **judged(document), seconds=process_time() - begin
+    )
+
+
+def _key(settings: Settings, item: FleetItem) -> str:
+    try:
+        return settings.key(item, log_digest(Path(item.log)))
+    except OSError as error:
+        raise DataError(
+            f"{item.log} cannot be read: {error.strerror}. Check the path.", code="log-not-read"
+        ) from error
+
+
+def _identified(settings: Settings, named: Named) -> dict[str, Any]:
+    """The result as data, written to its file whole or not at all."""
+    generated, item = settings.generated(named.item), named.item
+    reading = {**settings.reading, **({"columns": item.columns} if item.columns else {})}
+    record = read_record(item.log, generated, **reading)
+    result = identify(generated, record, settings.prefilter, **settings.identifying)
+    document = result.to_dict(settings.draws)
+    replace_file(result_file(settings.folder, named.name), json_text(document))
+    return document

@@ -1,0 +1,122 @@
+"""Axes whose parameters are not those of the others, beyond what their deviations explain."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.estimation.thresholds.studies import FLEET_LEVEL, MIN_LOGS_PER_PARAMETER
+from axisid.populations import Alike, Usual, alike_points
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+
+from .row import FleetRow
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outlier:
+    """A log whose parameters are not those of the others.
+
+    Attributes
+    ----------
+    name : str
+        Of the row.
+    distance : float
+        Robust distance in deviations, all parameters together.
+    p_value : float
+        Of a distance as large or larger of a log like the others.
+    parameter : str
+        The one that is furthest from the centre by itself.
+    apart : float
+        How far, in deviations.
+    """
+
+    name: str
+    distance: float
+    p_value: float
+    parameter: str
+    apart: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisGroup:
+    """Logs of one axis, with the same parameters.
+
+    Attributes
+    ----------
+    axis : str
+    names, units : tuple of str
+        Of the parameters.
+    rows : tuple of FleetRow
+    usual : Usual or Missing
+    outliers : tuple of Outlier
+        The furthest first.
+    """
+
+    axis: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: tuple[FleetRow, ...]
+    usual: Usual | Missing
+    outliers: tuple[Outlier, ...]
+
+
+def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
+    """The rows with a result by axis and parameters."""
+    grouped: dict[tuple[str, tuple[str, ...]], list[FleetRow]] = {}
+    for row in rows:
+        if row.has_result:
+            grouped.setdefault((row.axis, tuple(row.parameters)), []).append(row)
+    return tuple(_group(axis, names, each) for (axis, names), each in grouped.items())
+
+
+def _group(axis: str, names: tuple[str, ...], rows: Sequence[FleetRow]) -> AxisGroup:
+    usual, outliers = _judged(names, rows)
+    return AxisGroup(
+        axis=axis,
+        names=names,
+        units=tuple(value.unit for value in rows[0].parameters.values()),
+        rows=tuple(rows),
+        usual=usual,
+        outliers=outliers,
+    )
+
+
+def _judged(
+    names: Sequence[str], rows: Sequence[FleetRow]
+) -> tuple[Usual | Missing, tuple[Outlier, ...]]:
+    values = np.array([[value.value for value in row.parameters.values()] for row in rows])
+    least = int(MIN_LOGS_PER_PARAMETER.value) * max(len(names), 1)
+    if len(rows) < least:
+        few = f"of {len(rows)} logs nothing is usual; {least} or more tell what is"
+        return Missing(few), ()
+    scale = np.std(values, axis=0)
+    if not scale.all() or np.linalg.matrix_rank((values - values.mean(axis=0)) / scale) < len(
+        names
+    ):
+        return Missing("the values of the logs lie in fewer dimensions than parameters"), ()
+    covariances = np.array([row.covariance for row in rows])
+    found = alike_points(values, covariances, FLEET_LEVEL.value)
+    return found.usual, tuple(
+        _outlier(names, rows[i], values[i], covariances[i], found, i) for i in found.far
+    )
+
+
+def _outlier(
+    names: Sequence[str],
+    row: FleetRow,
+    value: Array,
+    covariance: Array,
+    found: Alike,
+    place: int,
+) -> Outlier:
+    usual = found.usual
+    apart = (value - usual.centre) / np.sqrt(np.diag(usual.between + covariance))
+    furthest = int(np.argmax(np.abs(apart)))
+    return Outlier(
+        name=row.name,
+        distance=float(np.sqrt(found.distances[place])),
+        p_value=float(found.p_values[place]),
+        parameter=names[furthest],
+        apart=float(apart[furthest]),
+    )

@@ -1,0 +1,98 @@
+"""A fleet that was identified."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from axisid.presentation.blocks import Document, plain_text
+from axisid.presentation.html import blocks_html
+
+from .document import fleet_document
+from .outliers import AxisGroup, Outlier, groups_of
+from .row import FleetRow, counts_of
+from .table import write_table
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fleet:
+    """What became of the logs of a fleet.
+
+    Attributes
+    ----------
+    folder : str
+        Of the results.
+    rows : tuple of FleetRow
+        In the order in which the logs were named.
+    """
+
+    folder: str
+    rows: tuple[FleetRow, ...]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[FleetRow]:
+        return iter(self.rows)
+
+    def __getitem__(self, name: str) -> FleetRow:
+        """A row by the name of its result."""
+        return {row.name: row for row in self.rows}[name]
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many logs there are of each status."""
+        return counts_of(self.rows)
+
+    @property
+    def failed(self) -> tuple[FleetRow, ...]:
+        """The rows without a result, each with its reason."""
+        return tuple(row for row in self.rows if not row.has_result)
+
+    @cached_property
+    def groups(self) -> tuple[AxisGroup, ...]:
+        """The logs with a result by axis, with what is usual among them."""
+        return groups_of(self.rows)
+
+    @property
+    def outliers(self) -> tuple[Outlier, ...]:
+        """The logs whose parameters are not those of the others, the furthest first."""
+        found = (each for group in self.groups for each in group.outliers)
+        return tuple(sorted(found, key=lambda each: each.p_value))
+
+    def summary(self) -> str:
+        """Counts, what is usual, what stands out, and what failed, as text."""
+        return plain_text(self.document())
+
+    def _repr_html_(self) -> str:
+        """For notebooks."""
+        return blocks_html(self.document())
+
+    def document(self) -> Document:
+        """The same in blocks."""
+        return fleet_document(self.folder, self.rows, self.groups)
+
+    def write(self, file: str | Path | None = None) -> Path:
+        """Write the table of all logs, a row for each.
+
+        Parameters
+        ----------
+        file : str or Path, optional
+            Ends in ``.parquet``, ``.csv`` or ``.npz``; by default ``fleet.parquet`` in the folder
+            of the results, or ``fleet.csv`` where pyarrow is not installed.
+
+        Returns
+        -------
+        Path
+            What was written.
+
+        Raises
+        ------
+        UsageError
+            The ending is another one, or the place cannot be written to.
+        """
+        place = None if file is None else Path(file)
+        return write_table(self.rows, self.outliers, Path(self.folder), place)

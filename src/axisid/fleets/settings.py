@@ -1,0 +1,152 @@
+"""How every log of a fleet is read and identified, and what a result depends on."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.estimation.signals import Prefilter
+from axisid.fleets.items import FleetItem
+from axisid.modeling.declaration import Axis, fix, leave_out
+from axisid.modeling.text import load_axis
+from axisid.support.errors import UsageError
+from axisid.support.version import __version__
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What is the same for all logs; small, since every job has it.
+
+    Attributes
+    ----------
+    folder : str
+        Where results are written to.
+    axis : str or Axis
+        Of the logs that name none; empty where all do.
+    fixed : mapping of str to value
+        As `fix` takes them.
+    left_out : tuple of str
+    drive_time : str
+        The drive's time that is estimated, ``lag`` or ``delay``; empty for none.
+    native : bool
+    reading : mapping of str to value
+        Arguments of `read_record`.
+    prefilter : Prefilter or None
+    identifying : mapping of str to value
+        Further arguments of `identify`.
+    draws : int
+    """
+
+    folder: str
+    axis: str | Axis = ""
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
+    drive_time: str = ""
+    native: bool = True
+    reading: Mapping[str, Any] = field(default_factory=dict)
+    prefilter: Prefilter | None = None
+    identifying: Mapping[str, Any] = field(default_factory=dict)
+    draws: int = 0
+
+    def generated(self, item: FleetItem) -> GeneratedAxis:
+        """The axis of an item, which a process builds once.
+
+        Raises
+        ------
+        ModelError, UsageError
+            There is none, or it cannot be built.
+        """
+        return self._built(item)[0]
+
+    def key(self, item: FleetItem, log: str) -> str:
+        """What the result of an item depends on, as a text of one length.
+
+        Parameters
+        ----------
+        item : FleetItem
+        log : str
+            Hash of the log's bytes.
+        """
+        generated, declared = self._built(item)
+        told = (
+            __version__,
+            log,
+            generated.signature,
+            declared,
+            sorted({**self.reading, **({"columns": item.columns} if item.columns else {})}.items()),
+            self.prefilter,
+            sorted(self.identifying.items()),
+            self.draws,
+        )
+        return _digest(repr(told))
+
+    def _built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
+        axis = item.axis or self.axis
+        if not axis:
+            raise UsageError(
+                f"nothing says of which axis {item.log} is; name one for all, or in the manifest.",
+                code="no-axis-of-log",
+            )
+        source = axis if isinstance(axis, Axis) else str(axis)
+        mark = _canonical(source) if isinstance(source, Axis) else source
+        fixed = tuple(sorted(self.fixed.items()))
+        return _built(_Same(source, mark), fixed, self.left_out, self.drive_time, self.native)
+
+
+class _Same:
+    """An axis, or what names one, that is the same as another by its mark."""
+
+    def __init__(self, axis: Axis | str, mark: str) -> None:
+        self.axis, self._mark = axis, mark
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self._mark == other._mark
+
+    def __hash__(self) -> int:
+        return hash(self._mark)
+
+
+@lru_cache(maxsize=32)
+def _built(
+    source: _Same,
+    fixed: tuple[tuple[str, Any], ...],
+    left_out: tuple[str, ...],
+    drive_time: str,
+    native: bool,
+) -> tuple[GeneratedAxis, str]:
+    """An axis built as it is identified, and a digest of its declaration."""
+    axis = source.axis if isinstance(source.axis, Axis) else load_axis(source.axis)
+    axis = fix(axis, **dict(fixed))
+    if drive_time:
+        axis = replace(axis, drive=axis.drive.estimating(drive_time))
+    axis = leave_out(axis, *left_out)
+    return build(axis, native=native), _digest(_canonical(axis))
+
+
+def _canonical(axis: Axis) -> str:
+    """All that an axis declares, gains and nominal values too, which no signature has."""
+    return repr([(each.name, getattr(axis, each.name)) for each in fields(axis)])
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode(errors="replace")).hexdigest()
+
+
+def log_digest(log: Path) -> str:
+    """Hash of the bytes of a log; of a folder, of all that is in it.
+
+    Raises
+    ------
+    OSError
+        It cannot be read.
+    """
+    made = hashlib.sha256()
+    for file in sorted(p for p in log.rglob("*") if p.is_file()) if log.is_dir() else [log]:
+        if log.is_dir():
+            made.update(f"{file.relative_to(log)}\0".encode(errors="replace"))
+        with file.open("rb") as stream:
+            made.update(hashlib.file_digest(stream, "sha256").digest())
+    return made.hexdigest()

@@ -1,0 +1,126 @@
+"""The table of a fleet: a row for each log, as Parquet, CSV or NumPy's arrays."""
+
+import csv
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from axisid.codegen.artefacts import replace_file
+from axisid.estimation.tables import library
+from axisid.presentation.schema import schema_of
+from axisid.support.errors import UsageError
+from axisid.support.user_values import quoted
+
+from .outliers import Outlier
+from .row import FleetRow
+
+Cell = str | float | None
+Columns = dict[str, list[Cell]]
+#: Its names where it is given none.
+TABLES = ("fleet.parquet", "fleet.csv")
+
+
+def write_table(
+    rows: Sequence[FleetRow], outliers: Sequence[Outlier], folder: Path, file: Path | None
+) -> Path:
+    """Write the table of all logs; see `Fleet.write`."""
+    if file is None:
+        file = folder / TABLES[find_spec("pyarrow") is None]
+    if file.suffix not in _WRITERS:
+        raise UsageError(
+            f"the table is {quoted(str(file))}; give a name that ends in {', '.join(_WRITERS)}.",
+            code="fleet-table",
+        )
+    columns = columns_of(rows, outliers)
+    written = _WRITERS[file.suffix](columns, file)
+    try:
+        replace_file(file, written)
+    except OSError as error:
+        raise UsageError(f"{file} cannot be written: {error.strerror}.") from error
+    return file
+
+
+def columns_of(rows: Sequence[FleetRow], outliers: Sequence[Outlier]) -> Columns:
+    """The table by column: what a log is, how it ended, its parameters, how far it is out."""
+    out = {each.name: each for each in outliers}
+    columns: Columns = {
+        name: [getattr(row, name) for row in rows]
+        for name in ("name", "log", "axis", "serial", "status", "reason", "code", "method")
+    }
+    columns["failing"] = ["; ".join(row.failing) for row in rows]
+    columns |= _of_conditions(rows)
+    for name in _each(row.parameters for row in rows):
+        columns |= _of_parameter(name, rows)
+    columns["outlier_distance"] = [_figure(out, row.name, "distance") for row in rows]
+    columns["outlier_p"] = [_figure(out, row.name, "p_value") for row in rows]
+    columns["seconds"] = [row.seconds for row in rows]
+    return columns
+
+
+def _each(mappings: Iterator[Mapping[str, object]] | Sequence[Mapping[str, object]]) -> list[str]:
+    """Names in any of them, in the order in which they come."""
+    return list(dict.fromkeys(name for each in mappings for name in each))
+
+
+def _of_conditions(rows: Sequence[FleetRow]) -> Columns:
+    """Conditions; numbers where all of one are, else texts, since a column has one kind."""
+    found: Columns = {}
+    for name in _each([row.conditions for row in rows]):
+        values = [row.conditions.get(name) for row in rows]
+        numeric = all(value is None or isinstance(value, float) for value in values)
+        cells: list[Cell] = [v if v is None or numeric else str(v) for v in values]
+        found[f"condition.{name}"] = cells
+    return found
+
+
+def _of_parameter(name: str, rows: Sequence[FleetRow]) -> Columns:
+    values = [row.parameters.get(name) for row in rows]
+    return {
+        name: [None if v is None else v.value for v in values],
+        f"{name}.sd": [None if v is None else v.sd for v in values],
+        f"{name}.low": [None if v is None else v.interval_95[0] for v in values],
+        f"{name}.high": [None if v is None else v.interval_95[1] for v in values],
+    }
+
+
+def _figure(outliers: Mapping[str, Outlier], name: str, what: str) -> float | None:
+    return getattr(outliers[name], what) if name in outliers else None
+
+
+def _csv(columns: Columns, _: Path) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    return text.getvalue()
+
+
+def _parquet(columns: Columns, file: Path) -> bytes:
+    arrow = library("pyarrow", "parquet", file)
+    parquet = library("pyarrow.parquet", "parquet", file)
+    buffer = io.BytesIO()
+    made = arrow.table(columns).replace_schema_metadata({"axisid": schema_of(FleetRow)})
+    parquet.write_table(made, buffer)
+    return buffer.getvalue()
+
+
+def _npz(columns: Columns, _: Path) -> bytes:
+    buffer = io.BytesIO()
+    arrays = {
+        name: np.array(["" if cell is None else cell for cell in cells])
+        if any(isinstance(cell, str) for cell in cells)
+        else np.array(cells, dtype=np.float64)
+        for name, cells in columns.items()
+    }
+    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+_WRITERS: Mapping[str, Callable[[Columns, Path], str | bytes]] = {
+    ".parquet": _parquet,
+    ".csv": _csv,
+    ".npz": _npz,
+}

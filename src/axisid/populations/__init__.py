@@ -1,0 +1,15 @@
+"""Several estimates of the same parameters: what is usual among them, and what is not.
+
+In: values with their covariances, as arrays. Out: centre and scatter, points that stand out, steps.
+Knows nothing of axes, logs and results.
+"""
+
+from .alike import Alike as Alike
+from .alike import Usual as Usual
+from .alike import alike_points as alike_points
+from .alike import limit_of_a_new_point as limit_of_a_new_point
+from .alike import of_a_new_point as of_a_new_point
+from .robust_scatter import robust_scatter as robust_scatter
+from .robust_scatter import squared_distances as squared_distances
+from .steps import Step as Step
+from .steps import steps_in as steps_in

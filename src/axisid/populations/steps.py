@@ -1,0 +1,130 @@
+"""Steps in a series: where its level is another one from then on."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.support.arrays import Array
+
+_ORDERS = 999  # orders in which the values might have come as well
+_SEED = 0  # the same series gives the same numbers
+_SHORTEST = 3  # values of a level
+_SHORTER = np.sqrt(2.0)  # from a length of stretches to the next
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """A step of a series' level.
+
+    Attributes
+    ----------
+    place : int
+        Of the first value on the new level, from 0.
+    difference, deviation : float
+        Of the new level and the one before.
+    p_value : float
+        Of a step as large somewhere in the series, if its order told nothing.
+    """
+
+    place: int
+    difference: float
+    deviation: float
+    p_value: float
+
+
+def steps_in(values: Array, variances: Array, level: float) -> tuple[Step, ...]:
+    """Find the steps of a series, in their order.
+
+    The largest step is held against those of the same values in other orders, which needs no
+    distribution; then each side of it by itself.
+
+    Parameters
+    ----------
+    values, variances : array, (n,)
+        Estimates in their order, and the variance of each.
+    level : float
+        Probability that a step is told where there is none.
+    """
+    places = sorted(_places(values, variances, level, 0))
+    bounds = [0, *(place for place, _ in places), len(values)]
+    return tuple(
+        _step(values, variances, first, place, last, p_value)
+        for first, (place, p_value), last in zip(bounds, places, bounds[2:], strict=False)
+    )
+
+
+def _places(values: Array, variances: Array, level: float, first: int) -> list[tuple[int, float]]:
+    """Where the level changes, with the probability of each by itself."""
+    count = len(values)
+    if count < 2 * _SHORTEST:
+        return []
+    weights = 1 / _total(values, variances)
+    sizes, places = _largest(values[None], weights[None])
+    rng = np.random.default_rng(_SEED)
+    orders = rng.permuted(np.tile(np.arange(count), (_ORDERS, 1)), axis=1)
+    others, _ = _largest(values[orders], weights[orders])
+    p_value = (1 + np.count_nonzero(others >= sizes[0])) / (1 + _ORDERS)
+    if p_value > level:
+        return []
+    place = int(places[0])
+    before = _places(values[:place], variances[:place], level, first)
+    after = _places(values[place:], variances[place:], level, first + place)
+    return [*before, (first + place, float(p_value)), *after]
+
+
+def _total(values: Array, variances: Array) -> Array:
+    """Variance of each value about one level: its own and what is between them."""
+    between = max(float(np.var(values, ddof=1) - np.mean(variances)), 0.0)
+    return variances + between
+
+
+def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Of each of several series, (s, n), the largest squared step in deviations, and its place.
+
+    It is looked for in stretches of many lengths, so that a step back does not hide it [1]_.
+
+    .. [1] S. Kovacs, P. Buehlmann, H. Li, A. Munk, "Seeded binary segmentation: a general
+       methodology for fast and optimal changepoint detection", Biometrika 110 (1), 2023.
+    """
+    sums = np.cumsum(np.pad(weights * values, ((0, 0), (1, 0))), axis=1)
+    weight = np.cumsum(np.pad(weights, ((0, 0), (1, 0))), axis=1)
+    best = np.full(len(values), -np.inf)
+    places = np.zeros(len(values), dtype=np.intp)
+    for start, stop in _stretches(values.shape[1]):
+        inner = slice(start + _SHORTEST, stop - _SHORTEST + 1)
+        before, of_before = (x[:, inner] - x[:, [start]] for x in (sums, weight))
+        after, of_after = (x[:, [stop]] - x[:, inner] for x in (sums, weight))
+        sizes = (after / of_after - before / of_before) ** 2 / (1 / of_before + 1 / of_after)
+        largest = sizes.max(axis=1)
+        places = np.where(largest > best, sizes.argmax(axis=1) + inner.start, places)
+        best = np.maximum(best, largest)
+    return best, places
+
+
+def _stretches(count: int) -> list[tuple[int, int]]:
+    """Stretches of a series: all of it, then ever shorter ones that overlap by half and more."""
+    found, length = [(0, count)], count / _SHORTER
+    while length >= 2 * _SHORTEST:
+        number = 2 * int(np.ceil(count / length)) - 1
+        starts = np.linspace(0, count - length, number)
+        found += [(int(start), int(np.ceil(start + length))) for start in starts]
+        length /= _SHORTER
+    return found
+
+
+def _step(
+    values: Array, variances: Array, first: int, place: int, last: int, p_value: float
+) -> Step:
+    """The step between two levels."""
+    means, spreads = [], []
+    for part in (slice(first, place), slice(place, last)):
+        weights = 1 / _total(values[part], variances[part])
+        means.append(float(np.average(values[part], weights=weights)))
+        spreads.append(1 / float(np.sum(weights)))
+    return Step(
+        place=place,
+        difference=means[1] - means[0],
+        deviation=float(np.sqrt(sum(spreads))),
+        p_value=p_value,
+    )

@@ -1,0 +1,66 @@
+"""The figure of a series: every parameter with its limits."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.presentation.plots import Panel, Plot, Tone, labelled
+from axisid.presentation.plots import Series as Curve
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+
+from .chart import Chart
+from .series import Series
+
+
+def trend_plot(series: Series, by: str) -> Plot:
+    """Values with their intervals over the results, the limits as a band, steps as marks."""
+    steps = {step.place for chart in series.charts for step in chart.steps}
+    origin = series.origin(by)
+    places = np.array(series.places)
+    if origin:
+        places = places - places[0]
+    return Plot(
+        name="trend",
+        title=series.title,
+        caption="Whiskers are 95 % intervals; a band is where results stay that are alike.",
+        x_label=f"days from {origin}" if origin else by or "result",
+        panels=tuple(_panel(chart, places) for chart in series.charts),
+        marks=tuple((float(places[i]), series.points[i].name) for i in sorted(steps)),
+        whole=not by,
+    )
+
+
+def _panel(chart: Chart, places: Array) -> Panel:
+    beyond = np.isin(np.arange(len(places)), chart.beyond)
+    curves = []
+    if not isinstance(chart.limits, Missing):
+        limits = chart.limits
+        middle = np.full(len(places), limits.centre)
+        curves.append(
+            Curve(
+                label="limits",
+                x=places,
+                y=middle,
+                low=limits.lower,
+                high=limits.upper,
+                tone="other",
+            )
+        )
+    kinds: tuple[tuple[str, NDArray[np.bool_], Tone], ...] = (
+        ("results", ~beyond, "model"),
+        ("beyond the limits", beyond, "error"),
+    )
+    for label, kept, tone in kinds:
+        if kept.any():
+            curves.append(
+                Curve(
+                    label=label,
+                    x=places[kept],
+                    y=chart.values[kept],
+                    low=chart.low[kept],
+                    high=chart.high[kept],
+                    kind="points",
+                    tone=tone,
+                )
+            )
+    return Panel(label=labelled(chart.parameter, chart.unit), series=tuple(curves))

@@ -1,0 +1,154 @@
+"""One result of a series, and where it is read from."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from axisid.fleets import FleetRow, read_ledger
+from axisid.presentation.saved import SavedIdentification, load_result
+from axisid.support.errors import UsageError
+from axisid.support.user_values import quoted
+
+_RESULTS = "*.json"
+_DAY = 86_400.0  # s
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointValue:
+    """A parameter of one result.
+
+    Attributes
+    ----------
+    value : float
+        Less the filter's own bias, where that is known.
+    deviation : float
+        Of the chosen covariance, HAC by default.
+    interval : (float, float)
+        95 %.
+    unit : str
+    """
+
+    value: float
+    deviation: float
+    interval: tuple[float, float]
+    unit: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One result of a series.
+
+    Attributes
+    ----------
+    name : str
+        Of its file, without the ending.
+    axis, serial : str
+    conditions : mapping of str to str or float
+        What a fleet's manifest says of its log.
+    method : str
+    parameters : mapping of str to PointValue
+    """
+
+    name: str
+    axis: str
+    serial: str
+    conditions: Mapping[str, str | float]
+    method: str
+    parameters: Mapping[str, PointValue]
+
+
+def points_of(results: object, method: str | None) -> list[Point]:
+    """The points of results, in the order in which they are given.
+
+    Raises
+    ------
+    UsageError
+        There is none, something is none, or one has not the method.
+    DataError
+        A file cannot be read, or is no result.
+    """
+    listed = [results] if isinstance(results, (str, Path, SavedIdentification)) else results
+    if not isinstance(listed, Iterable):
+        raise UsageError(f"the results are {quoted(results)}; give files, or folders of them.")
+    ledgers: dict[Path, dict[str, FleetRow]] = {}
+    found = [_point(saved, ledgers, method) for each in listed for saved in _saved(each)]
+    if not found:
+        raise UsageError(
+            f"there is no result in {quoted(results)}; give files that identify --json or a fleet "
+            "wrote.",
+            code="no-results",
+        )
+    return found
+
+
+def _saved(given: object) -> Iterator[SavedIdentification]:
+    if isinstance(given, SavedIdentification):
+        yield given
+    elif not isinstance(given, (str, Path)):
+        raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
+    elif Path(given).is_dir():
+        done = read_ledger(Path(given))
+        files = sorted(Path(given).glob(_RESULTS))
+        # What a fleet did not write in its folder may be anything.
+        yield from (load_result(file) for file in files if not done or file.stem in done)
+    else:
+        yield load_result(given)
+
+
+def _point(
+    saved: SavedIdentification, ledgers: dict[Path, dict[str, FleetRow]], method: str | None
+) -> Point:
+    file = Path(saved.file)
+    rows = ledgers.setdefault(file.parent, {}) or read_ledger(file.parent)
+    ledgers[file.parent] = rows
+    row = rows.get(file.stem)
+    estimate = saved.preferred if method is None else saved[method]
+    return Point(
+        name=file.stem,
+        axis=saved.name,
+        serial="" if row is None else row.serial,
+        conditions={} if row is None else row.conditions,
+        method=estimate.method,
+        parameters={
+            name: PointValue(
+                value=value.corrected,
+                deviation=value.deviations[estimate.chosen],
+                interval=value.interval,
+                unit=value.unit,
+            )
+            for name, value in estimate.parameters.items()
+        },
+    )
+
+
+def place_of(point: Point, by: str) -> float:
+    """Where a point stands by a condition: a number, or the days of a date since 1970.
+
+    Raises
+    ------
+    UsageError
+        It has no such condition, or that is neither.
+    """
+    told: Any = point.conditions.get(by)
+    if told is None:
+        known = ", ".join(point.conditions) or "none"
+        raise UsageError(
+            f"nothing says of {point.name} what its {quoted(by)} is; it has {known}. A fleet's "
+            "manifest says it, in a column of that name.",
+            code="no-such-condition",
+        )
+    if isinstance(told, str):
+        try:
+            return datetime.fromisoformat(told).timestamp() / _DAY
+        except ValueError:
+            told = math.nan
+    if not math.isfinite(told):
+        raise UsageError(
+            f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers or dates "
+            "such as 2026-03-01.",
+            code="condition-type",
+        )
+    return float(told)

@@ -1,0 +1,44 @@
+"""Results of one axis and one machine, in their order."""
+
+from dataclasses import dataclass
+
+from .chart import Chart
+from .point import Point
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Series:
+    """Results of one axis and one machine.
+
+    Attributes
+    ----------
+    axis, serial : str
+        The serial number is empty where nothing says it.
+    points : tuple of Point
+        In their order.
+    places : tuple of float
+        Where each stands: by the condition that orders them (a date as days since 1970), or from 1.
+    charts : tuple of Chart
+        One for each parameter.
+    """
+
+    axis: str
+    serial: str
+    points: tuple[Point, ...]
+    places: tuple[float, ...]
+    charts: tuple[Chart, ...]
+
+    def origin(self, by: str) -> str:
+        """The first of the dates that order the results; empty where it is no date."""
+        first = self.points[0].conditions.get(by)
+        return first if isinstance(first, str) else ""
+
+    @property
+    def title(self) -> str:
+        """Axis and serial number."""
+        return f"{self.axis} {self.serial}".strip()
+
+    @property
+    def has_changed(self) -> bool:
+        """Whether a result is beyond its limits or a step is told."""
+        return any(chart.beyond or chart.steps for chart in self.charts)

@@ -1,0 +1,151 @@
+"""Results over time, by axis and machine."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from axisid.codegen.artefacts import replace_file
+from axisid.presentation.blocks import Document, plain_text
+from axisid.presentation.html import blocks_html
+from axisid.presentation.saved import SavedIdentification
+from axisid.support.errors import UsageError
+from axisid.support.files.json_text import json_text
+
+from .chart import chart_of
+from .document import trend_document
+from .page import trend_page
+from .point import Point, place_of, points_of
+from .series import Series
+from .table import trend_csv, trend_dict
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trend:
+    """Series of results, each of one axis.
+
+    Attributes
+    ----------
+    series : tuple of Series
+    by : str
+        The condition that orders them; empty for the order in which they were given.
+    """
+
+    series: tuple[Series, ...]
+    by: str = ""
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    @property
+    def changed(self) -> tuple[Series, ...]:
+        """The series in which a result is beyond its limits or a step is told."""
+        return tuple(each for each in self.series if each.has_changed)
+
+    def document(self) -> Document:
+        """What there is to say, in blocks."""
+        return trend_document(self.series, self.by)
+
+    def summary(self) -> str:
+        """The same as text."""
+        return plain_text(self.document())
+
+    def _repr_html_(self) -> str:
+        """For notebooks."""
+        return blocks_html(self.document())
+
+    def to_dict(self) -> dict[str, object]:
+        """The same as plain data."""
+        return trend_dict(self.series, self.by)
+
+    def write(self, file: str | Path) -> Path:
+        """Write the trend, whole or not at all.
+
+        Parameters
+        ----------
+        file : str or Path
+            Ends in ``.csv`` for a row for each value, ``.html`` for a page with figures, ``.json``.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        UsageError
+            The ending is another one, or the place cannot be written to.
+        """
+        path = Path(file)
+        writers: dict[str, Callable[[], str]] = {
+            ".csv": partial(trend_csv, self.series),
+            ".html": partial(trend_page, self.series, self.by, self.document()),
+            ".json": lambda: json_text(self.to_dict()),
+        }
+        if path.suffix not in writers:
+            raise UsageError(
+                f"the trend cannot be written to {path}; give a name that ends in "
+                f"{', '.join(writers)}.",
+                code="trend-file",
+            )
+        try:
+            replace_file(path, writers[path.suffix]())
+        except OSError as error:
+            raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
+        return path
+
+
+def trend(
+    results: str | Path | SavedIdentification | Iterable[str | Path | SavedIdentification],
+    *,
+    by: str | None = None,
+    method: str | None = None,
+) -> Trend:
+    """Follow the parameters of axes over their results.
+
+    Results of one axis and one serial number are a series. Limits are from the results' own
+    deviations and the scatter between them; a result beyond them and a step of the level are told,
+    each at a level that holds for the whole series.
+
+    Parameters
+    ----------
+    results : path, SavedIdentification or iterable of them
+        Files, and folders of files, that ``axisid identify --json`` or `fleet` wrote, in the order
+        of their names; in a folder of a fleet its manifest's serial numbers and conditions are
+        known.
+    by : str, optional
+        Condition that orders them, a number or a date; by default they are in order.
+    method : str, optional
+        Whose estimates are taken; by default each result's judged one.
+
+    Returns
+    -------
+    Trend
+
+    Raises
+    ------
+    UsageError
+        There is no result, or one has no such condition or method.
+    DataError
+        A file is no result.
+    """
+    grouped: dict[tuple[str, str, tuple[str, ...]], list[Point]] = {}
+    for point in points_of(results, method):
+        key = (point.axis, point.serial, tuple(point.parameters))
+        grouped.setdefault(key, []).append(point)
+    series = [_series(axis, serial, points, by) for (axis, serial, _), points in grouped.items()]
+    return Trend(series=tuple(series), by=by or "")
+
+
+def _series(axis: str, serial: str, points: list[Point], by: str | None) -> Series:
+    places = [float(i) for i in range(1, len(points) + 1)]
+    if by is not None:
+        found = sorted(((place_of(p, by), i) for i, p in enumerate(points)))
+        points, places = [points[i] for _, i in found], [place for place, _ in found]
+    names = tuple(points[0].parameters)
+    return Series(
+        axis=axis,
+        serial=serial,
+        points=tuple(points),
+        places=tuple(places),
+        charts=tuple(chart_of(name, points, len(names)) for name in names),
+    )

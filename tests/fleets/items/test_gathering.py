@@ -1,0 +1,93 @@
+"""Logs by name, pattern, folder and manifest."""
+
+from pathlib import Path
+
+import pytest
+
+from axisid import DataError, FleetItem, UsageError
+from axisid.fleets.items import gather_items, result_names
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("b.csv", "a.csv", "deep/c.mat", "note.md", ".hidden.csv", "out/a.json"):
+        file = tmp_path / name
+        file.parent.mkdir(exist_ok=True)
+        file.write_text("time,position\n0,1\n")
+    return tmp_path
+
+
+def names(folder: Path, *logs: str | Path) -> list[str]:
+    found = gather_items(list(logs), folder / "out")
+    return [Path(item.log).relative_to(folder).as_posix() for item in found]
+
+
+def test_a_folder_has_its_logs_but_no_results(folder: Path) -> None:
+    assert names(folder, folder) == ["a.csv", "b.csv", "deep/c.mat"]
+
+
+def test_patterns_and_names_may_name_a_log_twice(folder: Path) -> None:
+    assert names(folder, str(folder / "*.csv"), folder / "a.csv") == ["a.csv", "b.csv"]
+    assert names(folder, folder / "missing.csv") == ["missing.csv"]  # told as its reason
+
+
+@pytest.mark.parametrize("kind", ["csv", "semicolons", "parquet"])
+def test_a_manifest_says_what_is_known_of_each_log(folder: Path, kind: str) -> None:
+    file = folder / f"manifest.{'parquet' if kind == 'parquet' else 'csv'}"
+    if kind == "parquet":
+        pa = pytest.importorskip("pyarrow")
+        pq = pytest.importorskip("pyarrow.parquet")
+        columns = {
+            "log": ["a.csv", "b.csv"],
+            "axis": ["emps2015", "own.toml"],
+            "serial": ["17", None],
+            "columns": ["position=q:mm, time=t", None],
+            "temperature": [21.5, None],
+            "site": ["north", "south"],
+        }
+        pq.write_table(pa.table(columns), file)
+    else:
+        text = (
+            "log,axis,serial,columns,temperature,site\n"
+            'a.csv,emps2015,17,"position=q:mm, time=t",21.5,north\n'
+            "b.csv,own.toml,,,,south\n"
+        )
+        if kind == "semicolons":
+            text = text.replace(",", ";").replace(
+                '"position=q:mm; time=t"', "position=q:mm, time=t"
+            )
+        file.write_text(text)
+    first, second = gather_items(file, folder / "out")
+    assert first == FleetItem(
+        log=str(folder / "a.csv"),
+        axis="emps2015",
+        serial="17",
+        columns={"position": "q:mm", "time": "t"},
+        conditions={"temperature": 21.5, "site": "north"},
+    )
+    assert second.axis == str(folder / "own.toml")
+    assert second.conditions == {"site": "south"}
+
+
+def test_results_of_logs_of_one_name_are_told_apart() -> None:
+    items = [FleetItem(log=log) for log in ("x/a.csv", "y/A.csv", "b.csv.gz")]
+    first, second, third = result_names(items)
+    assert third == "b"
+    assert first.startswith("a-")
+    assert second.startswith("A-")
+    assert first[2:] != second[2:]
+    assert result_names(items[::-1])[::-1] == [first, second, third]
+
+
+def test_no_log_at_all_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="there is no log in"):
+        gather_items(str(tmp_path), tmp_path / "out")
+    with pytest.raises(UsageError, match="a log is 3"):
+        gather_items([3], tmp_path)  # type: ignore[list-item]
+
+
+def test_a_row_without_a_log_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "manifest.csv"
+    file.write_text("log,axis\n,emps\n")
+    with pytest.raises(DataError, match="row 1 names no log"):
+        gather_items(file, tmp_path)

@@ -1,0 +1,130 @@
+"""A fleet: a result for each log, a reason for each other, and nothing done twice."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fleet_logs import AXIS, TRUTH, write_logs
+
+from axisid import (
+    Fleet,
+    FleetItem,
+    Prefilter,
+    UsageError,
+    fleet,
+    identify,
+    load_axis,
+    load_result,
+    read_record,
+)
+
+FILTER = Prefilter(cutoff=60.0)
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two good logs and a corrupt one."""
+    folder = tmp_path_factory.mktemp("logs")
+    write_logs(folder, 2, cycles=1)
+    (folder / "corrupt.npz").write_bytes(b"no archive")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def made(logs: Path) -> Fleet:
+    return fleet(logs, AXIS, logs / "out", jobs=0, prefilter=FILTER, methods=["idm-ls", "idm-iv"])
+
+
+def test_each_log_has_its_result_or_its_reason(made: Fleet) -> None:
+    assert made.counts == {"ok": 2, "skipped": 0, "failed": 1}
+    assert [row.name for row in made] == ["axis00000", "axis00001", "corrupt"]
+    assert "cannot be read as a NumPy archive" in made["corrupt"].reason
+    assert made["axis00000"].parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.05)
+
+
+def test_a_result_is_that_of_identify_to_the_last_digit(made: Fleet, logs: Path) -> None:
+    file = Path(made.folder, "axis00001.json")
+    record = read_record(logs / "axis00001.npz", load_axis(AXIS))
+    alone = identify(load_axis(AXIS), record, FILTER, ["idm-ls", "idm-iv"])
+    assert json.loads(file.read_text()) == json.loads(json.dumps(alone.to_dict()))
+    assert load_result(file)["idm-iv"].parameters["M"].value == alone["idm-iv"].physical[0]
+
+
+def test_what_was_done_with_the_same_log_axis_and_options_is_left_alone(
+    made: Fleet, logs: Path
+) -> None:
+    def again(**how: Any) -> dict[str, int]:
+        given = {"prefilter": FILTER, "methods": ["idm-ls", "idm-iv"], **how}
+        return fleet(logs, AXIS, logs / "out", jobs=0, resume=True, **given).counts
+
+    file = Path(made.folder, "axis00000.json")
+    before = file.stat().st_mtime_ns
+    assert again() == {"ok": 0, "skipped": 2, "failed": 1}
+    assert file.stat().st_mtime_ns == before
+    assert (
+        fleet(
+            logs,
+            AXIS,
+            logs / "out",
+            jobs=0,
+            resume=True,
+            prefilter=FILTER,
+            methods=["idm-ls", "idm-iv"],
+        )["axis00000"].parameters
+        == made["axis00000"].parameters
+    )
+    assert again(methods=["idm-ls"])["ok"] == 2
+
+
+@pytest.mark.parametrize("ending", ["parquet", "csv", "npz"])
+def test_the_table_has_a_row_for_each_log(made: Fleet, tmp_path: Path, ending: str) -> None:
+    file = made.write(tmp_path / f"table.{ending}")
+    columns = COLUMNS[ending](file)
+    assert list(columns["name"]) == ["axis00000", "axis00001", "corrupt"]
+    assert list(columns["status"]) == ["ok", "ok", "failed"]
+    assert float(columns["M"][1]) == made["axis00001"].parameters["M"].value
+
+
+def _parquet(file: Path) -> Any:
+    from pyarrow import parquet
+
+    return parquet.read_table(file).to_pydict()
+
+
+def _csv(file: Path) -> Any:
+    import csv
+
+    with file.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    return {name: [row[name] for row in rows] for name in rows[0]}
+
+
+COLUMNS: dict[str, Callable[[Path], Any]] = {"parquet": _parquet, "csv": _csv, "npz": np.load}
+
+
+def test_the_text_tells_counts_and_reasons(made: Fleet) -> None:
+    said = made.summary()
+    assert "2 ok, 1 failed" in said
+    assert "of 2 logs nothing is usual" in said
+    assert "corrupt.npz" in said
+
+
+def test_a_log_of_no_axis_is_told(logs: Path, tmp_path: Path) -> None:
+    (row,) = fleet([FleetItem(log=str(logs / "axis00000.npz"))], out=tmp_path, jobs=0)
+    assert (row.status, row.code) == ("failed", "no-axis-of-log")
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ({"jobs": -1}, "the jobs are -1"),
+        ({"time_limit": 0.0}, "the time limit is 0.0"),
+        ({"known": {"m": [1.0]}}, "known is of several records together"),
+    ],
+)
+def test_wrong_options_are_refused(logs: Path, how: dict[str, Any], said: str) -> None:
+    with pytest.raises(UsageError, match=said):
+        fleet(logs, AXIS, logs / "refused", **how)

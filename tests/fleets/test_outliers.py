@@ -1,0 +1,80 @@
+"""Which logs stand out: those that differ by more than scatter and deviations explain."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from scipy.stats import binom
+
+from axisid.estimation.thresholds.studies import FLEET_LEVEL
+from axisid.fleets import FleetRow
+from axisid.fleets.outliers import groups_of
+from axisid.populations import Usual, robust_scatter
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+from tests.fleets.logs import BETWEEN, CENTRE, WITHIN, row_of, rows_of
+
+
+def test_centre_and_scatter_are_those_of_the_most_though_a_third_is_elsewhere() -> None:
+    rng = np.random.default_rng(4)
+    points = rng.multivariate_normal(CENTRE, BETWEEN, 300)
+    points[:90] += [20.0, 0.0, 3.0]
+    centre, covariance = robust_scatter(points)
+    np.testing.assert_allclose(centre, CENTRE, atol=0.4)
+    spread = np.sqrt(np.diag(covariance)) / np.sqrt(np.diag(BETWEEN))
+    np.testing.assert_allclose(spread / spread.mean(), 1.0, atol=0.15)
+    assert 1.0 < spread.mean() < 1.6  # the median of the distances is of all points
+
+
+def test_units_do_not_matter() -> None:
+    points = np.random.default_rng(2).multivariate_normal(CENTRE, BETWEEN, 60)
+    scale = np.array([1e-6, 1e3, 1.0])
+    plain, scaled = robust_scatter(points), robust_scatter(points * scale)
+    np.testing.assert_allclose(scaled[0], plain[0] * scale)
+    np.testing.assert_allclose(scaled[1], plain[1] * np.outer(scale, scale))
+
+
+def test_the_scatter_between_logs_is_without_that_of_their_estimates() -> None:
+    (group,) = groups_of(rows_of(400, 1))
+    assert isinstance(group.usual, Usual)
+    expected = np.sqrt(np.diag(BETWEEN))
+    np.testing.assert_allclose(np.sqrt(np.diag(group.usual.between)), expected, rtol=0.15)
+
+
+@pytest.mark.parametrize("logs", [20, 60])
+def test_right_fleets_have_an_outlier_no_more_often_than_the_level_says(logs: int) -> None:
+    runs = 40
+    found = sum(bool(groups_of(rows_of(logs, seed))[0].outliers) for seed in range(runs))
+    assert found <= binom.ppf(0.999, runs, FLEET_LEVEL.value)
+
+
+def test_a_log_that_differs_is_named_with_the_parameter_that_does() -> None:
+    for seed in range(5):
+        (group,) = groups_of(rows_of(60, seed, np.array([0.0, 0.0, 8.0])))
+        assert group.outliers[0].name == "axis0"
+        assert group.outliers[0].parameter == "Fc"
+        assert group.outliers[0].apart == pytest.approx(8.0, rel=0.3)
+
+
+def test_a_log_that_merely_knows_little_does_not_stand_out() -> None:
+    rows = rows_of(60, 3)
+    far = CENTRE + np.array([0.0, 0.0, 2.0])  # eight deviations of a log that knows more
+    assert groups_of([*rows, row_of("vague", far, 400 * WITHIN)])[0].outliers == ()
+    assert groups_of([*rows, row_of("sure", far)])[0].outliers[0].name == "sure"
+
+
+def test_a_quarter_of_the_logs_that_lie_together_do_not_hide_one_another() -> None:
+    others = {f"axis{i}" for i in range(15)}
+    moved = [row_of(r.name, _values(r) + np.array([10.0, 0.0, 2.0])) for r in rows_of(15, 8)]
+    found = groups_of([*moved, *[replace(r, name=f"right{r.name}") for r in rows_of(45, 9)]])[0]
+    assert {each.name for each in found.outliers} == others
+
+
+def _values(row: FleetRow) -> Array:
+    return np.array([value.value for value in row.parameters.values()])
+
+
+def test_of_few_logs_nothing_is_usual() -> None:
+    (group,) = groups_of(rows_of(8, 1))
+    assert isinstance(group.usual, Missing)
+    assert "8 logs" in group.usual.reason
+    assert group.outliers == ()

@@ -1,0 +1,99 @@
+"""Jobs on processes and executors: none harms another."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterable
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from axisid.support.jobs.outcome import Outcome
+from axisid.support.jobs.run import pace, run_jobs
+from tests.support.jobs.work import FAILS, HANGS, KILLS, double, double_at_second_attempt
+
+
+def outcomes(items: list[int], **how: Any) -> list[Outcome[int]]:
+    """By place; each has one."""
+    found = sorted(run_jobs(double, items, total=len(items), **how), key=lambda each: each.place)
+    assert [each.place for each in found] == list(range(len(items)))
+    return found
+
+
+def kinds(found: Iterable[Outcome[int]]) -> list[object]:
+    return [each.value if each.failure is None else each.failure.kind for each in found]
+
+
+def test_in_this_process_what_raises_is_told_and_the_others_go_on() -> None:
+    found = outcomes([1, FAILS, 3], jobs=0)
+    assert kinds(found) == [2, "error", 6]
+    assert found[1].failure is not None
+    assert found[1].failure.reason == "ValueError: no number to double"
+
+
+def test_threads_are_left_behind_that_take_too_long() -> None:
+    with ThreadPoolExecutor(2) as executor:
+        assert kinds(outcomes([1, HANGS, 3], executor=executor, limit=0.1)) == [2, "time", 6]
+
+
+@pytest.mark.slow
+def test_a_process_that_dies_or_hangs_takes_its_item_alone() -> None:
+    found = outcomes([1, KILLS, HANGS, FAILS, *range(4, 30)], jobs=2, limit=3.0)
+    assert kinds(found) == [2, "killed", "time", "error", *range(8, 60, 2)]
+    assert found[1].failure is not None
+    assert found[1].failure.reason == "its worker was killed (SIGKILL), 2 times"
+
+
+@pytest.mark.slow
+def test_the_item_of_a_process_that_was_killed_once_is_done_anew(tmp_path: Path) -> None:
+    items = [(str(tmp_path / "mark"), 3)]
+    (found,) = run_jobs(double_at_second_attempt, items, total=1, jobs=1)
+    assert found.value == 6
+
+
+@pytest.mark.slow
+def test_what_a_broken_pool_of_processes_left_is_done_and_the_killer_named() -> None:
+    executor: Executor
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        found = outcomes([*range(20), KILLS, *range(20, 40)], executor=executor)
+    assert kinds(found) == [*range(0, 40, 2), "killed", *range(40, 80, 2)]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="an interrupt is a signal")
+def test_an_interrupt_ends_all_processes_within_two_seconds(root: Path) -> None:
+    program = (
+        "from axisid.support.jobs.run import run_jobs\n"
+        "from tests.support.jobs.work import HANGS, double\n"
+        "if __name__ == '__main__':\n"
+        "    for _ in run_jobs(double, [1, HANGS, HANGS], total=3, jobs=2):\n"
+        "        print('begun', flush=True)\n"
+    )
+    run = subprocess.Popen(
+        [sys.executable, "-c", program],
+        cwd=root,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert run.stdout is not None
+    assert run.stdout.readline() == "begun\n"
+    begin = time.monotonic()
+    os.killpg(run.pid, signal.SIGINT)  # as a terminal does: to all processes
+    _, said = run.communicate(timeout=10)  # to the end of the pipes, which workers have too
+    assert time.monotonic() - begin < 2.0
+    assert said.count("Traceback") == 1, said  # ours, and none of a worker
+
+
+@pytest.mark.parametrize(
+    ("done", "seconds", "said"),
+    [(10, 5.0, "2 a second, 45 s left"), (1, 100.0, "0.01 a second, 2.8 h left")],
+)
+def test_progress_tells_the_rate_and_what_remains(done: int, seconds: float, said: str) -> None:
+    assert pace(done, 100, seconds) == said

@@ -1,0 +1,131 @@
+"""Results over time: limits, results beyond them, steps; as text, page and table."""
+
+import copy
+import csv
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Prefilter,
+    Trend,
+    UsageError,
+    build,
+    identify,
+    load_axis,
+    load_result,
+    trend,
+    twin_record,
+)
+from axisid.fleets import FleetRow
+from axisid.fleets.ledger import ledger_of, write_row
+from axisid.support.missing import Missing
+
+SHIFTED = 14  # results from which the mass is another one
+BEYOND = 5
+SCATTER = 0.6  # between results
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results of a machine whose mass steps, and in one of which friction is off."""
+    axis = build(load_axis("emps2015"))
+    document = identify(axis, twin_record(axis), Prefilter(), ["idm-ls"]).to_dict()
+    place, rng = tmp_path_factory.mktemp("results"), np.random.default_rng(1)
+    with ledger_of(place, anew=True) as ledger:
+        for i in range(20):
+            apart = {"M": 6.0 if i >= SHIFTED else 0.0, "Fc": 8.0 if i == BEYOND else 0.0}
+            made = _moved(document, {k: v + SCATTER * rng.normal() for k, v in apart.items()})
+            (place / f"r{i:02}.json").write_text(json.dumps(made))
+            conditions = {"date": f"2026-03-{i + 1:02}", "run": float(20 - i)}
+            row = FleetRow(
+                name=f"r{i:02}", log="", axis="emps2015", conditions=conditions, status="ok"
+            )
+            write_row(ledger, row)
+    (place / "other.json").write_text("{}")  # none of the fleet's
+    return place
+
+
+def _moved(document: dict[str, Any], by: dict[str, float]) -> dict[str, Any]:
+    made = copy.deepcopy(document)
+    for name, distance in by.items():
+        value = made["estimates"][0]["parameters"][name]
+        value["value"] += distance
+        value["interval_95"] = [end + distance for end in value["interval_95"]]
+    return made
+
+
+@pytest.fixture(scope="module")
+def made(folder: Path) -> Trend:
+    return trend(folder, by="date")
+
+
+def test_a_step_and_a_result_beyond_its_limits_are_told_of_their_parameters(made: Trend) -> None:
+    (series,) = made.changed
+    charts = {chart.parameter: chart for chart in series.charts}
+    assert [step.place for step in charts["M"].steps] == [SHIFTED]
+    assert charts["M"].steps[0].difference == pytest.approx(6.0, abs=1.0)
+    assert set(range(SHIFTED, 20)) <= {*charts["M"].beyond}
+    assert charts["Fc"].beyond == (BEYOND,)
+    assert not charts["Fv"].steps
+    said = made.summary()
+    assert "M steps by +" in said
+    assert "Fc is beyond its limits in r05." in said
+
+
+def test_limits_are_those_of_the_results_before_the_first_step(made: Trend) -> None:
+    chart = made.series[0].charts[0]
+    assert not isinstance(chart.limits, Missing)
+    assert chart.limits.centre == pytest.approx(float(np.mean(chart.values[:SHIFTED])), abs=0.3)
+    assert chart.limits.between == pytest.approx(SCATTER, rel=0.5)
+
+
+def test_a_condition_orders_the_results(folder: Path, made: Trend) -> None:
+    few = [folder / "r03.json", folder / "r04.json"]
+    assert [point.name for point in trend(few, by="run").series[0].points] == ["r04", "r03"]
+    assert np.diff(made.series[0].places).tolist() == [1.0] * 19
+    with pytest.raises(UsageError, match="what its 'age' is; it has date, run"):
+        trend(few, by="age")
+
+
+def test_values_are_those_of_the_results(folder: Path) -> None:
+    saved = load_result(folder / "r03.json")
+    point = trend(saved, method="idm-ls").series[0].points[0]
+    assert point.parameters["M"].value == saved.preferred.parameters["M"].corrected
+
+
+def test_the_table_has_a_row_for_each_value(made: Trend, tmp_path: Path) -> None:
+    rows = list(csv.DictReader(io.StringIO(made.write(tmp_path / "t.csv").read_text())))
+    assert len(rows) == 20 * 3
+    beyond = [(row["result"], row["parameter"]) for row in rows if row["beyond"] == "1"]
+    assert ("r05", "Fc") in beyond
+    assert float(rows[0]["lower_limit"]) < float(rows[0]["value"]) < float(rows[0]["upper_limit"])
+
+
+@pytest.mark.slow
+def test_the_page_has_a_figure_and_asks_the_network_for_nothing(
+    made: Trend, tmp_path: Path
+) -> None:
+    page = made.write(tmp_path / "t.html").read_text()
+    assert page.count("<img ") == 1
+    assert "http" not in page.replace("http-equiv", "")
+    assert "M steps by +" in page
+
+
+def test_few_results_tell_no_limits(folder: Path) -> None:
+    found = trend([folder / "r00.json", folder / "r01.json"])
+    assert "2 results tell no limits" in found.summary()
+    assert found.changed == ()
+
+
+def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> None:
+    with pytest.raises(UsageError, match="there is no result in"):
+        trend(tmp_path)
+    with pytest.raises(UsageError, match="a result is 3"):
+        trend([3])  # type: ignore[list-item]
+    with pytest.raises(UsageError, match=r"ends in \.csv, \.html, \.json"):
+        made.write(tmp_path / "t.pdf")
