@@ -6,6 +6,7 @@ Knows nothing of SymPy and of compilers.
 
 from .arguments import VECTORS as VECTORS
 from .arguments import FunctionShape as FunctionShape
+from .arguments import along_samples as along_samples
 from .arguments import by_sample as by_sample
 from .arguments import checked_arguments as checked_arguments
 from .arguments import held_values as held_values

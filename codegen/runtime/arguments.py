@@ -43,6 +43,21 @@ def by_sample(values: Array, samples: int) -> Array:
     return columns.reshape(samples, height * width)
 
 
+def along_samples(function: Any, samples: int) -> Any:
+    """What a function remembers after each of so many samples.
+
+    Its ``state`` before the first comes first, (m,), the others follow in their order, of each
+    sample side by side; of the results only ``next_state`` is given, (m, N).
+    """
+    names = list(function.name_in())
+    state = names.index("state")
+    # The state comes first in and first out, so that the function can be run along the samples.
+    read = [state, *(place for place in range(len(names)) if place != state)]
+    return function.slice("along", read, [function.name_out().index("next_state")]).mapaccum(
+        samples
+    )
+
+
 def is_scalar(function: Any, index: int) -> bool:
     """Whether an argument is one number a sample."""
     return function.name_in(index) not in VECTORS

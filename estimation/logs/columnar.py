@@ -21,6 +21,7 @@ _HEADS = {
     (2, 0): np.lib.format.read_array_header_2_0,
 }
 _DOUBLE = 8  # bytes
+_BLOCKS = 4  # that row groups are read for together
 _BATCH = 65_536  # rows that are unfolded before they are counted
 
 
@@ -123,15 +124,30 @@ def parquet_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]
     buffered = io.BufferedReader(raw)
     try:
         with parquet.ParquetFile(buffered) as content:
-            for batch in content.iter_batches(batch_size=rows):
-                table = arrow.Table.from_batches([batch]).flatten()
-                yield arrow_columns(table, TableBuilder(origins=origins)).table(source)
+            # What was read of a file is held until all groups that were asked for are done with.
+            for groups in _groups(content.metadata, _BLOCKS * rows):
+                for batch in content.iter_batches(batch_size=rows, row_groups=groups):
+                    table = arrow.Table.from_batches([batch]).flatten()
+                    yield arrow_columns(table, TableBuilder(origins=origins)).table(source)
     except AxisidError:
         raise
     except (OSError, ValueError, MemoryError, arrow.ArrowException) as error:
         raise DataError(f"{source} cannot be read as a Parquet file: {one_line(error)}.") from error
     finally:
         buffered.detach()  # whoever opened the file has more to ask of it
+
+
+def _groups(metadata: Any, rows: int) -> Iterator[list[int]]:
+    """Row groups of a Parquet file that follow each other, of so many rows together or more."""
+    groups, held = list[int](), 0
+    for group in range(metadata.num_row_groups):
+        groups.append(group)
+        held += metadata.row_group(group).num_rows
+        if held >= rows:
+            yield groups
+            groups, held = [], 0
+    if groups:
+        yield groups
 
 
 def _pyarrow(file: Path) -> tuple[Any, Any]:

@@ -11,8 +11,9 @@ from axisid.support.files.memory import Room
 
 from .columnar import parquet_blocks, read_npz, read_parquet
 from .json_log import read_json, read_json_lines
-from .matlab import read_matlab
+from .matlab import matlab_blocks, read_matlab
 from .measurement import read_mdf, read_tdms
+from .measurement_blocks import mdf_blocks, tdms_blocks
 from .packings import PACKINGS
 from .rosbag import read_bag
 
@@ -50,6 +51,8 @@ class Format:
     blocks : callable or None
         The table so many rows at a time, from the file's name, the opened file and the rows; of
         text also from the encoding. None for what is read whole only.
+    whole : str
+        Why it is read whole only, in words.
     extra : str
         Of `pyproject.toml`, for what it needs beyond the core.
     """
@@ -61,6 +64,7 @@ class Format:
     read: Callable[[Path, bytes, Room], Table] | None = None
     read_file: Callable[[Path, Room], Table] | None = None
     blocks: Callable[..., Iterator[Table]] | None = None
+    whole: str = ""
     extra: str = ""
 
     @property
@@ -69,15 +73,25 @@ class Format:
         return self.read is None and self.read_file is None
 
     @property
+    def in_blocks(self) -> str:
+        """What of it is read in blocks, for a sentence."""
+        return f"{self.name} v7.3" if self.blocks is matlab_blocks else self.name
+
+    @property
     def is_binary(self) -> bool:
         """Whether its files are known not to be text."""
         return bool(self.signatures or self.start)
 
 
+_MESSAGES = "its messages come one by one, each topic at its own times"
 #: In the order of messages.
 FORMATS = (
     Format(name="delimited text", endings=(".csv", ".tsv", ".txt"), blocks=text_blocks),
-    Format(name="LabVIEW measurement", endings=(".lvm",)),
+    Format(
+        name="LabVIEW measurement",
+        endings=(".lvm",),
+        whole="its head is repeated for each of its tables",
+    ),
     Format(
         name="MATLAB",
         endings=(".mat",),
@@ -87,6 +101,7 @@ FORMATS = (
             Signature(b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
         ),
         read=read_matlab,
+        blocks=matlab_blocks,
         extra="h5py",
     ),
     Format(
@@ -97,10 +112,21 @@ FORMATS = (
         blocks=parquet_blocks,
         extra="parquet",
     ),
-    Format(name="JSON", endings=(".json",), read=read_json),
-    Format(name="JSON lines", endings=(".jsonl", ".ndjson"), read=read_json_lines),
+    Format(name="JSON", endings=(".json",), read=read_json, whole="it is one value"),
+    Format(
+        name="JSON lines",
+        endings=(".jsonl", ".ndjson"),
+        read=read_json_lines,
+        whole="a column is known once its last line is",
+    ),
     # An archive is known by what is in it.
-    Format(name="NumPy", endings=(".npz",), start=ZIP, read=read_npz),
+    Format(
+        name="NumPy",
+        endings=(".npz",),
+        start=ZIP,
+        read=read_npz,
+        whole="its arrays lie one after the other, each packed",
+    ),
     Format(
         name="MDF",
         endings=(".mf4", ".mdf"),
@@ -109,6 +135,7 @@ FORMATS = (
             Signature(b"UnFinMF ", "an MDF file that was not closed"),
         ),
         read_file=read_mdf,
+        blocks=mdf_blocks,
         extra="mdf",
     ),
     Format(
@@ -116,6 +143,7 @@ FORMATS = (
         endings=(".tdms",),
         signatures=(Signature(b"TDSm", "a TDMS file"),),
         read_file=read_tdms,
+        blocks=tdms_blocks,
         extra="tdms",
     ),
     Format(
@@ -123,6 +151,7 @@ FORMATS = (
         endings=(".bag",),
         signatures=(Signature(b"#ROSBAG", "a ROS 1 bag"),),
         read_file=read_bag,
+        whole=_MESSAGES,
         extra="rosbags",
     ),
     Format(
@@ -132,6 +161,7 @@ FORMATS = (
             Signature(b"SQLite format 3\0", "an SQLite database", " if it is a ROS 2 bag"),
         ),
         read_file=read_bag,
+        whole=_MESSAGES,
         extra="rosbags",
     ),
     Format(
@@ -139,6 +169,7 @@ FORMATS = (
         endings=(".mcap",),
         signatures=(Signature(b"\x89MCAP0\r\n", "an MCAP file"),),
         read_file=read_bag,
+        whole=_MESSAGES,
         extra="rosbags",
     ),
 )
@@ -174,7 +205,7 @@ def format_endings() -> str:
 def streamed_formats() -> str:
     """Return what can be read in blocks, for a sentence."""
     *first, last = (
-        f"{each.name} ({', '.join(each.endings)})" if each.is_text else each.name
+        f"{each.name} ({', '.join(each.endings)})" if each.is_text else each.in_blocks
         for each in FORMATS
         if each.blocks is not None
     )

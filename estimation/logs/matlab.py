@@ -1,6 +1,7 @@
 """MATLAB files: v4 to v7.2 by SciPy, v7.3 (HDF5) by h5py; structures become dotted names."""
 
 import io
+import math
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -9,8 +10,11 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.estimation.tables import Table, TableBuilder, library, one_line
-from axisid.support.errors import AxisidError, DataError
+from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files.memory import Room
+from axisid.support.remedy import Remedy, Setting
+
+from .sliced import SlicedColumn, matrix_columns, sliced_tables
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # MATLAB's own header stands before the HDF5 part
@@ -44,12 +48,22 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
     found, objects, names = (_read_hdf5 if hdf5 else _read_mat)(file, content, room)
     how = _how_to_save(objects)
     if not found.columns:
-        raise DataError(
-            f"{file} holds no numeric vectors; its variables are {', '.join(names) or 'none'}."
-            + (f" {how}" if how else ""),
-            code="matlab-without-numbers",
-        )
+        raise _without_numbers(str(file), names, f" {how}" if how else "")
     return found.table(str(file), notes=("MATLAB v7.3",) if hdf5 else (), missing=how)
+
+
+def _without_numbers(source: str, names: list[str], how: str = "") -> DataError:
+    return DataError(
+        f"{source} holds no numeric vectors; its variables are {', '.join(names) or 'none'}.{how}",
+        code="matlab-without-numbers",
+    )
+
+
+def _damaged(source: str, error: Exception) -> DataError:
+    return DataError(
+        f"{source} cannot be read as a MATLAB v7.3 file: {one_line(error)}.",
+        code="damaged-matlab-73",
+    )
 
 
 def _how_to_save(objects: list[str]) -> str:
@@ -151,10 +165,7 @@ def _read_hdf5(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[s
         raise
     except Exception as error:
         # Damaged files lead h5py to missing nodes, wrong types and failures of its own.
-        raise DataError(
-            f"{file} cannot be read as a MATLAB v7.3 file: {one_line(error)}.",
-            code="damaged-matlab-73",
-        ) from error
+        raise _damaged(str(file), error) from error
     return visit.found, visit.objects, names
 
 
@@ -182,9 +193,13 @@ class _Hdf5:
         elif kind == "char":
             self.found.passed_over[path] = "text"
         elif kind in _NUMERIC and not (node.shape is None or "MATLAB_empty" in node.attrs):
-            self.room.check(node.nbytes + _DOUBLE * node.size)
-            self.room.take(node.nbytes)
-            self.found.add_array(path, np.asarray(node[()]).T)
+            self.take(path, node)
+
+    def take(self, path: str, node: Any) -> None:
+        """Take a numeric data set."""
+        self.room.check(node.nbytes + _DOUBLE * node.size)
+        self.room.take(node.nbytes)
+        self.found.add_array(path, np.asarray(node[()]).T)
 
     def _refers(self, node: Any) -> bool:
         dataset = isinstance(node, self.h5py.Dataset)
@@ -195,3 +210,52 @@ class _Hdf5:
         for k, reference in enumerate(np.ravel(references[()]), 1):
             if reference:
                 self.node(self.content[reference], f"{path}.{k}{field}")
+
+
+class _SlicedHdf5(_Hdf5):
+    """The same, of which the numbers are left in the file."""
+
+    def __init__(self, h5py: Any, content: Any) -> None:
+        super().__init__(h5py, content, Room(source=content.filename, limit=math.inf))
+        self.columns: list[SlicedColumn] = []
+
+    def take(self, path: str, node: Any) -> None:
+        """See `_Hdf5.take`."""
+        self.columns += matrix_columns(path, node.shape, node)
+
+
+def matlab_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
+    """The table of a MATLAB v7.3 file, so many rows at a time.
+
+    Raises
+    ------
+    UsageError
+        The file is of an older version, each of whose variables is packed as a whole.
+    DataError
+        It is damaged, holds no numbers, or h5py is not installed.
+    """
+    head = raw.read(_USER_BLOCK + len(_HDF5)) or b""
+    raw.seek(0)
+    if _HDF5 not in (head[: len(_HDF5)], head[_USER_BLOCK:]):
+        raise UsageError(
+            f"{source} is of MATLAB's formats before v7.3, where a variable is packed as a whole, "
+            "and cannot be read in blocks; in MATLAB, save('log.mat', '-v7.3') writes one that "
+            "can, or ",
+            Remedy.of(Setting("stream", given=False), "."),
+            code="matlab-in-blocks",
+        )
+    h5py = library("h5py", "h5py", Path(source))
+    buffered = io.BufferedReader(raw)
+    try:
+        with h5py.File(buffered, "r") as content:
+            visit = _SlicedHdf5(h5py, content)
+            names = [name for name in content if not name.startswith("#")]
+            for name in names:
+                visit.node(content[name], name)
+            if not visit.columns:
+                raise _without_numbers(source, names)
+            yield from sliced_tables(source, visit.columns, rows, ("MATLAB v7.3",))
+    except (OSError, KeyError, RuntimeError, ValueError) as error:
+        raise _damaged(source, error) from error
+    finally:
+        buffered.detach()  # whoever opened the file has more to ask of it

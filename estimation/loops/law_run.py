@@ -6,12 +6,14 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.runtime import by_sample
+from axisid.codegen.runtime import along_samples, by_sample
 from axisid.support.arrays import Array
 
 from .as_logged import as_logged, commands_as_logged, hides_command
 from .law_of import law_of
 from .law_ticks import LawTicks
+
+_EVALUATIONS = 1 << 16  # of a law in one call; making a function of more takes longer than they do
 
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
@@ -86,15 +88,16 @@ def _states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """What the drive remembers at each evaluation, (m, M)."""
     if not len(start):
         return np.zeros((0, len(ticks)))
-    along = _run_along(axis, len(ticks))
-    return np.hstack([start[:, None], along(start, *ticks.signals).full()[:, :-1]])
+    pieces = [start[:, None]]
+    for begin in range(0, len(ticks), _EVALUATIONS):
+        part = [values[:, begin : begin + _EVALUATIONS] for values in ticks.signals]
+        along = _run_along(axis, part[0].shape[1])
+        pieces.append(along(pieces[-1][:, -1], *part).full())
+    return np.hstack(pieces)[:, :-1]
 
 
 # A check runs one law along one record many times; to make such a function takes as long as a run.
 @lru_cache(maxsize=16)
 def _run_along(axis: GeneratedAxis, evaluations: int) -> Any:
     """What the drive remembers after each of so many evaluations, from what it did before."""
-    # The state comes first in and first out, so that the function can be run along the samples.
-    law = axis.functions["control_law"]
-    read = range(law.n_in() - 1)
-    return law.slice("law", [len(read), *read], [1]).mapaccum(evaluations)
+    return along_samples(axis.functions["control_law"], evaluations)

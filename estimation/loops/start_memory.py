@@ -41,7 +41,12 @@ def start_of_law(
 
 
 def first_memory(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks | None = None
+    axis: GeneratedAxis,
+    record: Record,
+    span: tuple[int, int],
+    ticks: LawTicks | None = None,
+    *,
+    power: float | None = None,
 ) -> Array | None:
     """What the drive remembers at the first sample of a segment, (m,).
 
@@ -55,6 +60,8 @@ def first_memory(
         The segment: first row and the one after the last.
     ticks : LawTicks, optional
         Of the segment, where they are known.
+    power : float, optional
+        Mean square of the control, where the segment is the beginning of one; else its own.
 
     Returns
     -------
@@ -71,7 +78,8 @@ def first_memory(
     seen = unlimited(axis, record, span)[: len(wanted)]
     at_rest = state_at_rest(axis, ticks)
     off = wanted - control_along(axis, ticks, at_rest)
-    if not law.balanced and not at_rest_misses(off, seen, control):
+    power = float(np.mean(control**2)) if power is None else power
+    if not law.balanced and not at_rest_misses(off, seen, power):
         return None
     off = off[seen]
     found = _solved(axis, ticks, wanted, seen, at_rest)
@@ -84,7 +92,7 @@ def first_memory(
 
 
 def at_rest_misses(
-    off: Array, seen: NDArray[np.bool_], control: Array
+    off: Array, seen: NDArray[np.bool_], power: float | Array
 ) -> np.bool_ | NDArray[np.bool_]:
     """Whether the memory of an axis at rest leaves too much of the first controls, by lane.
 
@@ -94,12 +102,12 @@ def at_rest_misses(
         What it leaves of them.
     seen : (n,) or (n, L) array of bool
         Which count.
-    control : (N,) or (N, L) array
-        All.
+    power : float or (L,) array
+        Mean square of the control.
     """
     left = np.sqrt(np.sum(np.where(seen, off, 0.0) ** 2, axis=0))
-    power = np.mean(control**2, axis=0) * seen.sum(axis=0)
-    return np.asarray(left > MIN_START_ERROR.value * np.sqrt(power))[()]
+    least = MIN_START_ERROR.value * np.sqrt(power * seen.sum(axis=0))
+    return np.asarray(left > least)[()]
 
 
 def below_limit(axis: GeneratedAxis, control: Array) -> NDArray[np.bool_]:

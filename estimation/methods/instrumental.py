@@ -1,6 +1,7 @@
 """Instrumental variables: instruments from the simulated loop, until the estimate stands still."""
 
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ from axisid.estimation.choices.methods import NOMINAL_START
 from axisid.estimation.estimates import Iterate
 from axisid.estimation.problems import ByInstruments, Problem, Solver, adding
 from axisid.estimation.regression import (
+    Columns,
     Equations,
     Form,
     InverseForm,
@@ -79,33 +81,43 @@ class Instruments(Method):
         form, start = start_of(problem, form, self.start)
         if start.named == NOMINAL_START or not form.is_linear:
             return self.iteration(form, start, problem).fit()
-        return self._from_least_squares(problem, form, start)
+        return from_least_squares(
+            self.iteration(form, start, problem),
+            lambda why: self.iteration(form, nominal_start(form, why), problem),
+        )
 
     def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
         """The method's iteration from a start."""
         return Iteration(self.name, form, start, problem, self.loss)
 
-    def _from_least_squares(self, problem: Problem, form: Form, start: Start) -> Fit:
-        """From least squares; from the nominal values where that comes to no end."""
-        first = self.iteration(form, start, problem)
-        near: Fit | None = None
-        with suppress(EstimationError):
-            near = first.fit()
-            if not first.jumps:
-                return near
-        why = Note("from least squares it comes to no end")
-        second = self.iteration(form, nominal_start(form, why), problem)
-        try:
-            found = second.fit()
-        except EstimationError:
-            if near is None:
-                raise
+
+def from_least_squares(first: "Steps", from_nominal: Callable[[Note], "Steps"]) -> Fit:
+    """The fit of an iteration that starts from least squares, or from the nominal values.
+
+    Parameters
+    ----------
+    first : Steps
+    from_nominal : callable
+        The iteration from the nominal values, for why it does not start from least squares; where
+        `first` comes to no end.
+    """
+    near: Fit | None = None
+    with suppress(EstimationError):
+        near = first.fit()
+        if not first.jumps:
             return near
-        return near if near is not None and second.jumps else found
+    second = from_nominal(Note("from least squares it comes to no end"))
+    try:
+        found = second.fit()
+    except EstimationError:
+        if near is None:
+            raise
+        return near
+    return near if near is not None and second.jumps else found
 
 
-class Iteration:
-    """The iteration of one method.
+class Steps(ABC):
+    """The iteration of one method, wherever its rows are.
 
     Parameters
     ----------
@@ -114,17 +126,28 @@ class Iteration:
     form : Form
         Linearised where it starts, if it is not linear.
     start : Start
-    problem : Problem
     loss : str
         Of `ROW_LOSSES`.
     """
 
-    def __init__(self, method: str, form: Form, start: Start, problem: Problem, loss: str) -> None:
-        self._method, self._form, self._start, self._on = method, form, start, problem
-        self._loss = loss
+    def __init__(self, method: str, form: Form, start: Start, loss: str) -> None:
+        self._method, self._form, self._start, self._loss = method, form, start, loss
         self._iterates: list[Iterate] = []
         self._pace = Pace()
         self.jumps = False  # whether the fit is near an estimate, and none
+
+    @property
+    @abstractmethod
+    def rest(self) -> float:
+        """Part of the samples at which the axis stands still."""
+
+    @abstractmethod
+    def _at(self, physical: Array) -> IterationState:
+        """The rows, and those of the loop simulated with parameters (p,)."""
+
+    @abstractmethod
+    def _regressor(self, measured: Equations) -> Columns:
+        """The measured regressor, checked."""
 
     def fit(self) -> Fit:
         """Iterate.
@@ -134,13 +157,12 @@ class Iteration:
         EstimationError
             It does not come to an end, or a loop cannot be simulated; the iterate is named.
         """
-        form, physical = self._form, self._start.physical
+        physical = self._start.physical
         last: Step | None = None
         nearest: Step | None = None
         while len(self._iterates) <= _MOST:
             with self._naming():
-                measured = self._on.rows(form.at(physical) if self._iterates else form)
-                reached = self._reached(measured, physical)
+                reached = self._at(physical)
                 if last is not None and last.size <= CONVERGED.value:
                     return self._ended(last, reached)
                 last = self._step(reached)
@@ -151,12 +173,12 @@ class Iteration:
             raise self._moving(physical)
         with self._naming():
             end = self._next(nearest, nearest.start, 1.0)
-            reached = self._reached(self._on.rows(form.at(end)), end)
+            reached = self._at(end)
             self.jumps = True
             return self._ended(nearest, reached, (_jumping(nearest.size),))
 
     def _moving(self, physical: Array) -> EstimationError:
-        rests = rests_first(self._on.rest)
+        rests = rests_first(self.rest)
         cause = Note.of("It may be that ", rests, ".") if rests else self._elsewhere()
         said = Note.of(
             f"{self._method} still moves after {_MOST} iterations; the last estimate is "
@@ -172,9 +194,15 @@ class Iteration:
             return Remedy.of(law, "better nominal values.")
         return Remedy.of(law, "the nominal values: ", Setting("start", NOMINAL_START), ".")
 
-    def _reached(self, measured: Equations, physical: Array) -> IterationState:
-        """The loop simulated with the next iterate, parameters (p,), and its rows."""
-        loops, intercept, Z = self._simulated(physical)
+    def _made(
+        self,
+        measured: Equations,
+        physical: Array,
+        loops: tuple[Simulation, ...],
+        intercept: Array,
+        Z: Array,
+    ) -> IterationState:
+        """Take note of an iterate, by the rows of the loop that was simulated with it."""
         # Of the point that is simulated, which a damped step leaves short of the solution.
         theta = self._form.regressed(physical)
         # The loop satisfies the model row by row, so this is its left side.
@@ -185,38 +213,32 @@ class Iteration:
         )
         return IterationState(measured, physical, loops, simulated, intercept, Z)
 
-    def _simulated(self, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
-        """The loops simulated with parameters (p,), and their intercept and regressor."""
-        loops = self._start.loops if not self._iterates else ()
-        loops = loops or self._on.loops(self._form, physical)
-        return loops, *self._on.right_of(self._form, physical, loops)
-
     def _step(self, at: IterationState) -> Step:
         """From where the iteration is to the estimate by the loop that is simulated there."""
         names = [q.label for q in self._form.quantities]
         simulated = factor(at.Z, names, "the simulated loop")
         solution = self._solution(at, simulated)
         goal, jacobian = self._form.physical(solution.theta)
-        deviation = np.sqrt(np.diag(delta_method(PublishedCovariance().matrix(solution), jacobian)))
+        deviation = np.sqrt(np.diag(delta_method(self._covariance(solution), jacobian)))
         # Of the whole step: part of one may be small far from the solution.
         size = self._pace.step(at.physical, goal, deviation)
         return Step(at.physical, goal, size, solution, simulated, at.intercept)
 
+    def _covariance(self, solution: Solution) -> Array:
+        """Of a step's goal, in the regression's own parameters, (k, k)."""
+        return PublishedCovariance().matrix(solution)
+
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
         """By the simulated loop as instruments."""
-        regressor = self._on.factored(self._form, at.measured)
+        regressor = self._regressor(at.measured)
         left = at.measured.left - at.measured.intercept
         plain = instrumental_variables(left, regressor, simulated)
         return robust_solution(left, regressor, simulated, self._loss, plain)
 
     def _next(self, step: Step, physical: Array, share: float) -> Array:
-        """Where the iteration goes from parameters (p,), to a solution of the linearised model."""
-        if self._form.is_linear or not isinstance(self._form, InverseForm):
-            whole = step.size <= CONVERGED.value or share == 1.0
-            return step.goal if whole else physical + share * (step.goal - physical)
-        if step.size <= CONVERGED.value:
-            return np.clip(step.goal, *search_bounds(self._form.axis))
-        return damped_step(self._form, self._on.rows, step.simulated, physical, step.goal)
+        """Where the iteration goes from parameters (p,)."""
+        whole = step.size <= CONVERGED.value or share == 1.0
+        return step.goal if whole else physical + share * (step.goal - physical)
 
     def _ended(self, step: Step, reached: IterationState, remarks: tuple[str, ...] = ()) -> Fit:
         """The fit that a step led to."""
@@ -265,6 +287,48 @@ class Iteration:
         except EstimationError as error:
             problem = f"{what}: {error.problem}"
             raise EstimationError(problem, error.remedy, code=error.code) from error
+
+
+class Iteration(Steps):
+    """The iteration on the rows of a problem.
+
+    Parameters
+    ----------
+    method, form, start, loss
+        As of `Steps`.
+    problem : Problem
+    """
+
+    def __init__(self, method: str, form: Form, start: Start, problem: Problem, loss: str) -> None:
+        super().__init__(method, form, start, loss)
+        self._on = problem
+
+    @property
+    def rest(self) -> float:
+        """See `Steps.rest`."""
+        return self._on.rest
+
+    def _at(self, physical: Array) -> IterationState:
+        measured = self._on.rows(self._form.at(physical) if self._iterates else self._form)
+        loops, intercept, Z = self._simulated(physical)
+        return self._made(measured, physical, loops, intercept, Z)
+
+    def _simulated(self, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
+        """The loops simulated with parameters (p,), and their intercept and regressor."""
+        loops = self._start.loops if not self._iterates else ()
+        loops = loops or self._on.loops(self._form, physical)
+        return loops, *self._on.right_of(self._form, physical, loops)
+
+    def _regressor(self, measured: Equations) -> Columns:
+        return self._on.factored(self._form, measured)
+
+    def _next(self, step: Step, physical: Array, share: float) -> Array:
+        """Where the iteration goes, of a partially linear model within its bounds."""
+        if self._form.is_linear or not isinstance(self._form, InverseForm):
+            return super()._next(step, physical, share)
+        if step.size <= CONVERGED.value:
+            return np.clip(step.goal, *search_bounds(self._form.axis))
+        return damped_step(self._form, self._on.rows, step.simulated, physical, step.goal)
 
 
 def _jumping(size: float) -> str:

@@ -15,7 +15,7 @@ from axisid.estimation.logs.text import cut_end_notes, encoding_of
 from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.records.faults import Jumps, jump_note
 from axisid.estimation.records.times import UNEVEN, Drift, step_notes
-from axisid.estimation.tables import LogClock, Provenance, Table, says_long
+from axisid.estimation.tables import LogClock, Provenance, Samples, Table, says_long
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array
@@ -32,12 +32,13 @@ ROWS = 100_000
 _PIECE = 1 << 20  # bytes
 _AT_ONCE = Setting("stream", given=False)
 _WHOLE = Remedy.of("A log that is to be repaired is read whole: ", _AT_ONCE, ".")
+_AT_ONCE_RESAMPLED = Remedy.of(_AT_ONCE, ", or write columns of one clock.")
 _BINS = 20_000  # of time steps, from the least that is even to the largest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogBlocks:
-    """A log file in blocks: delimited text or Parquet. Iterating reads it anew.
+    """A log file in blocks, of a format that gives rows in order. Iterating reads it anew.
 
     Every pass is hashed as it is read; a file that is not what it was in the first pass is refused.
 
@@ -70,13 +71,14 @@ class LogBlocks:
     def __iter__(self) -> Iterator[dict[str, Array]]:
         """Columns by role, in SI."""
         for chosen in self._chosen():
-            yield {role: samples.values for role, samples in chosen.samples.items()}
+            yield _columns(str(self.file), chosen.samples)
 
     def _chosen(self) -> Iterator[RoleColumns]:
         log_format = format_of(self.file)
         if log_format.blocks is None or self.file.suffix.lower() not in log_format.endings:
+            why = f": {log_format.whole}" if log_format.whole else ""
             raise UsageError(
-                f"{self.file} cannot be read in blocks; ",
+                f"{self.file} cannot be read in blocks{why}; ",
                 Remedy.of(f"give {streamed_formats()}, or ", _AT_ONCE, "."),
                 code="not-in-blocks",
             )
@@ -114,6 +116,35 @@ class LogBlocks:
 
     def _cut_end(self) -> tuple[Note, ...]:
         return cut_end_notes(self.file) if format_of(self.file).is_text else ()
+
+
+def _columns(source: str, samples: Mapping[str, Samples]) -> dict[str, Array]:
+    """Columns by role, whose times are those of their common clock if they have one.
+
+    Raises
+    ------
+    DataError
+        They differ in length, or have clocks of their own.
+    """
+    columns = {role: each.values for role, each in samples.items()}
+    lengths = {role: len(values) for role, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+        raise DataError(
+            f"{source}: the columns of a block differ in length: {listed}. ",
+            _WHOLE,
+            code="lengths-in-blocks",
+        )
+    clocks = [each.clock for role, each in samples.items() if role != "time"]
+    told = [clock for clock in clocks if clock is not None]
+    if any(not np.array_equal(clock, told[0]) for clock in told):
+        raise DataError(
+            f"{source}: its signals were sampled at times of their own, and a log in blocks is not "
+            "resampled; ",
+            _AT_ONCE_RESAMPLED,
+            code="clocks-in-blocks",
+        )
+    return {"time": told[0]} | columns if told else columns
 
 
 def _long(table: Table) -> DataError:

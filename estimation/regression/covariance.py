@@ -21,6 +21,10 @@ from axisid.support.errors import UsageError
 from .autoregressive import AutoregressiveCovariance, autoregressive_covariance
 from .linear import Solution
 
+#: From so many lags, and rows, on their products are found by Fourier transforms.
+_MANY_LAGS, _MANY_ROWS = 32, 30_000
+_PIECE, _PIECE_PER_LAG = 2048, 16  # rows of a transform: the former, or so many for each lag
+
 
 class Covariance(ABC):
     """How sure an estimate is, under what is assumed of the residuals."""
@@ -323,7 +327,32 @@ def _at_least(applied: Applied, other: AutoregressiveCovariance) -> Applied:
 def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:
     """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
     placed = neighbours.on_grid(scores, lags + 1)
+    if lags >= _MANY_LAGS and len(placed) >= _MANY_ROWS:
+        return _products_by_transform(placed, lags)
     return np.array([placed[lag:].T @ placed[: len(placed) - lag] for lag in range(lags + 1)])
+
+
+def _products_by_transform(scores: Array, lags: int) -> Array:
+    """`score_products` of rows without gaps, by Fourier transforms of pieces of them.
+
+    Their cost does not grow with the lags, which grow with the rows.
+    """
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    rows, k = scores.shape
+    length = next_fast_len(max(_PIECE_PER_LAG * lags, _PIECE), real=True)
+    step = length - lags  # rows of a piece, each beside those up to so many lags before it
+    pieces = -(-rows // step)
+    padded = np.zeros((lags + pieces * step, k))
+    padded[lags : lags + rows] = scores
+    total = np.zeros((length // 2 + 1, k, k), dtype=np.complex128)
+    for piece in range(pieces):
+        early = padded[piece * step : piece * step + length]
+        late = np.ascontiguousarray(early[lags:])
+        spectra = [rfft(values, length, axis=0) for values in (late, early)]
+        total += spectra[0].conj()[:, :, None] * spectra[1][:, None, :]
+    found = irfft(total, length, axis=0)
+    return np.asarray(found[lags::-1], dtype=float)
 
 
 def _autoregression(products: Array) -> Array:

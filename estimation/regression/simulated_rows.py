@@ -129,11 +129,14 @@ def simulated_right(
 
     With `zoh`, the rows just before and just after a sample are averaged, as the measured force is.
     """
-    at, pieces = form.at(physical), []
-    for loop in loops:
-        if data.prefilter.hold == "zoh":
-            after, earlier = signals_about(form.axis, physical, loop)
-            pieces.append(at.equations(after).mean(at.equations(earlier)))
-        else:
-            pieces.append(at.equations(loop.signals))
+    pieces = [loop_equations(form, loop, physical, data.prefilter.hold) for loop in loops]
     return Equations.stacked(pieces).reduced_right(data)
+
+
+def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | None) -> Equations:
+    """The equations of a simulated loop, sample by sample, as a hold pairs force and motion."""
+    at = form.at(physical)
+    if hold != "zoh":
+        return at.equations(loop.signals)
+    after, earlier = signals_about(form.axis, physical, loop)
+    return at.equations(after).mean(at.equations(earlier))

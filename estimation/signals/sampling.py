@@ -14,6 +14,10 @@ from .prefilter import Prefilter
 from .reversals import near_turns, rest_below
 from .sampled_filter import SampledFilter, Span
 
+#: Numbers that are filtered side by side. More are filtered column by column, to the same last bit:
+#: of columns that no cache holds, memory that is taken anew at each step costs more than the sums.
+_AT_ONCE = 1 << 20
+
 
 @dataclass(frozen=True, kw_only=True)
 class Sampling:
@@ -138,6 +142,8 @@ class Sampling:
 
     def _reduced(self, signals: Array) -> Array:
         """`reduce` with the rows that are masked or have no weight among them."""
+        if signals.ndim > 1 and signals.size > _AT_ONCE:
+            return np.stack([self._reduced(column) for column in signals.T], axis=1)
         weighted = signals
         if self.excluded:
             weighted = np.array(signals, dtype=float)

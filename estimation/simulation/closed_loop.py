@@ -26,18 +26,14 @@ from .recorded import at_law, checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance
 from .simulated import Simulation
 from .steps import (
-    MOST_SUBSTEPS,
     bounds_refusal,
+    check_inertia,
     check_loop,
-    failure,
-    has_constant_substeps,
-    has_inertia,
+    diverged,
+    first_substeps,
+    further_substeps,
     holds,
-    no_inertia,
     pushes,
-    substeps_along,
-    substeps_at_start,
-    too_stiff,
 )
 from .two_clocks import TwoClocks, at_log_samples, clocks_of
 
@@ -275,10 +271,7 @@ class _Loop:
                 settings = replace(settings, allowed=float(wider))
                 _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
         if status:
-            raise EstimationError(
-                failure(self.axis, self.parameters, status, stopped, self.period),
-                code="loop-diverges",
-            )
+            raise diverged(self.axis, self.parameters, status, stopped, self.period)
         period = self.period
         if self.clocks is not None:
             period = self.clocks.log_period
@@ -294,12 +287,8 @@ class _Loop:
         )
 
     def _steps_at_start(self) -> int:
-        start = np.array([self.start.position])
         first = first_values(self.recorded)
-        (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period, first)
-        if steps > MOST_SUBSTEPS and has_constant_substeps(self.axis):
-            raise EstimationError(too_stiff(self.axis, self.parameters), code="too-stiff")
-        return min(int(steps), MOST_SUBSTEPS)
+        return first_substeps(self.axis, self.parameters, self.start.position, self.period, first)
 
     def _settled(
         self, settings: LoopSettings, *, fixed: bool
@@ -307,29 +296,48 @@ class _Loop:
         """Run until the steps are enough for wherever it went, unless they are fixed."""
         while True:
             status, stopped, out = self._run(settings)
-            if fixed or has_constant_substeps(self.axis):
+            if fixed:
                 break
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
-            needed = substeps_along(self.axis, self.parameters, visited, self.period, self.signals)
-            if needed <= settings.substeps:
+            enough = further_substeps(
+                self.axis, self.parameters, settings.substeps, visited, self.period, self.signals
+            )
+            if enough == settings.substeps:
                 break
-            if settings.substeps == MOST_SUBSTEPS:
-                raise EstimationError(
-                    too_stiff(self.axis, self.parameters), code="stiff-on-the-way"
-                )
-            settings = replace(settings, substeps=min(needed, MOST_SUBSTEPS))
+            settings = replace(settings, substeps=enough)
         return settings, status, stopped, out
 
     def _run(self, settings: LoopSettings) -> tuple[int, int, dict[str, Array]]:
-        """Status, the sample it speaks of, and the signals: native, or in the virtual machine."""
-        library = self.axis.native.library()
-        if library is None:
-            self.axis.native.warn_once()
-            loop = VirtualLoop(self.axis.functions, self.parameters, settings)
-            inputs = (self.reference, self.noise, self.injected, self.start)
-            return loop.run(*inputs, self.recorded)
-        beside = (self.parameters, self.start, settings, self.recorded)
-        return library.simulate(self.reference, self.noise, self.injected, *beside)
+        """As `run_loop`."""
+        inputs = (self.reference, self.noise, self.injected, self.start)
+        return run_loop(self.axis, self.parameters, settings, inputs, self.recorded)
+
+
+def run_loop(
+    axis: GeneratedAxis,
+    parameters: Array,
+    settings: LoopSettings,
+    inputs: tuple[Array, Array | None, Array | None, LoopStart],
+    recorded: Array | None,
+) -> tuple[int, int, dict[str, Array]]:
+    """Status, the sample it speaks of, and the signals: native, or in the virtual machine.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    settings : LoopSettings
+    inputs : tuple
+        Reference, noise or None and what is added to the control or None, (N,) each; the start.
+    recorded : (N, 2 s) array or None
+        Value and rate of each recorded signal.
+    """
+    library = axis.native.library()
+    if library is None:
+        axis.native.warn_once()
+        return VirtualLoop(axis.functions, parameters, settings).run(*inputs, recorded)
+    reference, noise, injected, start = inputs
+    return library.simulate(reference, noise, injected, parameters, start, settings, recorded)
 
 
 def _loop(
@@ -362,8 +370,7 @@ def _loop(
     recorded = lines(axis, signals, period)
     at_first = first_values(recorded)
     first = single_start(axis, theta, float(ref[0]), off, start, start_velocity, memory, at_first)
-    if not has_inertia(axis, theta[None, :], np.array([first.position]), at_first).all():
-        raise EstimationError(no_inertia(axis, theta, first.position, at_first), code="no-inertia")
+    check_inertia(axis, theta, first.position, at_first)
     return _Loop(
         axis=axis,
         parameters=theta,

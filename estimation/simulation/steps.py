@@ -11,7 +11,7 @@ from axisid.codegen.lowering import PASSED, PROBE, PROBED, RESOLVED, STATUSES
 from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError, UsageError
+from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
@@ -355,6 +355,67 @@ def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> 
         by_wave > MAX_WAVE_RATIO.value * MOST_SUBSTEPS
     )
     return np.where(beyond, 2 * MOST_SUBSTEPS, 2**powers).astype(np.int64)
+
+
+def check_inertia(
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded
+) -> None:
+    """Refuse parameters, (p,), with which no motion starts at a position.
+
+    Raises
+    ------
+    EstimationError
+        There is no inertia, or no force.
+    """
+    if not has_inertia(axis, parameters[None, :], np.array([position]), recorded).all():
+        raise EstimationError(no_inertia(axis, parameters, position, recorded), code="no-inertia")
+
+
+def first_substeps(
+    axis: GeneratedAxis, parameters: Array, position: float, period: float, recorded: Recorded
+) -> int:
+    """`substeps_at_start` of one simulation, no more than there may be.
+
+    Raises
+    ------
+    EstimationError
+        It would need more wherever it goes.
+    """
+    start = np.array([position])
+    (steps,) = substeps_at_start(axis, parameters[None, :], start, period, recorded)
+    if steps > MOST_SUBSTEPS and has_constant_substeps(axis):
+        raise EstimationError(too_stiff(axis, parameters), code="too-stiff")
+    return min(int(steps), MOST_SUBSTEPS)
+
+
+def further_substeps(
+    axis: GeneratedAxis,
+    parameters: Array,
+    substeps: int,
+    visited: Mapping[str, Array],
+    period: float,
+    recorded: Sequence[Array],
+) -> int:
+    """The steps that a simulation had if they were enough wherever it went, or as many as are.
+
+    Raises
+    ------
+    EstimationError
+        It had as many as there may be.
+    """
+    if has_constant_substeps(axis):
+        return substeps
+    needed = substeps_along(axis, parameters, visited, period, recorded)
+    if needed > substeps == MOST_SUBSTEPS:
+        raise EstimationError(too_stiff(axis, parameters), code="stiff-on-the-way")
+    return max(substeps, min(needed, MOST_SUBSTEPS))
+
+
+def diverged(
+    axis: GeneratedAxis, parameters: Array, status: int, sample: int, period: float
+) -> EstimationError:
+    """The error of a simulation that came to no end."""
+    return EstimationError(failure(axis, parameters, status, sample, period), code="loop-diverges")
 
 
 def too_stiff(axis: GeneratedAxis, parameters: Array) -> str:

@@ -1,4 +1,4 @@
-"""IDM-LS of a log that was read in blocks."""
+"""An estimate of a log that was read in blocks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.estimates import bounds_note
-from axisid.estimation.estimates import NamedValues, Value, student_interval
+from axisid.estimation.estimates import Iterate, NamedValues, Value, student_interval
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array, Exact
@@ -17,11 +17,13 @@ from axisid.support.remedy import Note
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class StreamedEstimate(Presentable, Exact):
-    """IDM-LS of a log of any length.
+    """An estimate of a log of any length.
 
     Attributes
     ----------
     axis : GeneratedAxis
+    method : str
+        ``idm-ls`` or ``idm-iv``.
     prefilter : Prefilter
     provenance : Provenance
     samples, rows : int
@@ -37,6 +39,14 @@ class StreamedEstimate(Presentable, Exact):
         Its degrees of freedom.
     equation_error_percent : float
         ``100 ||y - X theta|| / ||y||``
+    simulation_error_percent : float or None
+        Of the force, by the loop that is simulated with the last iterate; None without instruments.
+    iterates : tuple of Iterate
+        The start of the instruments' iteration and every iterate.
+    started : str
+        Where it started, of `STARTS`; empty without instruments.
+    remarks : tuple of Note
+        On the iteration.
     condition_number : float
         Of the regressor.
     excluded_samples : int
@@ -46,6 +56,7 @@ class StreamedEstimate(Presentable, Exact):
     """
 
     axis: GeneratedAxis
+    method: str = "idm-ls"
     prefilter: Prefilter
     provenance: Provenance
     samples: int
@@ -58,6 +69,10 @@ class StreamedEstimate(Presentable, Exact):
     equation_error_percent: float
     condition_number: float
     excluded_samples: int
+    simulation_error_percent: float | None = None
+    iterates: tuple[Iterate, ...] = ()
+    started: str = ""
+    remarks: tuple[Note, ...] = ()
     time_base: Note | None = None
 
     @property
@@ -85,4 +100,4 @@ class StreamedEstimate(Presentable, Exact):
         return bounds_note(outside) if outside else None
 
     def __repr__(self) -> str:
-        return f"idm-ls in blocks: {self.parameters.listed()}"
+        return f"{self.method} in blocks: {self.parameters.listed()}"

@@ -54,7 +54,8 @@ def lane_starts(
         return start, np.array([memory is None for memory in found])
     first = control[:START_SAMPLES]
     off = first - _at_rest(axis, reference, position, len(first))
-    return start, np.asarray(~at_rest_misses(off, below_limit(axis, first), control))
+    power = np.mean(control**2, axis=0)
+    return start, np.asarray(~at_rest_misses(off, below_limit(axis, first), power))
 
 
 def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: int) -> Array:

@@ -144,7 +144,10 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     "--full", is_flag=True, help="Print intervals, correlations and every diagnostic's figures too."
 )
 @click.option(
-    "--stream", is_flag=True, help="Read a log larger than memory in blocks; IDM-LS alone."
+    "--stream",
+    is_flag=True,
+    help="Read a log larger than memory in blocks: by IDM-LS, or with --method idm-iv by "
+    "instruments, whose loop is simulated block by block.",
 )
 @json_option("Write the result as JSON; - for standard output.")
 @click.option(

@@ -8,6 +8,7 @@ from axisid.commands.options.outputs import put_result
 from axisid.commands.options.record_options import RECORD_OPTIONS, Reading
 from axisid.presentation.console import ProgressLine
 
+_METHODS = ("idm-ls", "idm-iv")  # as of axisid.estimation.streaming, which takes long to import
 _KNOWN = ("--stream", "--json", "--force", "--leave-out")
 
 
@@ -21,10 +22,11 @@ def identify_streamed(
     left_out: tuple[str, ...] = (),
 ) -> None:
     """Identify from a log that is read in blocks; some options ask for more than that can give."""
-    own = "--stream identifies a RECORD by idm-ls alone"
+    own = "--stream identifies a RECORD by idm-ls, or by idm-iv, alone"
     if record is None:
         raise click.UsageError(f"{own}; name its file.")
-    method_option = ("--method",) if set(methods) <= {"all", "idm-ls"} else ()
+    asked = _METHODS[:1] if methods == ("all",) else tuple(dict.fromkeys(methods))
+    method_option = ("--method",) if len(asked) == 1 and asked[0] in _METHODS else ()
     check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *method_option), own)
     from axisid.codegen.artefacts import build
     from axisid.estimation.streaming import identify_stream
@@ -38,6 +40,7 @@ def identify_streamed(
             generated,
             blocks,
             filtering.prefilter,
+            method=asked[0],
             sample_period=reading.sample_period,
             provenance=blocks.provenance(),
         )

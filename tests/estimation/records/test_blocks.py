@@ -1,5 +1,6 @@
 """A log in blocks is the log read whole: values, names, and what is assumed of it."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -115,3 +116,74 @@ def test_a_long_table_is_refused_in_blocks_with_what_to_do(tmp_path: Path) -> No
     with refuses("long-in-blocks", "(time, name, value)") as refused:
         list(LogBlocks(file=file))
     assert "write a column for each signal" in str(refused.value)
+
+
+def write_matlab(file: Path, columns: dict[str, np.ndarray]) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(file, "w", userblock_size=512) as content:
+        for name, values in columns.items():
+            content.create_dataset(name, data=values[None, :])
+    with file.open("r+b") as head:
+        head.write(b"MATLAB 7.3 MAT-file".ljust(512))
+
+
+def write_tdms(file: Path, columns: dict[str, np.ndarray]) -> None:
+    nptdms = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(str(file)) as writer:
+        for begin in range(0, N, 150):
+            channels = [
+                nptdms.ChannelObject("g", name, values[begin : begin + 150], {"unit_string": "mm"})
+                for name, values in columns.items()
+            ]
+            writer.write_segment(channels)
+
+
+def write_mdf(file: Path, columns: dict[str, np.ndarray]) -> None:
+    asammdf = pytest.importorskip("asammdf")
+    with asammdf.MDF(version="4.10") as mdf:
+        mdf.append([asammdf.Signal(v, TIME, name=n, unit="mm") for n, v in columns.items()])
+        mdf.save(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "write"), [("a.mat", write_matlab), ("a.tdms", write_tdms), ("a.mf4", write_mdf)]
+)
+def test_formats_whose_rows_can_be_read_in_order_are_read_in_blocks(
+    tmp_path: Path, name: str, write: Callable[[Path, dict[str, np.ndarray]], None]
+) -> None:
+    file, named = tmp_path / name, {"position": "q"}
+    write(file, {"q": POSITION, "other": 2 * POSITION})
+    whole = read_record(file, columns=named, sample_period=1e-3)
+    blocks = LogBlocks(file=file, columns=named, rows=37)
+    read = list(blocks)
+    assert np.array_equal(np.concatenate([b["position"] for b in read]), whole.position)
+    assert max(len(b["position"]) for b in read) == 37
+    told = blocks.provenance()
+    assert (told.assumed, told.sha256) == (whole.provenance.assumed, whole.provenance.sha256)
+
+
+def test_clock_of_the_channels_is_the_time_of_a_block(tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf")
+    file = tmp_path / "log.mf4"
+    with asammdf.MDF(version="4.10") as mdf:
+        mdf.append([asammdf.Signal(POSITION, TIME, name="q")])
+        mdf.append([asammdf.Signal(POSITION, TIME + 1e-4, name="u")])
+        mdf.save(file)
+    (first, *_) = LogBlocks(file=file, columns={"position": "q"}, rows=100)
+    assert np.array_equal(first["time"], TIME[:100])
+    with refuses("clocks-in-blocks", says="at times of their own"):
+        list(LogBlocks(file=file, columns={"position": "q", "control": "u"}))
+
+
+def test_what_is_read_whole_only_is_refused_with_the_reason(tmp_path: Path) -> None:
+    for name, why in (("a.npz", "one after the other"), ("a.json", "it is one value")):
+        with refuses("not-in-blocks", says=why):
+            list(LogBlocks(file=tmp_path / name))
+    old = tmp_path / "old.mat"
+    old.write_bytes(b"MATLAB 5.0 MAT-file".ljust(128) + bytes(64))
+    with refuses("matlab-in-blocks", says="packed as a whole"):
+        list(LogBlocks(file=old))
+    short = tmp_path / "short.mat"
+    write_matlab(short, {"t": TIME, "q": POSITION[:-10]})
+    with refuses("lengths-in-blocks", says="time 400, position 390"):
+        list(LogBlocks(file=short, columns=COLUMNS))

@@ -216,3 +216,15 @@ def test_least_squares_reaches_the_certified_digits(dataset: Dataset, digits: fl
     for got, certified in ((solution.theta, dataset.values), (deviations, dataset.deviations)):
         error = np.abs(got / np.array(certified) - 1).max()
         assert -np.log10(max(error, 1e-16)) >= digits
+
+
+def test_products_at_many_lags_of_many_rows_are_those_of_the_pairs(
+    rng: np.random.Generator,
+) -> None:
+    n, lags = 30_011, 40
+    scores = lfilter([1.0], [1.0, -0.9], rng.standard_normal((n, 2)), axis=0)
+    found = score_products(scores, Neighbours.consecutive(n), lags)
+    for lag in (0, 1, 17, lags):
+        pairs = scores[lag:].T @ scores[: n - lag]
+        assert found[lag] == pytest.approx(pairs, rel=0, abs=1e-12 * np.abs(found[0]).max())
+    assert len(found) == lags + 1

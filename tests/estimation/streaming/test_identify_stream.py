@@ -19,6 +19,8 @@ from axisid import (
     friction_ladder,
     identify,
     load_axis,
+    simulate,
+    twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.records.blocks import LogBlocks
@@ -220,7 +222,7 @@ def test_what_cannot_be_streamed_is_refused(
     tmp_path: Path, emps2015: GeneratedAxis, twin: Record
 ) -> None:
     with refuses("not-in-blocks"):
-        list(LogBlocks(file=tmp_path / "log.mat"))
+        list(LogBlocks(file=tmp_path / "log.npz"))
     with refuses("log-not-read", says="No such file"):
         list(LogBlocks(file=tmp_path / "log.csv"))
     with refuses("short-segment", says="record has 100"):
@@ -274,3 +276,112 @@ def test_jitter_that_is_taken_as_even_is_told(
     ]
     (told,) = identify_stream(emps2015, blocks).provenance.doubts
     assert "taken as even" in told.text
+
+
+def all_in_blocks(record: Record, rows: int) -> list[dict[str, np.ndarray]]:
+    return [
+        {role: values[k : k + rows] for role, values in record.channels().items()}
+        for k in range(0, len(record), rows)
+    ]
+
+
+def check_same_instruments(
+    streamed: StreamedEstimate, axis: GeneratedAxis, record: Record, filter_: Prefilter | None
+) -> None:
+    result = identify(axis, record, filter_, ["idm-iv"])
+    whole = result["idm-iv"]
+    assert streamed.prefilter.reversals == result.prefilter.reversals
+    assert streamed.excluded_samples == result.data.sampling.excluded_samples
+    assert streamed.rows == len(whole.y)
+    assert streamed.physical == pytest.approx(whole.physical, rel=1e-9, abs=0)
+    assert streamed.started == whole.started
+    assert len(streamed.iterates) == len(whole.iterates)
+    for own, other in zip(streamed.iterates, whole.iterates, strict=True):
+        assert own.physical == pytest.approx(other.physical, rel=1e-9)
+    assert streamed.simulation_error_percent == pytest.approx(
+        whole.simulation_error_percent, rel=1e-9
+    )
+    assert streamed.equation_error_percent == pytest.approx(whole.equation_error_percent, rel=1e-9)
+    for name, covariance in whole.covariances.items():
+        scale = np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
+        assert streamed.covariances[name] / scale == pytest.approx(covariance / scale, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("rows", "filter_"),
+    [
+        (3001, None),
+        pytest.param(
+            9_999,
+            Prefilter(cutoff=40.0, decimate=1, reversals="keep"),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(2500, Prefilter(drop=(49, 3), decimation="scipy"), marks=pytest.mark.slow),
+    ],
+)
+def test_instruments_of_blocks_are_those_of_the_whole_record(
+    emps2015: GeneratedAxis, twin: Record, rows: int, filter_: Prefilter | None
+) -> None:
+    streamed = identify_stream(emps2015, all_in_blocks(twin, rows), filter_, method="idm-iv")
+    check_same_instruments(streamed, emps2015, replace(twin, sample_period=None), filter_)
+    assert "simulation error" in str(streamed)
+    assert "instruments, control law" not in str(streamed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["control", "reference"])
+def test_test_signal_enters_the_loop_of_blocks_as_that_of_the_whole(
+    emps: GeneratedAxis, place: str, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    pa = pytest.importorskip("pyarrow")
+    time = 1e-3 * np.arange(6000)
+    reference = 0.05 * (1 - np.cos(3 * time)) + 0.02 * (1 - np.cos(5 * time))
+    added = 0.05 * np.sin(40 * time) if place == "control" else 1e-4 * np.sin(60 * time)
+    loop = simulate(
+        emps,
+        [95.0, 203.0, 20.0, -3.0],
+        reference + added if place == "reference" else reference,
+        1e-3,
+        injected=added if place == "control" else None,
+        position_noise=1e-6 * rng.standard_normal(len(time)),
+    )
+    record = Record(
+        time=time,
+        position=loop.measured_position,
+        reference=reference,
+        control=loop.control,
+        injected=added,
+        injected_at=place,
+    )
+    file, columns = tmp_path / "log.parquet", record.channels()
+    pytest.importorskip("pyarrow.parquet").write_table(pa.table(columns), file)
+    named = {role: role for role in columns}
+    blocks = LogBlocks(file=file, axis=emps, columns=named, rows=2500, injected_at=place)
+    whole = identify(emps, record, methods=["idm-iv"])["idm-iv"]
+    streamed = identify_stream(emps, blocks, method="idm-iv")
+    assert streamed.physical == pytest.approx(whole.physical, rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["valve", "servo_joint", "crank"])
+def test_instruments_of_blocks_for_drives_that_lag_and_axes_with_kinks(name: str) -> None:
+    axis = build(load_axis(name))
+    record = twin_record(axis, seed=1)
+    whole = identify(axis, record, methods=["idm-iv"])["idm-iv"]
+    streamed = identify_stream(
+        axis, all_in_blocks(record, 4999), method="idm-iv", sample_period=record.sample_period
+    )
+    assert streamed.physical == pytest.approx(whole.physical, rel=1e-9)
+
+
+def test_instruments_that_blocks_cannot_have_are_refused(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    blocks = all_in_blocks(twin, 5000)
+    with refuses("no-reference"):
+        identify_stream(emps2015, in_blocks(twin, 5000), method="idm-iv")
+    with refuses("method-in-blocks", says="choose from idm-ls, idm-iv"):
+        identify_stream(emps2015, blocks, method="ddm-iv")
+    slower = [{role: v[::2] for role, v in block.items()} for block in blocks]
+    with refuses("loop-clocks-in-blocks", says="at the samples of its law"):
+        identify_stream(emps2015, slower, Prefilter(cutoff=40.0), method="idm-iv")

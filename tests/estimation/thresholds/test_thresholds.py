@@ -135,7 +135,7 @@ IMPLEMENTATION = {
     "timing._LEAST": "where a search starts",
     "starting._PART_OF_FORCE": "step of a difference",
     "unknowns._INSIDE": "starts of a search",
-    "identify_stream._FORGOTTEN": "rounding of what a filter keeps",
+    "log_rows._FORGOTTEN": "rounding of what a filter keeps",
     "sweep._LOWEST": "the cut-offs that are tried",
     "sweep._HIGHEST": "the cut-offs that are tried",
     "recommendation._LEAST": "rounding of an error",

@@ -6,6 +6,7 @@ from axisid.estimation.signals import Sampling
 from axisid.estimation.streaming import StreamedEstimate
 from axisid.presentation.schema import WrittenStream, WrittenStreamRecord, plain
 from axisid.support.arrays import finite
+from axisid.support.remedy import as_options
 
 from .identification import (
     assumptions,
@@ -44,4 +45,24 @@ def stream_document(estimate: StreamedEstimate) -> WrittenStream:
         lags=estimate.lags,
         equation_error_percent=estimate.equation_error_percent,
         condition_number=finite(estimate.condition_number),
+        **_iteration(estimate),
     )
+
+
+def _iteration(estimate: StreamedEstimate) -> dict[str, Any]:
+    """What is said of instruments alone."""
+    if not estimate.iterates:
+        return {}
+    names = estimate.axis.names
+    return {
+        "method": estimate.method,
+        "simulation_error_percent": estimate.simulation_error_percent,
+        "iterations": tuple(
+            dict(zip(names, map(float, each.physical), strict=True)) for each in estimate.iterates
+        ),
+        "iteration_simulation_errors_percent": tuple(
+            each.simulation_error_percent for each in estimate.iterates
+        ),
+        "started": estimate.started,
+        "remarks": tuple(remark.worded(as_options) for remark in estimate.remarks),
+    }

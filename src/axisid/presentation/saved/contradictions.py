@@ -67,7 +67,7 @@ def contradiction(file: str, problem: str) -> DataError:
 
 def _streamed(document: WrittenStream) -> Iterator[str]:
     yield from _record(document.record, document.prefilter, document.rows)
-    yield from _values(document.parameters, {}, "idm-ls")
+    yield from _values(document.parameters, {}, document.estimated_by)
 
 
 def _identified(document: WrittenIdentification) -> Iterator[str]:

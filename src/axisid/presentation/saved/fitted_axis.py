@@ -18,8 +18,6 @@ from .file import joined_model, read_fit
 from .identification import SavedIdentification
 from .part import SavedPart
 
-_STREAMED = "idm-ls"  # the one method of a log that is read in blocks
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedAxis:
@@ -193,8 +191,8 @@ def _streamed(written: WrittenStream, model: AxisModel) -> FittedAxis:
         signature=written.signature,
         source=_writable(written.record.source),
         sha256=written.record.sha256 or "",
-        estimates={_STREAMED: named(written.parameters)},
-        preferred=_STREAMED,
+        estimates={written.estimated_by: named(written.parameters)},
+        preferred=written.estimated_by,
     )
 
 

@@ -103,7 +103,7 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
 class WrittenStream(
     JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.stream/1"
 ):
-    """Least squares on a log that was read in blocks."""
+    """An estimate of a log that was read in blocks."""
 
     axis: str
     signature: Annotated[str, about("Of the generated code.")]
@@ -125,4 +125,23 @@ class WrittenStream(
     rows: Annotated[int, about("Of the regression.")]
     lags: Annotated[int, about("Of the HAC covariance.")]
     equation_error_percent: float
+    method: Annotated[
+        Literal["idm-iv"] | UnsetType,
+        about("By which it was estimated; left out for least squares, idm-ls, as what follows."),
+    ] = UNSET
+    simulation_error_percent: Annotated[float | UnsetType, about("By the simulated loop.")] = UNSET
+    iterations: Annotated[
+        tuple[Mapping[str, float], ...] | UnsetType,
+        about("Physical parameters by iterate, SI."),
+    ] = UNSET
+    iteration_simulation_errors_percent: tuple[float, ...] | UnsetType = UNSET
+    started: Annotated[
+        Literal["least-squares", "nominal"] | UnsetType, about("Where the iteration started.")
+    ] = UNSET
+    remarks: Annotated[tuple[str, ...] | UnsetType, about("On the iteration.")] = UNSET
     condition_number: Annotated[float | None, about("Of the regressor.")]
+
+    @property
+    def estimated_by(self) -> str:
+        """The method, whether it is written or not."""
+        return "idm-ls" if self.method is UNSET else self.method

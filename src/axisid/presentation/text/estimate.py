@@ -3,6 +3,7 @@
 import math
 
 from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.streaming import StreamedEstimate
 from axisid.presentation.blocks import Column, Document, Quantity, Table, text_columns
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
@@ -33,7 +34,7 @@ def estimate_document(estimate: Estimate) -> Document:
     return (table,)
 
 
-def iterations(estimate: Estimate) -> str:
+def iterations(estimate: Estimate | StreamedEstimate) -> str:
     """How many iterations there were, and from where; a dash for least squares."""
     if not estimate.iterates:
         return "-"

@@ -16,12 +16,12 @@ from axisid.presentation.blocks import (
 )
 from axisid.support.remedy import Remedy, Setting, Wording, as_arguments
 
-from .estimate import quantity
+from .estimate import iterations, quantity
 from .identification import PARTS
 
 _UNCHECKED = (
-    "Not checked: instruments, control law, timing and residuals need the whole log in memory, as "
-    "a piece of it is."
+    "Not checked: {}control law, timing and residuals need the whole log in memory, as a piece of "
+    "it is."
 )
 _PIECE = Remedy.of("For such a piece, ", Setting("stream", given=False), " too.")
 
@@ -37,8 +37,12 @@ def stream_document(estimate: StreamedEstimate, *, wording: Wording = as_argumen
             for name, why in faults.items()
             if why is not None
         ),
-        Notes((*_notes(estimate), f"{_UNCHECKED} {_PIECE.worded(wording)}")),
+        Notes((*_notes(estimate, wording), f"{_unchecked(estimate)} {_PIECE.worded(wording)}")),
     )
+
+
+def _unchecked(estimate: StreamedEstimate) -> str:
+    return _UNCHECKED.format("" if estimate.iterates else "instruments, ")
 
 
 def _heading(estimate: StreamedEstimate, wording: Wording) -> Heading:
@@ -59,12 +63,15 @@ def _table(estimate: StreamedEstimate) -> Table:
         (name, value.unit, quantity(value)) for name, value in estimate.parameters.items()
     ]
     rows.append(("equation error", "%", f"{estimate.equation_error_percent:.4f}"))
+    if estimate.simulation_error_percent is not None:
+        rows.append(("simulation error", "%", f"{estimate.simulation_error_percent:.4f}"))
+        rows.append(("iterations", "", iterations(estimate)))
     rows.append(("condition number", "", f"{estimate.condition_number:.3f}"))
-    columns = (*text_columns(["", "unit"]), Column("IDM-LS", parts=PARTS))
+    columns = (*text_columns(["", "unit"]), Column(estimate.method.upper(), parts=PARTS))
     return Table(columns=columns, rows=tuple(rows), labels=2)
 
 
-def _notes(estimate: StreamedEstimate) -> tuple[str, ...]:
+def _notes(estimate: StreamedEstimate, wording: Wording) -> tuple[str, ...]:
     f = estimate.prefilter
     start, end = SampledFilter(f, estimate.period).dropped
     quiet = f"are left out, {estimate.excluded_samples} samples"
@@ -82,4 +89,5 @@ def _notes(estimate: StreamedEstimate) -> tuple[str, ...]:
         f"{estimate.rows} rows: {start} samples dropped at the start, {end} at the end, one in "
         f"{f.decimate} kept; Butterworth {f.cutoff:g} Hz, order {f.order}; hold {f.hold}. "
         f"Reversals {quiet}.",
+        *(f"{remark.worded(wording)}." for remark in estimate.remarks),
     )

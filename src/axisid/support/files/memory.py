@@ -19,7 +19,9 @@ GIGABYTE = 1e9
 #: Code of an error about a log that takes more memory than there is.
 MEMORY = "memory"
 #: How to read what memory cannot hold, the end of a sentence.
-IN_BLOCKS = Remedy.of("delimited text or Parquet in blocks (", Setting("stream"), ")")
+IN_BLOCKS = Remedy.of(
+    "delimited text, Parquet, MATLAB v7.3, MDF or TDMS in blocks (", Setting("stream"), ")"
+)
 _SHARE = 0.5  # of the machine's memory, which reads no log alone
 _UNKNOWN = 8 * GIGABYTE  # taken for a machine that does not tell
 _LIMITS = (  # of a container
