@@ -6,7 +6,7 @@ Every axis is identified as it ships, by every method it allows, with new noise 
     python benchmarks/library.py --json -   one JSON object
 """
 
-from axisid import Identification, Prefilter, build, identify, load_axis, twin_record
+from axisid import Identification, Prefilter, build, identify, load_axis, monte_carlo, twin_record
 from axisid.modeling import LIBRARY
 
 #: Where the default does not suit: noise biases the least squares of emps2015 from 40 Hz on.
@@ -29,19 +29,17 @@ def outside(result: Identification) -> list[tuple[str, str]]:
     ]
 
 
-def coverage(name: str, seeds: range) -> dict[str, dict[str, float]]:
+def coverage(name: str, runs: int, jobs: int = 1) -> dict[str, dict[str, float]]:
     """Share of intervals that hold the truth, by method, then by parameter."""
     axis = build(load_axis(name))
-    misses: dict[tuple[str, str], int] = {}
-    for seed in seeds:
-        record = twin_record(axis, seed=seed)
-        result = identify(axis, record, prefilter_of(name))
-        for miss in outside(result):
-            misses[miss] = misses.get(miss, 0) + 1
-    return {
-        method: {p: 1 - misses.get((method, p), 0) / len(seeds) for p in axis.names}
-        for method in result.estimates
-    }
+    allowed = tuple(identify(axis, twin_record(axis), prefilter_of(name)).estimates)
+    found = monte_carlo(axis, runs, allowed, prefilter=prefilter_of(name), jobs=jobs)
+    shares: dict[str, dict[str, float]] = {method: {} for method in allowed}
+    for each in found:
+        if each.estimand.kind == "parameter":
+            held = each.coverage[found.plan.chosen].value
+            shares[each.estimand.method][each.estimand.name] = held
+    return shares
 
 
 def main() -> None:
@@ -50,8 +48,9 @@ def main() -> None:
 
     parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=40, help="repetitions (default 40)")
+    parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args()
-    figures = {name: coverage(name, range(1, options.runs + 1)) for name in LIBRARY}
+    figures = {name: coverage(name, options.runs, options.jobs) for name in LIBRARY}
     lines = [f"share of {options.runs} 95 % intervals that hold the truth, %"]
     for name, methods in figures.items():
         for method, shares in methods.items():

@@ -15,6 +15,15 @@ from .law_search import ExplainedLaw as ExplainedLaw
 from .law_search import LawSearch as LawSearch
 from .law_search import find_law as find_law
 from .methods import METHODS as METHODS
+from .monte_carlo import CheckFigures as CheckFigures
+from .monte_carlo import Estimand as Estimand
+from .monte_carlo import EstimandFigures as EstimandFigures
+from .monte_carlo import FailedRun as FailedRun
+from .monte_carlo import Mean as Mean
+from .monte_carlo import MonteCarlo as MonteCarlo
+from .monte_carlo import MonteCarloPlan as MonteCarloPlan
+from .monte_carlo import Share as Share
+from .monte_carlo import write_runs as write_runs
 from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit
 from .records import LogBlocks as LogBlocks

@@ -15,6 +15,7 @@ from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.predictions import Predictions, axis_at
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.told_by_outputs import Autoregression, Left, Unseen, unseen_directions
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
@@ -22,10 +23,9 @@ from axisid.support.remedy import Note
 from .basis import FitBasis
 from .result import OutputFit, RecordError
 from .search import Found, Weighing
-from .spread import Autoregression, Scores, scores_of, with_steps
+from .spread import Scores, scores_of, with_steps
 from .starting import FitStart, Searched
 from .unknowns import Unknowns
-from .unseen import Unseen, unseen_directions
 
 _FEWEST_TWINS = 2
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
@@ -114,9 +114,32 @@ class Ended:
     @cached_property
     def moved_by_steps(self) -> Array | None:
         """What the steps of the encoders move the parameters by, (P, B); None without steps."""
-        with np.errstate(all="ignore"):
-            errors = self.predictions.by_steps(self.best.physical)
+        errors = self.errors_by_steps
         return None if errors is None else np.asarray(-self.influence @ errors)
+
+    @cached_property
+    def errors_by_steps(self) -> Array | None:
+        """What the steps of the encoders make of the errors, (n, B); None without steps."""
+        with np.errstate(all="ignore"):
+            return self.predictions.by_steps(self.best.physical)
+
+    @property
+    def left(self) -> Left:
+        """The errors, to be asked what the model lacks."""
+        s, weights, steps = self.scores, self.weighing.weights, self.errors_by_steps
+        return Left(
+            errors=s.errors,
+            weights=weights,
+            curvature=s.curvature,
+            jacobian=s.jacobian,
+            inverse=s.inverse,
+            known=s.known,
+            counted=s.counted,
+            spans=s.spans,
+            periods=s.periods,
+            steps=None if steps is None else weights[:, None] * steps,
+            by_windows=self.horizon is not None,
+        )
 
     def _twins(self) -> Array:
         """What the noise of simulated twins moves the parameters by, (P, B)."""
@@ -246,6 +269,7 @@ def assembled(ended: Ended) -> OutputFit:
             ends=ended.ends,
             influence=ended.influence,
             beyond=ended.beyond,
+            left=ended.left,
         ),
     )
 

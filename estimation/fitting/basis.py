@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import Predictions
+from axisid.estimation.told_by_outputs import Left
 from axisid.support.arrays import Array
 
 from .search import Found
@@ -27,6 +28,8 @@ class FitBasis:
         Of the errors on the parameters.
     beyond : mapping of str to float
         How far beyond its bound each parameter at one would be without it, in deviations.
+    left : Left
+        Errors at the end.
     """
 
     axes: tuple[GeneratedAxis, ...]
@@ -35,3 +38,4 @@ class FitBasis:
     ends: tuple[Found, ...]
     influence: Array
     beyond: Mapping[str, float]
+    left: Left

@@ -11,11 +11,18 @@ from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUT
 from axisid.estimation.diagnostics.law import LawCheck, first_law
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told
-from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
+from axisid.estimation.predictions import (
+    FormByTime,
+    LoopPredictions,
+    Predictions,
+    TimedPredictions,
+    WindowPredictions,
+)
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
 from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress
@@ -29,7 +36,8 @@ from .losses import counting_for, deviation_by_median
 from .result import OutputFit
 from .search import Found, Search, Weighing, best_of, cost_of
 from .spread import scores_of
-from .starting import FitStart, StartLike, searched, starts_from, with_free
+from .starting import FitStart, Searched, StartLike, searched, starts_from, with_free
+from .timing import split_free, time_in, with_time_found
 from .unknowns import End, Unknowns, unknowns_of
 
 _MOST_STARTS = 1000
@@ -88,7 +96,8 @@ def fit(
         where it has a deviation.
     free : str or sequence of str
         Gains of the control law that are searched with the parameters, from the declared ones;
-        none changes its sign, or is known. Not of an open loop, which has no law.
+        none changes its sign, or is known. Not of an open loop, which has no law. Also the drive's
+        ``lag`` or its ``delay``: one of them, as a record shows their sum.
     loss : {"squares", "soft-l1", "huber"}
         Robust ones let errors count for less that are large beside the median of all.
     starts : int
@@ -120,27 +129,70 @@ def fit(
             f"the horizon is {quoted(horizon)}; give a positive time, s.", code="fit-horizon"
         )
     generated, given = as_generated(axis), records_of(record)
-    default = Prefilter().at_rate_of(given[0].period)
-    shared = shared_records(generated, given, default, local, known, gain, skip_bad=False)
-    whose, records = searched(shared), shared.records
-    model, whose = whose.form, with_free(whose, free, output, known or {})
-    unknowns = unknowns_of(whose.form, whose.local, bounds or {}, prior or {}, fixed or {})
-    predictions: Predictions
-    if output == OPEN_LOOP:
-        predictions = WindowPredictions(whose.form, whose.axes, records, float(horizon))
-    else:
-        predictions = LoopPredictions(whose.form, whose.axes, records, output)
-    begins, why = starts_from(start, shared, whose.form, model, gain)
-    run = _Run(whose.axes, records, predictions, unknowns, loss, progress)
-    first, begun, lost = run.first(begins)
-    ends = run.searches(first, begun, starts, np.random.default_rng(seed))
-    return assembled(
-        Ended(
+    gains, time = split_free(free, generated, given, output)
+    asked = _Asked(
+        records=tuple(given),
+        output=output,
+        local=local,
+        known=known,
+        gain=gain,
+        bounds=bounds or {},
+        prior=prior or {},
+        fixed=fixed or {},
+        free=gains,
+        loss=loss,
+        starts=starts,
+        bootstrap=bootstrap,
+        seed=seed,
+        horizon=float(horizon),
+        progress=progress,
+    )
+    return assembled(with_time_found(generated, time, start, asked.ended))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Asked:
+    """What is asked of a fit, as `fit` takes it."""
+
+    records: tuple[Record, ...]
+    output: str
+    local: str | Sequence[str]
+    known: Mapping[str, Sequence[Told]] | None
+    gain: str
+    bounds: Mapping[str, tuple[End, End]]
+    prior: Mapping[str, tuple[float, float]]
+    fixed: Mapping[str, float]
+    free: Sequence[str]
+    loss: str
+    starts: int
+    bootstrap: int
+    seed: int
+    horizon: float
+    progress: Progress | None
+
+    def ended(self, generated: GeneratedAxis, start: StartLike, time: Parameter | None) -> Ended:
+        """Search from a start with the loop of an axis, and about its time."""
+        default = Prefilter().at_rate_of(self.records[0].period)
+        shared = shared_records(
+            generated, self.records, default, self.local, self.known, self.gain, skip_bad=False
+        )
+        whose, records = searched(shared), shared.records
+        model, whose = whose.form, with_free(whose, self.free, self.output, self.known or {})
+        predictions = self._predictions(whose, records)
+        if time is not None:
+            predictions = TimedPredictions(predictions, time_in(generated, time.name))
+            whose = replace(whose, form=FormByTime.of(whose.form, generated, time))
+        unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
+        begins, why = starts_from(start, shared, whose.form, model, self.gain)
+        run = _Run(whose.axes, records, predictions, unknowns, self.loss, self.progress)
+        first, begun, lost = run.first(begins)
+        ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))
+        return Ended(
             axis=generated,
             records=records,
             whose=whose,
-            output=output,
-            loss=loss,
+            output=self.output,
+            loss=self.loss,
             unknowns=unknowns,
             predictions=predictions,
             start=first,
@@ -150,11 +202,15 @@ def fit(
             remarks=(*why, *lost),
             best=best_of(ends),
             ends=ends,
-            bootstrap=bootstrap,
-            seed=seed,
-            horizon=float(horizon) if output == OPEN_LOOP else None,
+            bootstrap=self.bootstrap,
+            seed=self.seed,
+            horizon=self.horizon if self.output == OPEN_LOOP else None,
         )
-    )
+
+    def _predictions(self, whose: Searched, records: Sequence[Record]) -> Predictions:
+        if self.output == OPEN_LOOP:
+            return WindowPredictions(whose.form, whose.axes, records, self.horizon)
+        return LoopPredictions(whose.form, whose.axes, records, self.output)
 
 
 @dataclass

@@ -1,5 +1,6 @@
 """Whether a fit is to be believed."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -8,20 +9,25 @@ import numpy as np
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.diagnostics.law import LawCheck, law_check
-from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR, MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.fitting import (
+    LACKING_LEVEL,
     MAX_APART,
+    MAX_BEYOND_NOISE,
     MAX_LAW_SENSITIVITY,
     MAX_LAW_SHIFT,
     MIN_SHOWN,
     SAME_END,
 )
+from axisid.estimation.told_by_outputs import Lack
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
 from .basis import FitBasis
 from .search import MOST_STEPS
+
+_SURE = 1e-2  # of a variance: the least by which what was known is moved
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,8 +43,11 @@ class Judged:
     unseen: tuple[str, ...]
     law: LawCheck | Missing
     law_moves: Mapping[str, Array]
-    law_move: Array | None
+    law_move: tuple[Array, Array] | None
     percent: float
+    beyond_noise: float
+    lacks: tuple[Lack, ...] | Missing
+    prior: Mapping[str, tuple[float, float]]
 
 
 def judged(of: Judged) -> tuple[Check, ...]:
@@ -48,6 +57,8 @@ def judged(of: Judged) -> tuple[Check, ...]:
         *_moved(of),
         *_sensitive(of),
         _follows(of),
+        _lacking(of),
+        *_known(of),
         _ended(of),
         _shown(of),
         _bounds(of),
@@ -64,12 +75,15 @@ def _moved(of: Judged) -> Iterator[Check]:
     """What the law as it is in the record moves the parameters by."""
     if of.law_move is None:
         return
+    moved, sure = of.law_move
     with np.errstate(divide="ignore", invalid="ignore"):
-        far = np.nan_to_num(np.abs(of.law_move) / of.deviations, posinf=np.inf)
-    far = np.where(of.deviations > 0, far, 0.0)
-    worst, most = int(np.argmax(far)), MAX_LAW_SHIFT.value
+        claimed = np.nan_to_num(np.abs(moved) / of.deviations, posinf=np.inf)
+        far = np.nan_to_num(np.abs(moved) / np.hypot(of.deviations, sure), posinf=np.inf)
+    claimed, far = (np.where(of.deviations > 0, each, 0.0) for each in (claimed, far))
+    most = MAX_LAW_SHIFT.value
+    worst = int(np.argmax(np.where(far > most, claimed, 0.0) if np.any(far > most) else far))
     name, value = of.names[worst], of.physical[worst]
-    share = 100 * abs(of.law_move[worst] / value) if value else np.inf
+    share = 100 * abs(moved[worst] / value) if value else np.inf
     beyond = far[worst] > most
     said = (
         f"the law as its control is recorded, in place of the declared one, moves {name} by "
@@ -116,17 +130,71 @@ def _sensitive(of: Judged) -> Iterator[Check]:
 
 
 def _follows(of: Judged) -> Check:
-    most = MAX_SIMULATION_ERROR.value
-    good = of.percent < most
-    said = f"the simulated {of.output} leaves {of.percent:.3g} % of the recorded one"
-    more = "" if good else ", so that it does not follow it; check the law, the units and the signs"
+    """What is left beyond noise: noise may be most of an output that is small, or noisy."""
+    most = MAX_BEYOND_NOISE.value
+    good = of.beyond_noise < most
+    said = (
+        f"the simulated {of.output} leaves {of.percent:.3g} % of the recorded one, "
+        f"{of.beyond_noise:.2g} % beyond noise"
+    )
+    more = "" if good else ": it does not follow it; check the model, the law, units and signs"
     return Check(
         name="simulation",
         status=passed(good),
-        figure=of.percent,
+        figure=of.beyond_noise,
         threshold=most,
-        source=MAX_SIMULATION_ERROR.source,
+        source=MAX_BEYOND_NOISE.source,
         meaning=said + more,
+    )
+
+
+def _lacking(of: Judged) -> Check:
+    """Whether what is left goes with a force of the motion, or with a value that is held."""
+    name, level = "missing terms", LACKING_LEVEL.value
+    if isinstance(of.lacks, Missing):
+        return Check.not_evaluated(name, of.lacks)
+    there, wrong_law = [lack for lack in of.lacks if lack.is_there], _law(of).status == "fail"
+    if there:
+        told = {lack.subject: lack for lack in reversed(there)}  # of two shapes the stronger
+        listed = "; ".join(
+            f"{lack.subject} ({abs(lack.size):.2g} +- {lack.deviation:.1g} {lack.told_of})"
+            for lack in there
+            if told[lack.subject] is lack
+        )
+        said = f"what is left asks for more than the model has: {listed}"
+        said += ". The law is not the record's, which asks for such forces too" * wrong_law
+    else:
+        said = "what is left goes with no force of the motion that was looked for"
+    return Check(
+        name=name,
+        status=passed(not there, matters=not wrong_law),
+        figure=of.lacks[0].chance if of.lacks else None,
+        threshold=level,
+        p_value=of.lacks[0].chance if of.lacks else None,
+        source=LACKING_LEVEL.source,
+        meaning=said,
+    )
+
+
+def _known(of: Judged) -> Iterator[Check]:
+    """What was known before against what the records tell."""
+    if not of.prior:
+        return
+    deviations, values = (dict(zip(of.names, x, strict=True)) for x in (of.deviations, of.physical))
+    far = {}
+    for name, (mean, sd) in of.prior.items():
+        both = math.sqrt(max(sd**2 - float(deviations[name]) ** 2, _SURE * sd**2))
+        far[name] = abs(float(values[name]) - mean) / both
+    worst, most = max(far, key=lambda name: far[name]), MIN_DISTANCE_FROM_NOISE.value
+    good = far[worst] <= most
+    said = f"what was known of {worst} and the record are {far[worst]:.2g} deviations apart"
+    yield Check(
+        name="what was known",
+        status=passed(good),
+        figure=far[worst],
+        threshold=most,
+        source=MIN_DISTANCE_FROM_NOISE.source,
+        meaning=said + ("" if good else ": one of the two is wrong, or the model"),
     )
 
 

@@ -53,7 +53,7 @@ def moves_of_all(of_records: Sequence[Mapping[str, Array]]) -> Mapping[str, Arra
 
 def move_by_record(
     of_records: Sequence[Mapping[str, Array]], laws: Sequence[LawCheck | Missing]
-) -> Array | None:
+) -> tuple[Array, Array] | None:
     """What the law as the records have it, less the declared one, moves the parameters by, (P,).
 
     Each record moves them by its own factors; one that does not tell them is taken for the mean of
@@ -61,8 +61,9 @@ def move_by_record(
 
     Returns
     -------
-    (P,) array or None
-        None where no record tells the law's factors.
+    ((P,) array, (P,) array) or None
+        With its deviations, of how sure the factors are. None where no record tells the law's
+        factors.
     """
     names = [*of_records[0]]
     told = [law.factors if isinstance(law, LawCheck) else {} for law in laws]
@@ -71,9 +72,10 @@ def move_by_record(
     if not telling or not names:
         return None
     mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
-    moved = [
-        moves[name] * ((factors or mean)[name] - 1) / _PERCENT
-        for moves, factors in zip(of_records, told, strict=True)
-        for name in names
-    ]
-    return np.asarray(np.sum(moved, axis=0))
+    moved, variances = [], []
+    for moves, factors, law in zip(of_records, told, laws, strict=True):
+        sure = law.deviations if isinstance(law, LawCheck) else {}
+        for name in names:
+            moved.append(moves[name] * ((factors or mean)[name] - 1) / _PERCENT)
+            variances.append((moves[name] * sure.get(name, 0.0) / _PERCENT) ** 2)
+    return np.asarray(np.sum(moved, axis=0)), np.sqrt(np.sum(variances, axis=0))

@@ -1,5 +1,6 @@
 """What a fit of outputs comes to."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,6 +15,7 @@ from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.diagnostics.law import LawCheck, check_law, first_failing
 from axisid.estimation.estimates import NamedValues, Value
 from axisid.estimation.records import Record
+from axisid.estimation.told_by_outputs import HeldParameters, Lack, lacks_beside, noise_left
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
@@ -143,11 +145,37 @@ class OutputFit(Presentable, Exact):
     @cached_property
     def law_move(self) -> Array | None:
         """What the law as the records have it would move them by, (P,)."""
+        return None if self._law_move is None else self._law_move[0]
+
+    @cached_property
+    def _law_move(self) -> tuple[Array, Array] | None:
         return move_by_record(self._moves_of_records, self._laws)
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
         return moves_per_percent(self.basis.predictions, self.physical, self.basis.influence)
+
+    @cached_property
+    def lacks(self) -> tuple[Lack, ...] | Missing:
+        """Forces, and other values of what is held, that the outputs ask for, strongest first."""
+        low, high = np.array([self.bounds[name] for name in self.names]).T
+        held = HeldParameters(
+            names=self.names,
+            units=tuple(q.unit for q in self.quantities),
+            which=np.array([name in self.fixed for name in self.names]),
+            lower=low,
+            upper=high,
+        )
+        return lacks_beside(self.basis.predictions, self.physical, self.basis.left, held)
+
+    @cached_property
+    def noise(self) -> tuple[float, ...]:
+        """Root mean square of what is noise in what is left, by record, in the output's unit.
+
+        What white noise of the position makes in the loop, as the record has it, or what nothing
+        before it tells of an error, whichever is more.
+        """
+        return noise_left(self.basis.predictions, self.physical, self.basis.left)
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
@@ -163,8 +191,11 @@ class OutputFit(Presentable, Exact):
                 unseen=self.unseen,
                 law=self.law,
                 law_moves=self.law_moves,
-                law_move=self.law_move,
+                law_move=self._law_move,
                 percent=self.error_percent,
+                beyond_noise=self.percent_beyond_noise,
+                lacks=self.lacks,
+                prior=self.prior,
             )
         )
 
@@ -202,6 +233,20 @@ class OutputFit(Presentable, Exact):
     def error_percent(self) -> float:
         """Of the recorded output; of several records the largest."""
         return max(each.percent for each in self.of_records)
+
+    @property
+    def percent_beyond_noise(self) -> float:
+        """What is left beyond noise, of the recorded output; of several records the largest."""
+        shares = (
+            each.percent * math.sqrt(max(1 - (noise / each.error) ** 2, 0.0)) if each.error else 0.0
+            for each, noise in zip(self.of_records, self.noise, strict=True)
+        )
+        return max(shares)
+
+    @property
+    def step(self) -> float:
+        """Of the coarsest encoder, SI; 0 where nothing is known of any."""
+        return self.basis.predictions.step
 
     @property
     def believed(self) -> bool:

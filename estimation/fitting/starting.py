@@ -77,7 +77,9 @@ def searched(shared: Shared) -> Searched:
     return Searched(form=JointForm(axis, layout=layout), axes=axes, local=layout.local)
 
 
-def with_free(whose: Searched, free: object, output: str, known: Mapping[str, object]) -> Searched:
+def with_free(
+    whose: Searched, names: Sequence[str], output: str, known: Mapping[str, object]
+) -> Searched:
     """The same with gains of the law that are free.
 
     Raises
@@ -85,14 +87,9 @@ def with_free(whose: Searched, free: object, output: str, known: Mapping[str, ob
     ModelError
         The law has no gains that could change.
     UsageError
-        They are no names, none of the law's gains, or known of the records; or the output is one
-        without a law.
+        They are none of the law's gains, or known of the records; or the output is one without a
+        law.
     """
-    names = (free,) if isinstance(free, str) else free
-    if not isinstance(names, (tuple, list)) or not all(isinstance(name, str) for name in names):
-        raise UsageError(
-            f"the free gains are {quoted(free)}; give names of the law's gains.", code="free-type"
-        )
     if not names:
         return whose
     if output == OPEN_LOOP:

@@ -8,12 +8,15 @@ from .bound import bound_records as bound_records
 from .bound import layout_for as layout_for
 from .bound import tells_gain as tells_gain
 from .bound import weighted as weighted
+from .drive_time import check_time as check_time
 from .drive_timing import DriveTiming as DriveTiming
 from .drive_timing import estimate_drive_timing as estimate_drive_timing
+from .identify import check_choices as check_choices
 from .identify import identify as identify
 from .identify import identify_filtered as identify_filtered
 from .identify import identify_problem as identify_problem
 from .identify import records_of as records_of
+from .identify import requested_methods as requested_methods
 from .result import DriveTime as DriveTime
 from .result import Identification as Identification
 from .set_aside import check_bad as check_bad

@@ -93,14 +93,13 @@ def identify(
     Raises
     ------
     UsageError, DataError, ModelError, EstimationError
-        See each; a method asked for by name raises, whatever the reason.
+        See each. A method that is asked for by name and does not suit axis or records raises; one
+        that comes to nothing does where no other gives an estimate.
     """
     generated = as_generated(axis)
     records = records_of(record)
-    _check_covariance(covariance)
-    requested = _requested(methods)
-    _check_start(start)
-    _check_loss(loss)
+    check_choices(covariance, start, loss)
+    requested = requested_methods(methods)
     as_given = _at_rate(prefilter, records[0].period)
 
     def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
@@ -180,6 +179,7 @@ def identify_problem(
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
+    lost: EstimationError | None = None
     for method in METHODS if requested is None else dict.fromkeys(requested):
         started = replace(METHODS[method], start=start, loss=loss)
         try:
@@ -191,10 +191,14 @@ def identify_problem(
                 raise
             skipped[method] = error.note
         except EstimationError as error:
-            if requested is not None or not estimates:
+            if requested is None and not estimates:
                 raise
             # Nobody asked for it, and it rests on more than the others: they stand without it.
-            (skipped if is_output_error(method) else failed)[method] = error.note
+            unasked = requested is None and is_output_error(method)
+            (skipped if unasked else failed)[method] = error.note
+            lost = lost or error
+    if lost is not None and not estimates:
+        raise lost
     return Identification(
         problem=problem,
         estimates=estimates,
@@ -205,8 +209,14 @@ def identify_problem(
     )
 
 
-def _requested(methods: object) -> tuple[str, ...] | None:
-    """The methods that are asked for by name; None for all."""
+def requested_methods(methods: object) -> tuple[str, ...] | None:
+    """The methods that are asked for by name; None for all.
+
+    Raises
+    ------
+    UsageError
+        There is none, or none of that name.
+    """
     if methods is None:
         return None
     if not isinstance(methods, Iterable):
@@ -221,6 +231,19 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     if not listed:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="no-method")
     return listed
+
+
+def check_choices(covariance: object, start: object, loss: object) -> None:
+    """Refuse what `identify` has no choice of.
+
+    Raises
+    ------
+    UsageError
+        There is no such covariance, start or loss.
+    """
+    _check_covariance(covariance)
+    _check_start(start)
+    _check_loss(loss)
 
 
 def _check_start(start: object) -> None:

@@ -15,6 +15,8 @@ from axisid.estimation.simulation import LoopInputs
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 
+from .free_time import FormByTime
+
 _NEXT_TO_0 = 1e-9  # of what a gain is declared as
 
 
@@ -84,6 +86,8 @@ def gains_in(form: Form, physical: Array) -> dict[str, Array]:
 
     One that a law has above 0 alone, such as a time, stays there where a search steps to 0.
     """
+    if isinstance(form, FormByTime):
+        return gains_in(form.of_model, physical[..., :-1])
     if not isinstance(form, FormByGains):
         return {}
     law = form.axis.loop_with(form.gains)[1]

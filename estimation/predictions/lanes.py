@@ -1,6 +1,6 @@
 """Predictions side by side, one column for each parameter set."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
+
+from .added_slopes import Motion
 
 #: The code of an error where no loop can be simulated.
 LANE_LOST = "fit-lane"
@@ -76,3 +78,9 @@ class Predictions(Protocol):
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by its gains."""
+
+    def motions(self, physical: Array) -> tuple[Motion, ...] | None:
+        """Of parameters (P,), in the order of the rows; None where they cannot be simulated."""
+
+    def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
+        """Slopes of the errors by factors of added controls, (n, k), that are (N, k) by motion."""

@@ -15,6 +15,7 @@ from axisid.estimation.signals import recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
 from axisid.support.arrays import Array, covered
 
+from .added_slopes import Motion, motion_of, slopes_by_added
 from .disturbed import changed_by_noise, changed_by_steps
 from .free_gains import axis_at, gains_in, inputs_at
 from .lanes import Lanes
@@ -150,6 +151,27 @@ class LoopPredictions:
                 found.setdefault(name, []).append(slope)
         whole = len(self.stretches)
         return {name: np.concatenate(p) for name, p in found.items() if len(p) == whole}
+
+    def motions(self, physical: Array) -> tuple[Motion, ...] | None:
+        """See `Predictions.motions`."""
+        found = []
+        for each, substeps in zip(self.stretches, self._substeps, strict=True):
+            record, own = self._records[each.record], self._form.own(physical, each.record)
+            time = np.asarray(record.time)[slice(*record.spans[each.segment])] - record.time[0]
+            found.append(motion_of(self._at(each, physical), own, time, substeps))
+        whole = tuple(motion for motion in found if motion is not None)
+        return whole if len(whole) == len(found) else None
+
+    def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
+        """See `Predictions.slopes_by_added`."""
+        found = []
+        for each, substeps, own in zip(self.stretches, self._substeps, added, strict=True):
+            at, values = self._at(each, physical), self._form.own(physical, each.record)
+            slopes = slopes_by_added(at, values, self._signal, substeps, own)
+            if slopes is None:
+                return None
+            found.append(slopes)
+        return np.concatenate(found)
 
     def _of_stretch(
         self, stretch: Stretch, physical: Array, substeps: int | None

@@ -24,6 +24,7 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.remedy import Remedy, Setting
 
+from .added_slopes import ADDED_SHARE, Motion
 from .lanes import LANE_LOST, Lanes
 
 _FEWEST = 20  # samples in a window
@@ -81,9 +82,10 @@ class _Windows:
         slopes = np.polynomial.polynomial.polyfit(time, self.position[:some], 2)
         return np.asarray(slopes[:2])
 
-    def inputs(self, states: Array, sets: int) -> LoopInputs:
+    def inputs(self, states: Array, sets: int, added: Array | None = None) -> LoopInputs:
         """Of so many parameter sets, each along all windows; states are (2, sets w)."""
         wide = [np.tile(v, (1, sets)) for v in (self.position, self.control, *self.signals)]
+        wide[1] = wide[1] if added is None else wide[1] + added
         return LoopInputs(
             reference=wide[0],
             period=self.period,
@@ -102,16 +104,42 @@ class _Windows:
             signals=tuple(values[:, k] for values in self.signals),
         )
 
+    def motion(self, own: Array, states: Array, substeps: int | None) -> Motion | None:
+        """Of parameters (p,), window after window; None where one cannot be simulated."""
+        wanted = ["position", "velocity"]
+        batch = simulate_lanes(
+            self.axis,
+            np.tile(own, (self.count, 1)),
+            self.inputs(states, 1),
+            substeps=substeps,
+            wanted=wanted,
+        )
+        if batch.failures:
+            return None
+        position, velocity = (batch[name].T.ravel() for name in wanted)
+        return Motion(
+            record=self.record,
+            time=np.asarray(
+                self.period * (self.first + np.arange(self.position.size)), dtype=float
+            ),
+            position=position,
+            velocity=velocity,
+            control=self.control.T.ravel(),
+        )
+
     def errors(
-        self, own: Array, states: Array, substeps: int | None
+        self, own: Array, states: Array, substeps: int | None, added: Array | None = None
     ) -> tuple[Array, dict[int, str]]:
-        """Of parameters (B, p) and states (2, B w): (N, B, w), and what failed by set."""
+        """Of parameters (B, p) and states (2, B w): (N, B, w), and what failed by set.
+
+        What is added to the control is (N, B w).
+        """
         sets = len(own)
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
                 self.axis,
                 np.repeat(own, self.count, axis=0),
-                self.inputs(states, sets),
+                self.inputs(states, sets, added),
                 substeps=substeps,
                 wanted=["position"],
             )
@@ -246,6 +274,33 @@ class WindowPredictions:
     def slopes_by_law(self, physical: Array) -> dict[str, Array]:  # noqa: ARG002
         """None: no law is simulated."""
         return {}
+
+    def motions(self, physical: Array) -> tuple[Motion, ...] | None:
+        """See `Predictions.motions`."""
+        found = [
+            w.motion(np.asarray(self._form.own(physical, w.record)), state.first, state.substeps)
+            for w, state in zip(self._windows, self._states, strict=True)
+        ]
+        whole = tuple(motion for motion in found if motion is not None)
+        return whole if len(whole) == len(found) else None
+
+    def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
+        """See `Predictions.slopes_by_added`."""
+        pieces = []
+        for w, state, own in zip(self._windows, self._states, added, strict=True):
+            terms, count = own.shape[1], 2 * own.shape[1]
+            wide = own.T.reshape(terms, w.count, -1).transpose(2, 0, 1).reshape(-1, terms * w.count)
+            errors, failed = w.errors(
+                np.tile(self._form.own(physical, w.record), (count, 1)),
+                np.tile(state.first, (1, count)),
+                state.substeps,
+                ADDED_SHARE * np.hstack([wide, -wide]),
+            )
+            if failed:
+                return None
+            more, less = np.split(state.projected(errors), 2, axis=1)
+            pieces.append(_rows((more - less) / (2 * ADDED_SHARE)))
+        return np.concatenate(pieces)
 
 
 def _rows(errors: Array) -> Array:

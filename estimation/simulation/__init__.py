@@ -7,6 +7,9 @@ Knows nothing of filters and estimates.
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
 from .closed_loop import (
+    measured_positions as measured_positions,
+)
+from .closed_loop import (
     simulate as simulate,
 )
 from .closed_loop import (
@@ -21,6 +24,8 @@ from .simulated import logged_control as logged_control
 from .simulated import signals_about as signals_about
 from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law
+from .twin import TwinPlan as TwinPlan
 from .twin import trajectory as trajectory
+from .twin import twin_plan as twin_plan
 from .twin import twin_record as twin_record
 from .two_clocks import TwoClocks as TwoClocks

@@ -285,7 +285,9 @@ class _Loop:
         return Simulation(
             time=period * np.arange(len(out["position"]), dtype=np.float64),
             direction_before=out.pop("before"),
-            measured_position=_measured(out["position"], self.logged_noise, self.resolution),
+            measured_position=measured_positions(
+                out["position"], self.logged_noise, self.resolution
+            ),
             recorded=self.logged_signals,
             **out,
         )
@@ -401,6 +403,7 @@ def _vector(values: ArrayLike, what: str) -> Array:
     return vector
 
 
-def _measured(position: Array, noise: Array | None, resolution: float) -> Array:
+def measured_positions(position: Array, noise: Array | None, resolution: float) -> Array:
+    """Positions with their noise, as an encoder of a resolution has them; 0 for none."""
     measured = position if noise is None else position + noise
     return np.floor(measured / resolution + 0.5) * resolution if resolution > 0 else measured

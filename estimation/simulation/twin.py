@@ -106,19 +106,52 @@ def twin_record(
     ModelError
         The axis has no experiment or no control law.
     """
-    generated = as_generated(axis)
-    declared = generated.axis
-    experiment, law = _planned(declared, sample_period)
-    period = law.period if sample_period is None else sample_period
-    reference = trajectory(experiment.moves, period)
-    clocks = clocks_of(law, len(reference), period)
-    truth = [_true(declared, p) for p in declared.parameters]
+    plan = twin_plan(
+        axis,
+        injected=injected,
+        injected_at=injected_at,
+        signals=signals,
+        sample_period=sample_period,
+    )
+    experiment = plan.experiment
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
     if not is_whole(chosen) or chosen < 0:
         raise UsageError(
             f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin-seed"
         )
+    loop = plan.loop(_noise(np.random.default_rng(chosen), deviation))
+    rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them
+    declared = plan.axis.axis
+    return plan.record(
+        loop,
+        f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
+        f"{declared.coordinate.unit}{_counts(declared, experiment)}",
+        plan.sensed(loop, rng, velocity_noise, acceleration_noise),
+    )
+
+
+def twin_plan(
+    axis: Axis | GeneratedAxis,
+    *,
+    injected: ArrayLike | None = None,
+    injected_at: str | None = None,
+    signals: Mapping[str, ArrayLike] | None = None,
+    sample_period: float | None = None,
+) -> "TwinPlan":
+    """What all twins of an axis have in common, whatever their noise; see `twin_record`.
+
+    Raises
+    ------
+    UsageError, ModelError
+        As `twin_record`.
+    """
+    generated = as_generated(axis)
+    declared = generated.axis
+    experiment, law = _planned(declared, sample_period)
+    period = law.period if sample_period is None else sample_period
+    reference = trajectory(experiment.moves, period)
+    clocks = clocks_of(law, len(reference), period)
     place = injected_at or declared.injected_at or None
     added = None if injected is None else checked_signal(injected, reference, "the injected signal")
     of_time = generated.experiment_signals(period * np.arange(float(len(reference))))
@@ -130,53 +163,111 @@ def twin_record(
             "experiment.",
             code="twin-signals",
         )
-    plan = _Plan(
+    return TwinPlan(
         axis=generated,
-        truth=np.array(truth),
+        experiment=experiment,
+        truth=np.array([_true(declared, p) for p in declared.parameters]),
         reference=reference,
         period=period,
+        clocks=clocks,
         added={place: added} if added is not None and place else {},
         signals=recorded,
-        resolution=experiment.resolution,
-    )
-    noise = _noise(np.random.default_rng(chosen), deviation)
-    loop = plan.simulated(noise) if clocks is None else plan.sampled(noise, clocks, experiment)
-    velocity, acceleration = _sensed(plan, loop, chosen, velocity_noise, acceleration_noise)
-    return Record(
-        time=period * np.arange(len(reference), dtype=np.float64),
-        position=loop.measured_position,
-        velocity=velocity,
-        acceleration=acceleration,
-        reference=reference,
-        control=logged_control(generated, loop),
         injected=added,
         injected_at=place,
-        signals=dict(zip((s.name for s in declared.signals), loop.recorded, strict=True)),
-        sample_period=period,
-        provenance=Provenance(
-            source=f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
-            f"{declared.coordinate.unit}{_counts(declared, experiment)}",
-            truth={
-                **{p.name: _true(generated.declared, p) for p in generated.declared.parameters},
-                **dict(zip(generated.names, truth, strict=True)),
-            },
-        ),
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Plan:
-    """What the loop of a twin is given at the samples of its log."""
+class TwinPlan:
+    """What the loop of a twin is given at the samples of its log.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    experiment : Experiment
+    truth : (p,) array
+        Of the axis's parameters.
+    reference : (N,) array
+    period : float
+        Of the log, s.
+    clocks : TwoClocks or None
+        Where the law runs at a period of its own.
+    added : mapping of str to (N,) array
+        What is added to the control or to the reference.
+    signals : mapping of str to array_like
+        The recorded signals that the axis declares.
+    injected : (N,) array or None
+    injected_at : str or None
+        As the record has them.
+    """
 
     axis: GeneratedAxis
+    experiment: Experiment
     truth: Array
     reference: Array
     period: float
+    clocks: TwoClocks | None
     added: Mapping[str, Array]
     signals: Mapping[str, ArrayLike]
-    resolution: float
+    injected: Array | None
+    injected_at: str | None
 
-    def simulated(self, noise: Callable[[int], Array]) -> Simulation:
+    @property
+    def true_values(self) -> dict[str, float]:
+        """The twin's parameters by name, as declared and as identified."""
+        declared = self.axis.declared
+        return {
+            **{p.name: _true(declared, p) for p in declared.parameters},
+            **dict(zip(self.axis.names, self.truth.tolist(), strict=True)),
+        }
+
+    def loop(self, noise: Callable[[int], Array]) -> Simulation:
+        """The closed loop under a noise of the measured position, drawn by its length."""
+        return self._simulated(noise) if self.clocks is None else self._sampled(noise, self.clocks)
+
+    def record(
+        self, loop: Simulation, source: str, sensed: tuple[Array | None, Array | None]
+    ) -> Record:
+        """What is logged of a loop, with what sensors have of velocity and acceleration."""
+        velocity, acceleration = sensed
+        names = (s.name for s in self.axis.axis.signals)
+        return Record(
+            time=self.period * np.arange(len(self.reference), dtype=np.float64),
+            position=loop.measured_position,
+            velocity=velocity,
+            acceleration=acceleration,
+            reference=self.reference,
+            control=logged_control(self.axis, loop),
+            injected=self.injected,
+            injected_at=self.injected_at,
+            signals=dict(zip(names, loop.recorded, strict=True)),
+            sample_period=self.period,
+            provenance=Provenance(source=source, truth=self.true_values),
+        )
+
+    def sensed(
+        self,
+        loop: Simulation,
+        rng: np.random.Generator,
+        velocity_noise: float | None,
+        acceleration_noise: float | None,
+    ) -> tuple[Array | None, Array | None]:
+        """What sensors beside the loop have of velocity and acceleration, where there are any."""
+        if velocity_noise is None and acceleration_noise is None:
+            return None, None
+        noise = rng.normal(size=(2, len(loop.velocity)))
+        acceleration, axis = loop.acceleration, self.axis.axis
+        if loop.held is not None or (axis.jumps and not axis.holds_force):
+            before = signals_about(self.axis, self.truth, loop)[1].acceleration
+            acceleration = (loop.acceleration + before) / 2
+        elif axis.jumps:
+            acceleration = about_samples(loop.acceleration, [0])
+        return (
+            None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
+            None if acceleration_noise is None else acceleration + acceleration_noise * noise[1],
+        )
+
+    def _simulated(self, noise: Callable[[int], Array]) -> Simulation:
         """The loop of a law that is evaluated at each sample."""
         added = self.added.get("reference")
         return simulate(
@@ -188,19 +279,17 @@ class _Plan:
             position_noise=noise(len(self.reference)),
             injected=self.added.get("control"),
             signals=self.signals,
-            resolution=self.resolution,
+            resolution=self.experiment.resolution,
         )
 
-    def sampled(
-        self, noise: Callable[[int], Array], clocks: TwoClocks, experiment: Experiment
-    ) -> Simulation:
+    def _sampled(self, noise: Callable[[int], Array], clocks: TwoClocks) -> Simulation:
         """The loop of a law with a clock of its own."""
         count, added = len(clocks.times), self.added.get("reference")
         law = self.axis.axis.control
         if law is not None and law.reference_between:
             commanded = clocks.reference(self.reference)
         else:
-            made = trajectory(experiment.moves, clocks.law_period)
+            made = trajectory(self.experiment.moves, clocks.law_period)
             commanded = made[np.minimum(np.arange(count), len(made) - 1)]
         if clocks.law_period < clocks.log_period:
             measured = noise(count)
@@ -217,7 +306,7 @@ class _Plan:
             logged_noise=logged,
             injected=self.added.get("control"),
             signals=checked_signals(self.axis, self.signals, clocks.samples),
-            resolution=self.resolution,
+            resolution=self.experiment.resolution,
         )
 
 
@@ -229,28 +318,6 @@ def _counts(axis: Axis, experiment: Experiment) -> str:
 
 def _noise(generator: np.random.Generator, deviation: float) -> Callable[[int], Array]:
     return lambda count: generator.normal(0.0, deviation, count)
-
-
-def _sensed(
-    plan: _Plan,
-    loop: Simulation,
-    seed: int,
-    velocity_noise: float | None,
-    acceleration_noise: float | None,
-) -> tuple[Array | None, Array | None]:
-    """What sensors beside the loop have of velocity and acceleration, where there are any."""
-    rng = np.random.default_rng([seed, 1])  # the position's noise stays what it is without them
-    noise = rng.normal(size=(2, len(loop.velocity)))
-    acceleration, axis = loop.acceleration, plan.axis.axis
-    if loop.held is not None or (axis.jumps and not axis.holds_force):
-        before = signals_about(plan.axis, plan.truth, loop)[1].acceleration
-        acceleration = (loop.acceleration + before) / 2
-    elif axis.jumps:
-        acceleration = about_samples(loop.acceleration, [0])
-    return (
-        None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
-        None if acceleration_noise is None else acceleration + acceleration_noise * noise[1],
-    )
 
 
 def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw]:

@@ -56,3 +56,30 @@ SAME_END = Threshold(
     "excess of a search's cost over the least, up to which it ended there too",
     "chosen",
 )
+LACKING_LEVEL = Threshold(
+    0.002,
+    "1",
+    "chance that noise asks for as much of the strongest force beside the model, up to which the "
+    "model lacks it",
+    "measured: none of 40 runs each of 14 kinds of right machines, all of 10 each of 11 wrong ones",
+)
+MAX_BEYOND_NOISE = Threshold(
+    15.0,
+    "%",
+    "part of a recorded output that a simulated one leaves beyond noise, from which it does not "
+    "follow it",
+    "chosen: it is 4.5 on the EMPS record, whose model lacks 6 % of the control",
+)
+MAX_TIME_STEP = Threshold(
+    0.01,
+    "periods",
+    "distance of a drive's time that a search ends at from that of its loop, up to which the loop "
+    "need not be generated anew",
+    "chosen: the output is a straight line of it there",
+)
+FEWEST_WINDOWS = Threshold(
+    6.0,
+    "1",
+    "windows of an open loop more than parameters from which their scores tell what is chance",
+    "chosen: five degrees of freedom are left",
+)

@@ -106,6 +106,13 @@ MIN_BIN_ROWS = Threshold(
     "rows in a bin of velocity from which their mean is shown",
     "chosen",
 )
+MIN_BIAS = Threshold(
+    3.0,
+    "1",
+    "mean error over the twins of a study, in its standard errors, beyond which it is told as a "
+    "bias",
+    "chosen: chance exceeds it in 0.3 % of parameters",
+)
 FLEET_LEVEL = Threshold(
     0.05,
     "1",

@@ -8,6 +8,8 @@ from .estimation.estimates import Estimate as Estimate
 from .estimation.fitting import fit as fit
 from .estimation.identification import Identification as Identification
 from .estimation.identification import identify as identify
+from .estimation.monte_carlo import TwinNoise as TwinNoise
+from .estimation.monte_carlo import monte_carlo as monte_carlo
 from .estimation.records import Record as Record
 from .estimation.records import read_record as read_record
 from .estimation.signals import Prefilter as Prefilter

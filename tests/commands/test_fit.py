@@ -1,14 +1,16 @@
 """``axisid fit``: what it takes, prints, writes and refuses."""
 
 import json
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from axisid import Record, fit, load_result
+from axisid import Record, compare_results, fit, load_result, read_record
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.presentation.saved import SavedOutputFit
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -91,8 +93,32 @@ def test_a_bound_that_bounds_nothing_is_refused(run: Run, log: Path, bound: str)
     assert "bounds nothing" in err
 
 
+def test_a_fit_is_read_back_as_it_was_written(
+    run: Run, log: Path, tmp_path: Path, emps2015: GeneratedAxis
+) -> None:
+    file, page = tmp_path / "fit.json", tmp_path / "fit.html"
+    _, out, _ = run("fit", "emps2015", log, "--json", file, "--report", page)
+    saved = load_result(file)
+    assert isinstance(saved, SavedOutputFit)
+    assert saved.to_dict() == json.loads(file.read_text())
+    found = fit(emps2015, read_record(log, emps2015))
+    assert saved["M"].interval == pytest.approx(found["M"].interval)
+    np.testing.assert_allclose(saved.covariance, found.covariance)
+    assert saved.believed == found.believed
+    table, rest = (text.split("left of")[0] for text in (saved.summary(), out))
+    assert table.splitlines()[-8:] == rest.splitlines()[-8:]
+    assert pickle.loads(pickle.dumps(saved)) == saved  # noqa: S301
+    html = page.read_text()
+    assert 'id="figure-output"' in html
+    assert "http" not in html.split("<body>")[1].split("<script")[0]
+
+
 def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> None:
     file = tmp_path / "fit.json"
     run("fit", "emps2015", log, "--json", file)
     with refuses("other-document", says="is of a fit of an output"):
+        compare_results(file, file)
+    written = json.loads(file.read_text())
+    file.write_text(json.dumps({**written, "covariance": []}))
+    with refuses("saved-fit"):
         load_result(file)

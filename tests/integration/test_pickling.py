@@ -28,6 +28,7 @@ from axisid import (
     Prefilter,
     Record,
     Signal,
+    TwinNoise,
     UsageError,
     build,
     compare,
@@ -48,6 +49,7 @@ from axisid.codegen.lowering.feed_forward import feed_forward
 from axisid.elements import CONTROL, VELOCITY, formula_drive, voltage_drive
 from axisid.estimation import (
     Classical,
+    FailedRun,
     Hac,
     LogBlocks,
     PublishedCovariance,
@@ -65,6 +67,7 @@ from axisid.estimation.law_search import find_law
 from axisid.estimation.streaming import identify_stream
 from axisid.fleets import FleetRow
 from axisid.modeling import LIBRARY, Column
+from tests.estimation.monte_carlo.short import judged
 from tests.faces import FACES, public_names
 
 FILTER = Prefilter(cutoff=60.0)
@@ -155,6 +158,13 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
         "law check": check_law(axis, record),
         "law search": find_law(axis, record),
+        "study": (
+            judged(),
+            judged().figures,
+            judged().checks,
+            TwinNoise(position=1e-6),
+            FailedRun(run=3, of="idm-iv", reason="singular"),
+        ),
         "block": axisid.control.difference(axisid.control.REFERENCE, name="q1", start=0),
         "drive time": DriveTime(
             name="lag",
@@ -193,7 +203,7 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "fit,fit on another record,comparison,simulation,batch,law check,"
+    "fit,fit on another record,comparison,simulation,batch,law check,study,"
     "law search,block,drive timing,drive time,fleet,fleet item,trend,"
     "streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"

@@ -7,8 +7,8 @@ that takes an ideal sensor's velocity is compared after a zero-phase low-pass of
 that velocity is not recorded; the identification's own filter plays no part.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,15 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy
 
 from .by_runs import GainsBeside, said_of_gains
-from .factors import best_shift, constant_beside, law_factors, lean_of, leaning, scaled_factors
+from .factors import (
+    best_shift,
+    constant_beside,
+    factor_deviations,
+    law_factors,
+    lean_of,
+    leaning,
+    scaled_factors,
+)
 from .position_zero import told_zero
 from .sentences import (
     CONSTANT,
@@ -75,6 +83,8 @@ class LawCheck:
     as_recorded_percent : float or None
         What the samples of the record leave, where these are uneven and the rest is of what the
         law read in their place.
+    deviations : mapping of str to float
+        HAC ones of the factors; empty where they are not known.
     """
 
     factors: dict[str, float]
@@ -86,6 +96,7 @@ class LawCheck:
     meaning: str
     remedy: Remedy | None = None
     as_recorded_percent: float | None = None
+    deviations: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def note(self) -> Note:
@@ -219,7 +230,8 @@ def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> La
     names += [] if record.added_control is None else [INJECTED]
     factors, fitted = law_factors(control[used], terms[used], names)
     following = Neighbours.of(np.flatnonzero(used), 1)
-    scaled = scaled_factors(control[used], terms[used], names, following)
+    deviations = factor_deviations(control[used], terms[used], names, following)
+    scaled = scaled_factors(factors, deviations)
     if law.takes_velocity and abs(scaled.get(INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR.value:
         del scaled[INJECTED]  # the velocity that is compared is not the sensor's to a hundredth
     left = (control - terms.sum(axis=1))[used]
@@ -238,6 +250,7 @@ def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> La
         remedy = remedy or remedy_by_time(shift, delay)
     return LawCheck(
         factors=factors,
+        deviations=deviations,
         residual_percent=declared,
         fitted_residual_percent=fitted,
         delay=shift,

@@ -1,5 +1,7 @@
 """What stands between a recorded control and the terms of its law: factors, a constant, a shift."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,10 +39,10 @@ def law_factors(
     return factors, relative_error_percent(fit.residuals, control)
 
 
-def scaled_factors(
+def factor_deviations(
     control: Array, terms: Array, names: list[str], neighbours: Neighbours
 ) -> dict[str, float]:
-    """Factors that are not 1, by more than 1 % and three of their deviations."""
+    """HAC deviations of `law_factors`; none where the terms cannot be told apart."""
     moving = np.any(terms != 0, axis=0)
     kept = [name for name, moves in zip(names, moving, strict=True) if moves]
     if not kept:
@@ -52,11 +54,18 @@ def scaled_factors(
     fit = least_squares(control, columns)
     lags = min(LAGS, len(control) // 4)
     deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
-    far = np.maximum(MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value * deviations)
+    return dict(zip(kept, map(float, deviations), strict=True))
+
+
+def scaled_factors(
+    factors: Mapping[str, float], deviations: Mapping[str, float]
+) -> dict[str, float]:
+    """Factors that are not 1, by more than 1 % and three of their deviations."""
+    least, most = MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value
     return {
-        name: float(value)
-        for name, value, limit in zip(kept, fit.theta, far, strict=True)
-        if abs(value - 1) > limit
+        name: factors[name]
+        for name, deviation in deviations.items()
+        if abs(factors[name] - 1) > max(least, most * deviation)
     }
 
 

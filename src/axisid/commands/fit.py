@@ -1,5 +1,10 @@
 """``axisid fit``."""
 
+import shlex
+import sys
+from datetime import datetime
+from typing import TYPE_CHECKING
+
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
@@ -12,6 +17,7 @@ from axisid.commands.options.outputs import (
     force_option,
     json_option,
     put_result,
+    write_output,
 )
 from axisid.commands.options.record_options import Reading, record_options
 from axisid.commands.options.several_options import (
@@ -22,6 +28,9 @@ from axisid.commands.options.several_options import (
     skip_bad_option,
 )
 from axisid.presentation.console import ProgressLine
+
+if TYPE_CHECKING:
+    from axisid.estimation.fitting import OutputFit
 
 
 @click.command(
@@ -48,6 +57,7 @@ from axisid.presentation.console import ProgressLine
 @leave_out_option
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the result as JSON; - for standard output.")
+@click.option("--report", metavar="FILE", help="Write a page of HTML: verdict, table, figures.")
 @force_option
 def fit(
     axis: str,
@@ -61,6 +71,7 @@ def fit(
     left_out: tuple[str, ...],
     no_native: bool,
     json_file: str | None,
+    report: str | None,
     force: bool,
 ) -> None:
     """Fit AXIS to one RECORD or several (or to its twin) by output error, without a filter.
@@ -69,7 +80,8 @@ def fit(
     its position) is the recorded one as nearly as the model allows. Noise of the encoder biases
     nothing; the control law must be the drive's, which is checked.
     """
-    check_targets([Target("--json", json_file, "fit")], (*record, axis), force=force)
+    targets = [Target("--json", json_file, "fit"), Target("--report", report, "report")]
+    check_targets(targets, (*record, axis), force=force)
     inputs = axis_and_records(
         axis,
         record,
@@ -88,3 +100,15 @@ def fit(
     with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
         result = run(inputs.axis, inputs.records, progress=line, **asked.arguments(), **shared)
     put_result(result, json_file)
+    if report is not None:
+        _put_page(result, report, is_quiet=json_file == "-")
+
+
+def _put_page(result: "OutputFit", file: str, *, is_quiet: bool) -> None:
+    from axisid.presentation.report import fit_report_html
+    from axisid.support.remedy import as_options
+
+    command, made = shlex.join(["axisid", *sys.argv[1:]]), datetime.now().astimezone()
+    page = fit_report_html(result, command=command, made=made, wording=as_options)
+    write_output(file, page)
+    click.echo(f"wrote {file}", err=is_quiet)

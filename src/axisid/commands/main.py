@@ -31,6 +31,7 @@ from .fit import fit
 from .generate import generate
 from .identify import identify
 from .law import law
+from .many.study import study
 from .paper import paper
 from .sweep import sweep
 
@@ -53,6 +54,7 @@ _NO_MEMORY = (
         fleet,
         trend,
         law,
+        study,
         new,
         show,
         generate,

@@ -30,19 +30,32 @@ _RUNS = 100
 @click.option(
     "--runs",
     type=click.IntRange(min=2),
-    help="Twins of each encoder, with --encoder (default 100, which takes minutes).",
+    help="Add how the estimates of so many twins are distributed under both filters; with "
+    "--encoder, twins of each encoder (default 100, which takes minutes).",
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Processes for those twins; the numbers are the same for any.",
 )
 @force_option
-def paper(output: Path | None, encoder: bool, runs: int | None, force: bool) -> None:
+def paper(output: Path | None, encoder: bool, runs: int | None, jobs: int, force: bool) -> None:
     """Identify the twin of the paper's axis by all four methods under both filters.
 
     Prints the tables of Brunot et al. (SYSID 2015) beside the twin's, and draws figures 3 and 4.
     """
-    check_needed(("--runs",), ("--encoder",))
+    check_needed(("--jobs",), ("--runs", "--encoder"))
     if output is not None:
         import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
 
-    made = _encoder_study(runs or _RUNS, output, force) if encoder else _study(output, force)
+    if encoder:
+        made = _encoder_study(runs or _RUNS, jobs, output, force)
+    else:
+        made = _study(output, force)
+        made += _distributions(runs, jobs, output, force) if runs else []
     for path in made:
         click.echo(f"wrote {path}")
 
@@ -60,7 +73,23 @@ def _study(output: Path | None, force: bool) -> list[Path]:
         return write_study(study, output)
 
 
-def _encoder_study(runs: int, output: Path | None, force: bool) -> list[Path]:
+def _distributions(runs: int, jobs: int, output: Path | None, force: bool) -> list[Path]:
+    from axisid.paper import (
+        DISTRIBUTION_FILES,
+        distributions_document,
+        run_distributions,
+        write_distributions,
+    )
+
+    check_folder(output, "--output", DISTRIBUTION_FILES, deep=True, force=force)
+    with ProgressLine("twins of the paper's axis") as line:
+        found = run_distributions(runs, jobs=jobs, progress=line)
+    click.echo()
+    print_document(distributions_document(found))
+    return [] if output is None else write_distributions(found, output)
+
+
+def _encoder_study(runs: int, jobs: int, output: Path | None, force: bool) -> list[Path]:
     from axisid.paper import (
         ENCODER_FILES,
         encoder_document,
@@ -70,7 +99,7 @@ def _encoder_study(runs: int, output: Path | None, force: bool) -> list[Path]:
 
     check_folder(output, "--output", ENCODER_FILES, deep=True, force=force)
     with ProgressLine("the study of encoders") as line:
-        study = run_encoder_study(runs, progress=line)
+        study = run_encoder_study(runs, jobs=jobs, progress=line)
     print_document(encoder_document(study))
     if output is None:
         return []

@@ -4,6 +4,10 @@ In: nothing, or its record. Out: its tables beside ours, figures, files. Knows n
 records, and of the command line.
 """
 
+from .distributions import DISTRIBUTION_FILES as DISTRIBUTION_FILES
+from .distributions import distributions_document as distributions_document
+from .distributions import run_distributions as run_distributions
+from .distributions import write_distributions as write_distributions
 from .encoder import run_encoder_study as run_encoder_study
 from .encoder_document import ENCODER_FILES as ENCODER_FILES
 from .encoder_document import encoder_document as encoder_document

@@ -5,22 +5,16 @@ in the record, many twins each, and identified under both of the paper's filters
 20 mm a revolution. The velocity that the law reads is an ideal sensor's, as in the paper's twin.
 """
 
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.estimates import Estimate
-from axisid.estimation.identification import Identification, identify
-from axisid.estimation.records import Record
-from axisid.estimation.signals import Prefilter
-from axisid.estimation.simulation import simulate_batch, twin_record
+from axisid.estimation.monte_carlo import MonteCarlo, TwinNoise, monte_carlo
 from axisid.modeling.text import load_axis
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, UsageError
+from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
@@ -31,6 +25,7 @@ from .study import APPROPRIATE, INAPPROPRIATE
 COUNTS, REVOLUTION = (4000, 1000, 400, 200, 100, 50, 20), 0.02
 NOISE = 3.8e-6  # m, of the position, as the paper's twin has
 METHODS = ("idm-ls", "idm-iv", "didim")
+_FEWEST = 2  # estimates that a scatter is told of
 FILTERS = {"appropriate": APPROPRIATE, "inappropriate": INAPPROPRIATE}
 
 
@@ -109,6 +104,7 @@ def run_encoder_study(
     counts: Sequence[int] = COUNTS,
     *,
     seed: int = 1,
+    jobs: int = 1,
     progress: Progress | None = None,
 ) -> EncoderStudy:
     """Identify twins of the paper's axis with coarser and coarser encoders.
@@ -120,6 +116,8 @@ def run_encoder_study(
     counts : sequence of int
         A revolution of 20 mm.
     seed : int
+    jobs : int
+        Processes, as `monte_carlo` takes them.
     progress : callable, optional
         See `Progress`.
 
@@ -142,120 +140,63 @@ def run_encoder_study(
             )
     axis = build(load_axis("emps2015"))
     cases = [(each, name) for each in counts for name in FILTERS]
-    twins: dict[int, list[Record]] = {}
-    found = []
     said = with_progress(cases, progress, lambda case: f"{case[0]} counts, {case[1]} filter")
-    for each, name in said:
-        if each not in twins:  # of one encoder at a time
-            twins = {each: list(encoder_twins(axis, each, runs, seed))}
-        found.append(_case(axis, twins[each], each, name))
+    found = [_case(axis, each, name, runs, seed, jobs) for each, name in said]
     return EncoderStudy(names=axis.names, runs=runs, cases=tuple(found))
 
 
-def encoder_twins(axis: GeneratedAxis, counts: int, runs: int, seed: int) -> Iterator[Record]:
-    """Records of the paper's loop with an encoder of so many counts a revolution."""
-    twin, truth = _twin(axis)
-    reference, step = np.asarray(twin.reference), REVOLUTION / counts
-    rng = np.random.default_rng([seed, counts])
-    # Where in a count the motion begins decides how the loop hunts about it.
-    moved = reference[:, None] + rng.uniform(0.0, step, runs)
-    noise = rng.normal(0.0, NOISE, moved.shape)
-    loops = simulate_batch(
-        axis,
-        np.tile(truth, (runs, 1)),
-        moved,
-        twin.period,
-        position_noise=noise,
-        resolution=step,
-        wanted=("position", "control"),
-    )
-    measured = np.floor((loops["position"] + noise) / step + 0.5) * step
-    for run in range(runs):
-        yield Record(
-            time=twin.time,
-            position=measured[:, run],
-            reference=moved[:, run],
-            control=loops["control"][:, run],
+def _case(
+    axis: GeneratedAxis, counts: int, name: str, runs: int, seed: int, jobs: int
+) -> EncoderCase:
+    """The twins of one encoder under one filter; their noise is that of the other encoders."""
+    noise = TwinNoise(position=NOISE, resolution=REVOLUTION / counts, anywhere=True)
+    try:
+        found = monte_carlo(
+            axis,
+            runs,
+            METHODS,
+            prefilter=FILTERS[name],
+            noise=noise,
+            checks=runs,
+            seed=seed,
+            jobs=jobs,
         )
-
-
-@cache
-def _twin(axis: GeneratedAxis) -> tuple[Record, Array]:
-    """The twin of `axisid.paper.study` and its true values."""
-    twin = twin_record(axis)
-    truth = twin.provenance.truth or {}
-    return twin, np.array([truth[name] for name in axis.names])
-
-
-def _case(axis: GeneratedAxis, twins: Sequence[Record], counts: int, name: str) -> EncoderCase:
-    _, truth = _twin(axis)
-    made: dict[str, list[tuple[Array, Array]]] = {method: [] for method in METHODS}
-    objected: Counter[str] = Counter()
-    judged = clean = 0
-    for twin in twins:
-        result = _identified(axis, twin, FILTERS[name])
-        if result is None:
-            continue
-        for method, estimate in result.estimates.items():
-            made[method].append(_errors(estimate, truth))
-        fails = [check.name for check in result.verdict if check.status == "fail"]
-        objected.update(fails)
-        judged, clean = judged + 1, clean + (not fails)
+    except EstimationError:  # no method gives an estimate of any
+        return EncoderCase(
+            counts=counts,
+            filter=name,
+            methods={method: _nothing(0.0, len(axis.names)) for method in METHODS},
+            judged=0.0,
+            objected={},
+            clean=float("nan"),
+        )
+    objected = {check.name: check.fails.value for check in found.checks if check.fails.count}
     return EncoderCase(
         counts=counts,
         filter=name,
-        methods={method: _figures(each, len(twins), len(truth)) for method, each in made.items()},
-        judged=judged / len(twins),
-        objected={check: times / judged for check, times in objected.most_common()},
-        clean=clean / judged if judged else float("nan"),
+        methods={method: _figures(found, method) for method in METHODS},
+        judged=found.judged / runs,
+        objected=dict(sorted(objected.items(), key=lambda each: -each[1])),
+        clean=1 - found.objected.value,
     )
 
 
-def _identified(axis: GeneratedAxis, twin: Record, prefilter: Prefilter) -> Identification | None:
-    """By all methods that give an estimate of the twin; None where none does."""
-    try:
-        return _estimated(axis, twin, prefilter, METHODS)
-    except AxisidError:
-        able = [method for method in METHODS if _is_able(axis, twin, prefilter, method)]
-    return _estimated(axis, twin, prefilter, able) if able else None
-
-
-def _is_able(axis: GeneratedAxis, twin: Record, prefilter: Prefilter, method: str) -> bool:
-    try:
-        _estimated(axis, twin, prefilter, [method])
-    except AxisidError:
-        return False
-    return True
-
-
-def _estimated(
-    axis: GeneratedAxis, twin: Record, prefilter: Prefilter, methods: Sequence[str]
-) -> Identification:
-    """The result by methods, with intervals, which are else found when they are asked for."""
-    result = identify(axis, twin, prefilter, methods)
-    for method in methods:
-        _ = result[method].parameters
-    return result
-
-
-def _errors(estimate: Estimate, truth: Array) -> tuple[Array, Array]:
-    """Errors in percent, and whether the intervals hold the truth."""
-    values = list(estimate.parameters.values())
-    off = np.array([value.corrected for value in values]) / truth - 1
-    low, high = np.array([value.interval for value in values]).T
-    return 100 * off, ((low <= truth) & (truth <= high)).astype(float)
-
-
-def _figures(made: Sequence[tuple[Array, Array]], runs: int, size: int) -> MethodFigures:
-    if len(made) < 2:
-        nothing = np.full(size, np.nan)
-        return MethodFigures(
-            estimated=len(made) / runs, bias=nothing, scatter=nothing, held=nothing
-        )
-    off, held = (np.array(each) for each in zip(*made, strict=True))
+def _figures(found: MonteCarlo, method: str) -> MethodFigures:
+    """Of a method, in percent of the true values."""
+    estimated = found.estimated(method)
+    if estimated.count < _FEWEST:
+        return _nothing(estimated.value, len(found.plan.axis.names))
+    figures = [found.of(method, name) for name in found.plan.axis.names]
+    truth = np.array([each.truth for each in figures])
     return MethodFigures(
-        estimated=len(made) / runs,
-        bias=off.mean(axis=0),
-        scatter=off.std(axis=0, ddof=1),
-        held=held.mean(axis=0),
+        estimated=estimated.value,
+        bias=100 * np.array([each.bias.value for each in figures]) / truth,
+        scatter=100 * np.array([each.scatter.value for each in figures]) / truth,
+        held=np.array([each.coverage[found.plan.chosen].value for each in figures]),
     )
+
+
+def _nothing(estimated: float, size: int) -> MethodFigures:
+    """Of a method that gives too few estimates to tell anything."""
+    unknown = np.full(size, np.nan)
+    return MethodFigures(estimated=estimated, bias=unknown, scatter=unknown, held=unknown)

@@ -10,6 +10,7 @@ from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
 from axisid.estimation.law_search import LawSearch
+from axisid.estimation.monte_carlo import MonteCarlo, run_columns
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, Sweep, Validation
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
@@ -163,6 +164,10 @@ def _of_fit(result: OutputFit) -> Mapping[str, Any]:
     )
 
 
+def _of_monte_carlo(result: MonteCarlo) -> Mapping[str, Any]:
+    return run_columns(result)
+
+
 def _of_record(result: Record) -> Mapping[str, Any]:
     return result.channels()
 
@@ -177,6 +182,7 @@ columns_of.register(Comparison, _of_comparison)
 columns_of.register(Validation, _of_validation)
 columns_of.register(Diagnosis, _of_diagnosis)
 columns_of.register(OutputFit, _of_fit)
+columns_of.register(MonteCarlo, _of_monte_carlo)
 columns_of.register(Record, _of_record)
 
 

@@ -9,6 +9,7 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
 from axisid.estimation.law_search import LawSearch
+from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.records import Record
 from axisid.estimation.streaming import StreamedEstimate
 from axisid.estimation.studies import Comparison, Sweep, Validation
@@ -29,6 +30,12 @@ from axisid.presentation.documents import (
 )
 from axisid.presentation.formulas import axis_document
 from axisid.presentation.html import blocks_html
+from axisid.presentation.monte_carlo import (
+    PLOTS,
+    monte_carlo_dict,
+    monte_carlo_document,
+    monte_carlo_plot,
+)
 from axisid.presentation.plots import (
     Plot,
     autocorrelation_plot,
@@ -47,9 +54,12 @@ from axisid.presentation.saved import (
     ResultComparison,
     SavedEstimate,
     SavedIdentification,
+    SavedOutputFit,
     result_comparison_document,
     saved_document,
     saved_estimate_document,
+    saved_fit_dict,
+    saved_fit_document,
     saved_plot,
     saved_repeats_plot,
 )
@@ -120,9 +130,11 @@ as_blocks.register(Comparison, comparison_document)
 as_blocks.register(Validation, validation_document)
 as_blocks.register(StreamedEstimate, stream_document)
 as_blocks.register(OutputFit, output_fit_document)
+as_blocks.register(MonteCarlo, monte_carlo_document)
 as_blocks.register(ResultComparison, _settled(result_comparison_document))
 as_blocks.register(SavedIdentification, saved_document)
 as_blocks.register(SavedEstimate, _settled(saved_estimate_document))
+as_blocks.register(SavedOutputFit, saved_fit_document)
 
 
 @singledispatch
@@ -168,9 +180,11 @@ as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
 as_document.register(StreamedEstimate, stream_dict)
 as_document.register(OutputFit, output_fit_dict)
+as_document.register(MonteCarlo, monte_carlo_dict)
 as_document.register(ResultComparison, ResultComparison.to_dict)
 as_document.register(SavedIdentification, lambda saved: plain(saved.document))
 as_document.register(SavedEstimate, lambda saved: plain(saved.document))
+as_document.register(SavedOutputFit, saved_fit_dict)
 
 
 def figure_of(
@@ -249,6 +263,13 @@ def _of_fit(
     return output_plot(result, int(number) - 1)
 
 
+def _of_monte_carlo(result: MonteCarlo, what: str, method: str | None = None) -> Plot:
+    _check_method(result, method, ())
+    if not is_among(what, PLOTS):
+        raise _no_figure(result, what, PLOTS)
+    return drawable(monte_carlo_plot(result, what), what)
+
+
 def _of_saved_estimate(result: SavedEstimate, what: str, method: str | None = None) -> Plot:
     _check_method(result, method, (result.method,))
     return drawable(saved_plot(result, what), what)
@@ -267,6 +288,7 @@ plot_of.register(Estimate, _of_estimate)
 plot_of.register(Identification, _of_identification)
 plot_of.register(Sweep, _of_sweep)
 plot_of.register(OutputFit, _of_fit)
+plot_of.register(MonteCarlo, _of_monte_carlo)
 
 
 def _check_method(result: Presentable, method: str | None, own: Sequence[str]) -> None:

@@ -23,6 +23,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.fitting.search import Found, Search
 from axisid.support.arrays import Array
+from axisid.support.missing import Missing
 from tests.axes.unseen import with_bump
 from tests.refusals import refuses
 
@@ -355,6 +356,76 @@ def test_a_search_that_is_lost_leaves_the_others(
         fit(emps2015, twin)
 
 
+def test_a_constant_force_that_the_model_lacks_is_named(
+    emps2015: GeneratedAxis, twin: Record, found: OutputFit
+) -> None:
+    """A residual of a few percent is no noise where it goes with the motion."""
+    noise = np.random.default_rng(5).normal(scale=1e-6, size=len(twin))
+    force = np.full(len(twin), 0.1)
+    loop = simulate(
+        emps2015, [*TRUTH.values()], twin.reference, 1e-3, position_noise=noise, injected=force
+    )
+    record = replace(twin, position=loop.measured_position, control=loop.control - force)
+    result = fit(emps2015, record)
+    assert _status(result)["missing terms"] == "fail"
+    assert not isinstance(result.lacks, Missing)
+    assert result.lacks[0].subject == "a constant force: declare offset"
+    assert not result.believed
+    assert _status(found)["missing terms"] == "pass"
+
+
+@pytest.mark.parametrize("output", ["control", "open-loop"])
+def test_a_value_that_is_held_wrongly_is_named(
+    emps2015: GeneratedAxis, twin: Record, output: str
+) -> None:
+    result = fit(emps2015, twin, output, fixed={"M": 95.0}, horizon=0.25)
+    assert _status(result)["missing terms"] == "fail"
+    assert not isinstance(result.lacks, Missing)
+    assert result.lacks[0].subject == "another M than it is held at"
+    assert abs(result.lacks[0].size - 5.2) < 5 * result.lacks[0].deviation + 0.2
+
+
+def test_noise_that_is_most_of_an_output_is_no_lack(
+    emps2015: GeneratedAxis, found: OutputFit
+) -> None:
+    """Half of the control is the encoder's noise, a tenth of its steps' size apart."""
+    truth = [*TRUTH.values()]
+    reference = np.asarray(twin_record(emps2015).reference)
+    noise = np.random.default_rng(5).normal(scale=3e-5, size=len(reference))
+    loop = simulate(emps2015, truth, reference, 1e-3, position_noise=noise)
+    record = Record(
+        time=loop.time,
+        position=loop.measured_position,
+        reference=reference,
+        control=loop.control,
+    )
+    result = fit(emps2015, record)
+    assert result.error_percent > 40
+    assert result.percent_beyond_noise < 15
+    assert result.believed
+    assert found.noise[0] == pytest.approx(found.error, rel=0.05)
+
+
+def test_what_was_known_wrongly_fails(emps2015: GeneratedAxis, twin: Record) -> None:
+    assert _status(fit(emps2015, twin, prior={"M": (95.0, 0.5)}))["what was known"] == "fail"
+    assert _status(fit(emps2015, twin, prior={"M": (99.7, 0.5)}))["what was known"] == "pass"
+
+
+@pytest.mark.slow
+def test_a_lag_of_the_drive_is_found_with_the_parameters(emps2015: GeneratedAxis) -> None:
+    declared = emps2015.axis
+    late = replace(declared, drive=replace(declared.drive, lag=8e-4))
+    record = twin_record(late)
+    result = fit(emps2015, record, free="lag")
+    for name, value in result.parameters.items():
+        truth = {**TRUTH, "lag": 8e-4}[name]
+        assert abs(value.value - truth) < 4 * value.deviation
+    assert result.axis.axis.drive.lag == pytest.approx(result["lag"].value, abs=1e-5)
+    assert result["lag"].deviation < 1e-4
+    assert result.started == "instruments"
+    assert _status(fit(emps2015, record))["missing terms"] == "fail"
+
+
 def test_progress_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
     told: list[tuple[int, int, str]] = []
     result = fit(emps2015, twin, progress=lambda *step: told.append(step))
@@ -374,6 +445,7 @@ def test_a_fit_is_equal_after_a_pickle(found: OutputFit) -> None:
     [
         ("fit-choice", {"output": "speed"}),
         ("fit-choice", {"loss": "cubes"}),
+        ("free-times", {"free": ("lag", "delay")}),
         ("bad-gain-choice", {"gain": "free"}),
         ("local-of-one", {"local": "Fc"}),
         ("fit-count", {"starts": 0}),

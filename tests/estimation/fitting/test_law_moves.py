@@ -1,10 +1,14 @@
 """What the law as the records have it moves a fit by."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.fitting.law_moves import move_by_record, moves_of_all
+from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 
@@ -23,15 +27,28 @@ def _law(kp: float) -> LawCheck:
 MOVES = ({"kp": np.array([2.0, 0.0])}, {"kp": np.array([1.0, 3.0])})
 
 
+def _move(of_records: Sequence[Mapping[str, Array]], laws: Sequence[LawCheck | Missing]) -> Array:
+    found = move_by_record(of_records, laws)
+    assert found is not None
+    return found[0]
+
+
+def test_a_factor_that_is_not_sure_moves_by_as_much() -> None:
+    laws = [replace(_law(1.1), deviations={"kp": 0.1}), _law(1.1)]
+    found = move_by_record(MOVES, laws)
+    assert found is not None
+    np.testing.assert_allclose(found[1], np.abs(10 * MOVES[0]["kp"]))
+
+
 def test_each_record_moves_the_parameters_by_its_own_factors() -> None:
     """Of factors of 1.1 and 0.9 the mean is 1, and what they move is not nothing."""
-    moved = move_by_record(MOVES, [_law(1.1), _law(0.9)])
+    moved = _move(MOVES, [_law(1.1), _law(0.9)])
     assert moved == pytest.approx([10.0, -30.0])
-    alike = move_by_record(MOVES, [_law(1.1), _law(1.1)])
+    alike = _move(MOVES, [_law(1.1), _law(1.1)])
     assert alike == pytest.approx(10 * moves_of_all(MOVES)["kp"])
 
 
 def test_a_record_that_does_not_tell_is_taken_for_the_others() -> None:
-    moved = move_by_record(MOVES, [_law(1.1), Missing("it is too short")])
+    moved = _move(MOVES, [_law(1.1), Missing("it is too short")])
     assert moved == pytest.approx([30.0, 30.0])
     assert move_by_record(MOVES, [Missing("it is too short")] * 2) is None

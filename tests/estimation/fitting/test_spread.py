@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from axisid.estimation.fitting.assembly import cut_interval
-from axisid.estimation.fitting.spread import Autoregression, Scores, autoregression_of
+from axisid.estimation.fitting.spread import Scores
+from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
 from axisid.support.arrays import Array
 
 

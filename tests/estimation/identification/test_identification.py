@@ -195,6 +195,11 @@ def test_failed_instruments_do_not_lose_least_squares() -> None:
     assert set(result.failed) == {"idm-iv", "ddm-iv"}
     assert "positive nominal value" in result.failed["idm-iv"].text
     assert "without idm-iv, ddm-iv: iterate 0: axis" in result.summary()
+    named = identify(massless, twin_record(axis), methods=["idm-iv", "idm-ls"], start="nominal")
+    assert set(named.estimates) == {"idm-ls"}
+    assert set(named.failed) == {"idm-iv"}
+    with pytest.raises(EstimationError, match="positive nominal value"):
+        identify(massless, twin_record(axis), methods=["idm-iv", "ddm-iv"], start="nominal")
 
 
 def test_parameters_outside_their_bounds_are_remarked() -> None:

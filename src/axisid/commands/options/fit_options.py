@@ -126,8 +126,9 @@ _OPTIONS = (
     click.option(
         "--free",
         multiple=True,
-        metavar="GAIN[,GAIN]",
-        help="Gains of the control law that are searched with the parameters.",
+        metavar="NAME[,NAME]",
+        help="Gains of the control law that are searched with the parameters, or the drive's lag "
+        "or its delay.",
     ),
 )
 

@@ -10,6 +10,7 @@ from .identification import estimate_dict as estimate_dict
 from .identification import identification_dict as identification_dict
 from .identification import identification_document as identification_document
 from .identification import record_dict as record_dict
+from .identification import request_document as request_document
 from .law_search import law_search_dict as law_search_dict
 from .output_fit import output_fit_dict as output_fit_dict
 from .same_members import number as number

@@ -8,11 +8,13 @@ from axisid.estimation.fitting import OutputFit
 from axisid.presentation.schema import (
     WrittenFitted,
     WrittenKnown,
+    WrittenLack,
     WrittenOutputFit,
     WrittenRecordError,
     plain,
 )
 from axisid.support.arrays import finite
+from axisid.support.missing import Missing
 from axisid.support.remedy import as_options
 
 from .diagnosis import check_document, law_document
@@ -34,6 +36,8 @@ def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
         records=tuple(map(record_document, fit.records)),
         output=fit.output,
         unit=fit.unit,
+        position_unit=str(fit.axis.axis.coordinate.unit),
+        encoder_step=fit.step,
         loss=fit.loss,
         started=fit.started,
         parameters={name: _fitted(fit, j, name) for j, name in enumerate(fit.names)},
@@ -41,7 +45,14 @@ def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
         chosen_covariance=fit.chosen,
         error=fit.error,
         error_percent=finite(fit.error_percent),
-        record_errors=tuple(written_as(WrittenRecordError, each) for each in fit.of_records),
+        percent_beyond_noise=finite(fit.percent_beyond_noise),
+        record_errors=tuple(
+            written_as(WrittenRecordError, each, noise=noise)
+            for each, noise in zip(fit.of_records, fit.noise, strict=True)
+        ),
+        lacks=None
+        if isinstance(fit.lacks, Missing)
+        else tuple(written_as(WrittenLack, each) for each in fit.lacks),
         unseen=fit.unseen,
         horizon=UNSET if fit.horizon is None else fit.horizon,
         local=dict(fit.local) or UNSET,

@@ -18,6 +18,7 @@ from .plot import Series as Series
 from .plot import Tone as Tone
 from .plot import drawable as drawable
 from .plot import labelled as labelled
+from .plot import paired as paired
 from .repeats import mean_residual_plot as mean_residual_plot
 from .repeats import repeats_plot as repeats_plot
 from .result import record_plot as record_plot

@@ -27,6 +27,9 @@ SHADED = "left out"
 #: What figures are called that not every result has; a page says under it why there is none.
 TITLES = MappingProxyType(
     {
+        "bias": "Bias, as runs come in",
+        "coverage": "Intervals that hold the truth",
+        "errors": "Errors in stated deviations",
         "convergence": "Convergence of the instruments",
         "friction": "Friction against velocity",
         "repeats": "Residuals that repeat",

@@ -1,6 +1,10 @@
 """The report: one page of HTML with everything in it, for a colleague.
 
-In: an identification. Out: a page. Knows nothing of how statistics are computed.
+In: an identification or a fit. Out: a page. Knows nothing of how statistics are computed.
 """
 
+from .fit_page import fit_report_html as fit_report_html
 from .outputs import Outputs as Outputs
+from .page import figures_html as figures_html
+from .page import model_html as model_html
+from .page import page_of as page_of

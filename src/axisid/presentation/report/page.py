@@ -2,7 +2,7 @@
 
 import base64
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from html import escape
 from importlib.resources import files
@@ -61,25 +61,42 @@ def report_html(
     """
     axis, diagnosis = result.axis.axis, result.diagnosis
     plots = plots_by_record(result, cutoffs)
-    several = bool(result.of_records)
-    style = _asset("page.css") + _asset("records.css") * several
-    script = "".join(map(_asset, _SCRIPTS)) + _asset("records.js") * several
     heading = axis.title or axis.name
     checked = (validation,) if isinstance(validation, Validation) else tuple(validation or ())
-    return Template(_asset("page.html")).substitute(
-        version=__version__,
-        title=escape(f"{heading}: axisid report"),
+    return page_of(
+        (p for of in plots.values() for p in of.values() if isinstance(p, Plot)),
+        several=bool(result.of_records),
         heading=escape(heading),
         subheading=escape(_subheading(result)),
         verdict=verdict_html(diagnosis.verdict, diagnosis.preferred, wording),
         parameters=parameters_html(result, checked, draws, wording=wording),
-        figures=_all_figures(result, plots, wording),
-        model=_model(axis),
+        figures=figures_html(plots, result.record_names if result.of_records else (), wording),
+        model=model_html(axis),
         provenance=provenance_html(result, command, made, wording=wording),
-        simulated=_simulated(result),
-        data=script_json(
-            figures_data(p for of in plots.values() for p in of.values() if isinstance(p, Plot))
-        ),
+        simulated=simulated_html(truth_text(result)),
+    )
+
+
+def page_of(plots: Iterable[Plot], *, several: bool, heading: str, **parts: str) -> str:
+    """A page of its parts in HTML, with the data of its figures.
+
+    Parameters
+    ----------
+    plots : iterable of Plot
+    several : bool
+        Whether a reader chooses of which record figures are.
+    heading : str
+    **parts
+        What else stands in the template.
+    """
+    style = _asset("page.css") + _asset("records.css") * several
+    script = "".join(map(_asset, _SCRIPTS)) + _asset("records.js") * several
+    return Template(_asset("page.html")).substitute(
+        parts,
+        version=__version__,
+        title=f"{heading}: axisid report",
+        heading=heading,
+        data=script_json(figures_data(plots)),
         style=style,
         script=script,
         style_hash=_hash(style),
@@ -117,14 +134,13 @@ def report_sweep(
     return swept.with_result(result)
 
 
-def _simulated(result: Identification) -> str:
-    """What nobody may overlook of a record that was not measured."""
-    if not result.record.provenance.truth:
+def simulated_html(truth: str) -> str:
+    """What nobody may overlook of a record that was not measured: what it was computed with."""
+    if not truth:
         return ""
-    truth = escape(truth_text(result))
     return (
         '<p class="simulated"><b>SIMULATED.</b> This record is not a measurement: it was computed '
-        f"with {truth}.</p>"
+        f"with {escape(truth)}.</p>"
     )
 
 
@@ -139,15 +155,14 @@ def _subheading(result: Identification) -> str:
     return f"{name}, identified from {record.provenance.source}, {size}"
 
 
-def _all_figures(
-    result: Identification, plots: Mapping[int, Mapping[str, Plot | Missing]], wording: Wording
+def figures_html(
+    plots: Mapping[int, Mapping[str, Plot | Missing]], names: Sequence[str], wording: Wording
 ) -> str:
     """The figures of all records, and those of each, of which the reader chooses one."""
-    if not result.of_records:
+    if len(plots) == 1:
         return _figures(plots[0], wording)
     options = "".join(
-        f'<option value="{i}">{i}: {escape(name)}</option>'
-        for i, name in enumerate(result.record_names, 1)
+        f'<option value="{i}">{i}: {escape(name)}</option>' for i, name in enumerate(names, 1)
     )
     picker = (
         '<p class="note record-picker" hidden><label>Figures of record '
@@ -183,7 +198,7 @@ def _figure(name: str, plot: Plot | Missing, wording: Wording, of: str, *, half:
     )
 
 
-def _model(axis: Axis) -> str:
+def model_html(axis: Axis) -> str:
     """The equation of motion, the drive and the control law."""
     q, law = axis.coordinate, axis.control
     motion = formula_mathml(equation_of_motion(axis), q)

@@ -1,10 +1,12 @@
 """Where a result comes from: file, settings, versions and generated code."""
 
 import platform
+from collections.abc import Mapping
 from datetime import datetime
 from html import escape
 from importlib.metadata import version
 
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.formulas import readable_unit
@@ -35,9 +37,14 @@ def provenance_html(
     wording : callable
         How settings are told.
     """
+    return facts_html(_facts(result, made, wording), command)
+
+
+def facts_html(facts: Mapping[str, str], command: str) -> str:
+    """Facts by name, those without a text left out, and the command that gives the same again."""
     listed = "".join(
         f"<dt>{escape(name)}</dt><dd>{_value(name, text)}</dd>"
-        for name, text in _facts(result, made, wording).items()
+        for name, text in facts.items()
         if text
     )
     again = (
@@ -50,8 +57,6 @@ def _facts(result: Identification, made: datetime | None, wording: Wording) -> d
     source, f = result.record.provenance, result.prefilter
     start, end = result.data.sampling.filter.dropped
     facts = record_facts(result.record, wording)
-    versions = [f"axisid {__version__}", f"Python {platform.python_version()}"]
-    versions += [f"{package} {version(package)}" for package in _PACKAGES]
     record = result.record
     return {
         "made": "" if made is None else made.isoformat(" ", "seconds"),
@@ -85,10 +90,18 @@ def _facts(result: Identification, made: datetime | None, wording: Wording) -> d
         "without weight",
         "hold": str(f.hold),
         "deviations": _covariances(result),
-        "generated code": result.axis.signature,
-        "simulated by": "native code"
-        if result.axis.native.library() is not None
-        else "the CasADi virtual machine",
+        **made_by(result.axis),
+    }
+
+
+def made_by(axis: GeneratedAxis) -> dict[str, str]:
+    """The code and the versions that made a result."""
+    versions = [f"axisid {__version__}", f"Python {platform.python_version()}"]
+    versions += [f"{package} {version(package)}" for package in _PACKAGES]
+    native = axis.native.library() is not None
+    return {
+        "generated code": axis.signature,
+        "simulated by": "native code" if native else "the CasADi virtual machine",
         "versions": ", ".join(versions),
         "platform": platform.platform(),
     }

@@ -81,7 +81,7 @@ def _of_record(
     return {
         "law": _law(written.law_check),
         "alignment": _alignment(written.alignment, units),
-        "verdict": tuple(map(_check, written.verdict)),
+        "verdict": tuple(map(read_check, written.verdict)),
         "lack_of_fit": _lack_of_fit(written.lack_of_fit) if written.lack_of_fit else None,
         "motions": {
             role: read_as(MotionComparison, each)
@@ -95,7 +95,8 @@ def _lack_of_fit(written: WrittenLackOfFit) -> LackOfFit:
     return read_as(LackOfFit, written, hac_excess=excess)
 
 
-def _check(written: WrittenCheck) -> Check:
+def read_check(written: WrittenCheck) -> Check:
+    """A check as a file has it."""
     remedy = None if written.remedy is UNSET else Remedy.of(*map(_part, written.remedy))
     said = "" if remedy is None else remedy.worded(as_options)
     return read_as(

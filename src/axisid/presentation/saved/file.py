@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import overload
 
 from msgspec import UNSET
 
@@ -29,6 +30,7 @@ from axisid.support.user_values import quoted
 from .contradictions import contradiction, refuse_contradictions
 from .drive import refuse_other_drive
 from .identification import SavedIdentification
+from .output_fit import SavedOutputFit, read_output_fit
 
 _REFUSED = {
     schema_of(WrittenStream): Note(
@@ -36,8 +38,8 @@ _REFUSED = {
         Remedy.of("to have them, ", Setting("stream", given=False), "."),
     ),
     schema_of(WrittenOutputFit): Note(
-        "is of a fit of an output, which is read as the JSON that it is; give a result of identify "
-        "to go on with it here."
+        "is of a fit of an output, which has one estimate and no method; read it with load_result, "
+        "or give a result of identify."
     ),
 }
 
@@ -89,15 +91,28 @@ def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification
     return saved
 
 
+@overload
+def load_result(
+    path: SavedIdentification, axis: Axis | str | Path | None = None
+) -> SavedIdentification: ...
+
+
+@overload
+def load_result(
+    path: str | Path, axis: Axis | str | Path | None = None
+) -> SavedIdentification | SavedOutputFit: ...
+
+
 def load_result(
     path: str | Path | SavedIdentification, axis: Axis | str | Path | None = None
-) -> SavedIdentification:
-    """Read an identification that was written as JSON.
+) -> SavedIdentification | SavedOutputFit:
+    """Read an identification, or a fit, that was written as JSON.
 
     Parameters
     ----------
     path : str or Path
-        What ``axisid identify --json`` wrote, or ``result.to_dict()`` as JSON.
+        What ``axisid identify --json`` or ``axisid fit --json`` wrote, or ``result.to_dict()`` as
+        JSON.
     axis : Axis, str or Path, optional
         The axis that was identified, or what `load_axis` takes. An axis of the library is found by
         itself; of another one the estimates can be read without it, but not be exported or held
@@ -105,9 +120,10 @@ def load_result(
 
     Returns
     -------
-    SavedIdentification
+    SavedIdentification or SavedOutputFit
         With the estimates by method, their covariances, the verdict, and what is made of them:
-        ``derive``, ``summary``, ``plot`` and `export`.
+        ``derive``, ``summary``, ``plot`` and `export`. Of a fit its parameters with their
+        covariance, the verdict and ``summary``.
 
     Raises
     ------
@@ -118,7 +134,11 @@ def load_result(
     """
     if isinstance(path, SavedIdentification):
         return path if axis is None else _joined(path, axis)
-    return _joined(read_identification(path), axis)
+    file = _path(path)
+    document = read_document(file, WrittenIdentification, WrittenOutputFit, refused=_REFUSED)
+    if isinstance(document, WrittenOutputFit):
+        return read_output_fit(str(file), document)
+    return _joined(_checked(file, document), axis)
 
 
 def _joined(saved: SavedIdentification, axis: Axis | str | Path | None) -> SavedIdentification:

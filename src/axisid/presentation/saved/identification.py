@@ -268,7 +268,7 @@ class SavedIdentification(Presentable):
     @cached_property
     def record(self) -> SavedRecord:
         """The record that it was identified from, without its samples."""
-        return _record(self.document.record)
+        return saved_record(self.document.record)
 
     @cached_property
     def prefilter(self) -> Prefilter:
@@ -348,7 +348,8 @@ class SavedIdentification(Presentable):
         return validate(self, record, like=like)
 
 
-def _record(written: WrittenRecord) -> SavedRecord:
+def saved_record(written: WrittenRecord) -> SavedRecord:
+    """A record as a file has it."""
     return SavedRecord(
         provenance=Provenance(
             source=written.source,
@@ -383,7 +384,7 @@ def _sampling(prefilter: WrittenPrefilter, record: SavedRecord) -> Sampling:
 
 
 def _of_record(written: WrittenMember) -> OfRecord:
-    record, apart = _record(written.record), written.apart
+    record, apart = saved_record(written.record), written.apart
     return OfRecord(
         name=written.name,
         record=record,

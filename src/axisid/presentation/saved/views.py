@@ -31,7 +31,7 @@ from .identification import SavedIdentification
 _PLOTS = {"autocorrelation": autocorrelation_plot, "convergence": convergence_plot}
 
 
-class _Like:
+class Like:
     """An object with some attributes of its own before another's.
 
     Presenters read attributes of a result; what a file does not hold they get from here: how many
@@ -94,9 +94,9 @@ def saved_repeats_plot(saved: SavedIdentification) -> Plot:
 def _live(saved: SavedIdentification) -> Identification:
     """What presenters of an identification read of one."""
     estimates = {name: _live_estimate(each) for name, each in saved.estimates.items()}
-    record = _Like(saved.record, force=True if saved.record.has_force else None)
+    record = Like(saved.record, force=True if saved.record.has_force else None)
     own = {"axis": _axis(saved), "record": record, "estimates": estimates}
-    return cast(Identification, _Like(saved, data=_Like(sampling=saved.sampling), **own))
+    return cast(Identification, Like(saved, data=Like(sampling=saved.sampling), **own))
 
 
 def _live_estimate(estimate: SavedEstimate) -> Estimate:
@@ -107,10 +107,10 @@ def _live_estimate(estimate: SavedEstimate) -> Estimate:
         "neighbours": Neighbours.consecutive(len(rows)),
         "period": estimate.row_period,
     }
-    return cast(Estimate, _Like(estimate, **own))
+    return cast(Estimate, Like(estimate, **own))
 
 
-def _axis(saved: SavedIdentification) -> _Like:
+def _axis(saved: SavedIdentification) -> Like:
     """Names and units, of the declaration or as far as the file has them."""
     first = next(iter(saved.estimates.values()))
     units = {name: v.unit for name, v in first.parameters.items()}
@@ -129,21 +129,21 @@ def _axis(saved: SavedIdentification) -> _Like:
             for name, value in (saved.document.left_out or {}).items()
         )
         own = tuple(Parameter(name, unit) for name, unit in units.items() if name not in combined)
-        declared = cast(Any, _Like(left_out=left_out, parameters=own, title=""))
+        declared = cast(Any, Like(left_out=left_out, parameters=own, title=""))
     signals = tuple(Signal(s.name, s.unit, s.between) for s in saved.document.signals or ())
-    return _Like(
-        axis=_Like(name=saved.name, title=declared.title, drive=drive, signals=signals),
+    return Like(
+        axis=Like(name=saved.name, title=declared.title, drive=drive, signals=signals),
         declared=declared,
-        base=_Like(combined=tuple(combined.values())),
+        base=Like(combined=tuple(combined.values())),
         parameters=first.quantities,
         signature=saved.signature,
     )
 
 
-def _told(saved: SavedIdentification, drive: Drive) -> _Like:
+def _told(saved: SavedIdentification, drive: Drive) -> Like:
     """A drive as far as the file has it."""
     force, remark = saved.document.drive_force, saved.document.drive_remark
-    return _Like(drive, is_gain=not force, remark=remark or "")
+    return Like(drive, is_gain=not force, remark=remark or "")
 
 
 def _made(physical: Any) -> Mapping[str, tuple[Parameter, str]]:

@@ -5,12 +5,12 @@ from typing import Any
 
 from msgspec import json
 
-from .comparison import WrittenComparison
+from .comparison import WrittenComparison, WrittenResultComparison
 from .diagnosis import WrittenLawSearch
 from .estimate import WrittenStream
 from .identification import WrittenIdentification, WrittenSweep
+from .monte_carlo import WrittenMonteCarlo
 from .output_fit import WrittenOutputFit
-from .result_comparison import WrittenResultComparison
 
 _DOCUMENTS = (
     WrittenIdentification,
@@ -20,6 +20,7 @@ _DOCUMENTS = (
     WrittenStream,
     WrittenLawSearch,
     WrittenOutputFit,
+    WrittenMonteCarlo,
 )
 _REFERENCE = "#/$defs/{name}"
 

@@ -46,6 +46,23 @@ class WrittenRecordError(JsonObject, frozen=True, kw_only=True):
     error: Annotated[float, about("Root mean square, in the output's unit.")]
     percent: Annotated[float | None, about("Of the recorded output's.")]
     order: Annotated[int, about("Of the autoregression of the errors.")]
+    noise: Annotated[
+        float, about("Root mean square of what is noise of that error, in the output's unit.")
+    ]
+
+
+class WrittenLack(JsonObject, frozen=True, kw_only=True):
+    """What errors ask for beside a model."""
+
+    subject: Annotated[str, about("In words.")]
+    size: Annotated[
+        float,
+        about("Of a force, % of the control; of what is held, by how much it would be more."),
+    ]
+    deviation: Annotated[float, about("Of the size.")]
+    unit: Annotated[str, about("Of both.")]
+    chance: Annotated[float, about("That noise asks for as much of the strongest of all tests.")]
+    tests: Annotated[int, about("How many forces and held values were looked for.")]
 
 
 class WrittenOutputFit(
@@ -62,6 +79,8 @@ class WrittenOutputFit(
     records: tuple[WrittenRecord, ...]
     output: Annotated[str, about("What is followed.")]
     unit: Annotated[str, about("Of the output.")]
+    position_unit: Annotated[str, about("Of the coordinate.")]
+    encoder_step: Annotated[float, about("Of the coarsest encoder, SI; 0 where none is known.")]
     horizon: Annotated[float | UnsetType, about("Length of the windows of an open loop, s.")] = (
         UNSET
     )
@@ -75,7 +94,15 @@ class WrittenOutputFit(
     chosen_covariance: str
     error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
     error_percent: Annotated[float | None, about("Of the recorded output; the largest of all.")]
+    percent_beyond_noise: Annotated[
+        float | None,
+        about("Part of the recorded output that is left beyond noise."),
+    ]
     record_errors: tuple[WrittenRecordError, ...]
+    lacks: Annotated[
+        tuple[WrittenLack, ...] | None,
+        about("What is asked for beside the model, the strongest first; null where not looked."),
+    ]
     unseen: Annotated[tuple[str, ...], about("What no output shows, in words.")]
     local: Annotated[
         Mapping[str, tuple[str, ...]] | UnsetType,

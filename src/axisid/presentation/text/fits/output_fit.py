@@ -115,7 +115,7 @@ def _compared(fit: OutputFit) -> str:
 
 
 def _steps(fit: OutputFit) -> str:
-    step = fit.basis.predictions.step
+    step = fit.step
     unit = fit.axis.axis.coordinate.unit
     return f"; with what the encoder's steps of {step:.3g} {unit} add to them" if step else ""
 

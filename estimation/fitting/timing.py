@@ -1,0 +1,107 @@
+"""The drive's lag or its delay, free in a fit: loops are generated anew where a search ends."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.estimation.choices.outputs import OPEN_LOOP
+from axisid.estimation.identification import check_time
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds.fitting import MAX_TIME_STEP
+from axisid.modeling.declaration import HIDDEN_FROM
+from axisid.modeling.quantities import Parameter
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.user_values import quoted
+
+from .assembly import Ended
+from .starting import StartLike
+
+_ROUNDS = 8
+_FURTHEST = 2.0  # periods, by which a time moves in a round
+_LEAST = 0.1  # of a period, that a search starts from
+
+#: Searches with the loop of an axis, from a start, about its time.
+Search = Callable[[GeneratedAxis, StartLike, Parameter | None], Ended]
+
+
+def split_free(
+    free: object, axis: GeneratedAxis, records: Sequence[Record], output: str
+) -> tuple[Sequence[str], Parameter | None]:
+    """What is free of the law, and of the drive: its lag or its delay, or neither.
+
+    Raises
+    ------
+    UsageError
+        They are no names; both times are asked for, or one that the records cannot show.
+    """
+    names = (free,) if isinstance(free, str) else free
+    if not isinstance(names, (tuple, list)) or not all(isinstance(name, str) for name in names):
+        raise UsageError(
+            f"what is free is {quoted(free)}; give names of the law's gains, or lag or delay of "
+            "the drive.",
+            code="free-type",
+        )
+    law, drive = axis.declared.control, axis.declared.drive
+    gains = {} if law is None else law.gains
+    times = [name for name in dict.fromkeys(names) if name in HIDDEN_FROM and name not in gains]
+    declared = drive.estimated
+    if declared is not None and declared[0] not in times:
+        times.append(declared[0])
+    if not times:
+        return names, None
+    if len(times) > 1:
+        raise UsageError(
+            "lag and delay of the drive are both free, and a record shows their sum; leave one of "
+            "them as it is declared.",
+            code="free-times",
+        )
+    name = times[0]
+    if output != OPEN_LOOP:
+        for record in records:
+            check_time(axis.declared, record, name)
+    value = max(float(getattr(drive, name)), _LEAST * records[0].period)
+    parameter = declared[1] if declared is not None else Parameter(name, "s", lower=0.0)
+    return [n for n in names if n != name], replace(parameter, name=name, nominal=value)
+
+
+def time_in(axis: GeneratedAxis, name: str) -> float:
+    """The time of a drive that a loop is generated for, s."""
+    return float(getattr(axis.declared.drive, name))
+
+
+def with_time_found(
+    axis: GeneratedAxis, time: Parameter | None, start: StartLike, search: Search
+) -> Ended:
+    """Where a search ends whose loop has the time that it finds.
+
+    Raises
+    ------
+    EstimationError
+        The time does not settle.
+    """
+    if time is None:
+        return search(axis, start, None)
+    period, value = axis.declared.control.period, time_in(axis, time.name)  # type: ignore[union-attr]
+    began: Ended | None = None
+    for _ in range(_ROUNDS):
+        ended = search(_at(axis, time.name, value, native=False), start, time)
+        began = began or ended
+        found = ended.best.physical
+        moved = float(np.clip(found[-1] - value, -_FURTHEST * period, _FURTHEST * period))
+        start = dict(zip(ended.unknowns.names, map(float, found), strict=True))
+        value = max(value + moved, 0.0)
+        if abs(moved) < MAX_TIME_STEP.value * period:
+            last = search(_at(axis, time.name, value, native=axis.native.enabled), start, time)
+            return replace(last, start=began.start, begun=began.begun, remarks=began.remarks)
+    raise EstimationError(
+        f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "
+        "and the model are right.",
+        code="fit-time-unsettled",
+    )
+
+
+def _at(axis: GeneratedAxis, name: str, value: float, *, native: bool) -> GeneratedAxis:
+    declared = axis.declared
+    return build(replace(declared, drive=declared.drive.with_time(name, value)), native=native)

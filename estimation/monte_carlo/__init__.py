@@ -1,0 +1,26 @@
+"""Many twins of one axis, each identified: how far estimates, intervals and checks can be believed.
+
+In: an axis, what its twins are, how they are identified. Out: `MonteCarlo`, its numbers by run.
+Knows nothing of measured records, and of how it looks.
+"""
+
+from .figures import Mean as Mean
+from .figures import Share as Share
+from .monte_carlo import Keep as Keep
+from .monte_carlo import monte_carlo as monte_carlo
+from .noise import TwinNoise as TwinNoise
+from .plan import MonteCarloPlan as MonteCarloPlan
+from .result import CheckFigures as CheckFigures
+from .result import EstimandFigures as EstimandFigures
+from .result import MonteCarlo as MonteCarlo
+from .runs import DIRECT as DIRECT
+from .runs import INTERVALS as INTERVALS
+from .runs import MODEL_ERROR as MODEL_ERROR
+from .runs import PARAMETER as PARAMETER
+from .runs import PHYSICAL as PHYSICAL
+from .runs import Estimand as Estimand
+from .runs import FailedRun as FailedRun
+from .table import OUTPUT_SUFFIXES as OUTPUT_SUFFIXES
+from .table import check_output as check_output
+from .table import run_columns as run_columns
+from .table import write_runs as write_runs

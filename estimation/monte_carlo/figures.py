@@ -1,0 +1,98 @@
+"""Figures of many runs, each with its Monte-Carlo error."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.support.arrays import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """How often something happened.
+
+    Attributes
+    ----------
+    count, of : int
+        How often, of how many times that it could.
+    """
+
+    count: int
+    of: int
+
+    @classmethod
+    def of_truths(cls, truths: NDArray[np.bool_]) -> "Share":
+        """How often it is true."""
+        return cls(int(np.count_nonzero(truths)), len(truths))
+
+    @property
+    def value(self) -> float:
+        """The share; not a number of no time."""
+        return self.count / self.of if self.of else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's 95 % interval of the probability; 0 to 1 of no time.
+
+        References
+        ----------
+        [Wilson1927]_.
+        """
+        if not self.of:
+            return 0.0, 1.0
+        reach = float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
+        n, share = self.of, self.value
+        shrunk = 1 + reach**2 / n
+        centre = (share + reach**2 / (2 * n)) / shrunk
+        half = reach * math.sqrt(share * (1 - share) / n + reach**2 / (4 * n**2)) / shrunk
+        # Rounding may leave a bound of nothing, or of everything, a little inside.
+        low = 0.0 if not self.count else max(centre - half, 0.0)
+        return low, 1.0 if self.count == n else min(centre + half, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Mean:
+    """A figure with its standard error over the runs.
+
+    Attributes
+    ----------
+    value, error : float
+        Not a number of too few runs.
+    """
+
+    value: float
+    error: float
+
+    @classmethod
+    def of_values(cls, values: Array) -> "Mean":
+        """The mean of independent values, (n,)."""
+        n = len(values)
+        error = float(values.std(ddof=1)) / math.sqrt(n) if n > 1 else math.nan
+        return cls(float(values.mean()) if n else math.nan, error)
+
+    @classmethod
+    def of_scatter(cls, values: Array) -> "Mean":
+        """Their standard deviation; its error allows for tails that are not the normal one's.
+
+        By the variance of a sample's variance, ``(m4 - m2^2 (n - 3)/(n - 1))/n``, and the delta
+        method.
+        """
+        n = len(values)
+        if n < 2:
+            return cls(math.nan, math.nan)
+        away = values - values.mean()
+        variance, fourth = float(away @ away) / (n - 1), float((away**4).mean())
+        deviation = math.sqrt(variance)
+        if n < 4 or not deviation:
+            return cls(deviation, math.nan)
+        spread = max(fourth - variance**2 * (n - 3) / (n - 1), 0.0) / n
+        return cls(deviation, math.sqrt(spread) / (2 * deviation))
+
+    @property
+    def distance(self) -> float:
+        """Of the value from 0, in its errors; 0 where neither is known."""
+        return abs(self.value) / self.error if self.error > 0 else 0.0

@@ -1,0 +1,150 @@
+"""Many twins of an axis, each identified: the public function."""
+
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from typing import TypeAlias
+
+from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, method_names
+from axisid.estimation.identification import check_choices, requested_methods
+from axisid.estimation.signals import Prefilter
+from axisid.estimation.simulation import twin_plan
+from axisid.modeling.declaration import Axis, Move
+from axisid.support.errors import EstimationError
+from axisid.support.progress import Progress
+
+from .noise import TwinNoise
+from .plan import MonteCarloPlan, twin_of
+from .result import MonteCarlo
+from .runs import joined
+from .spread import Done, Spreading
+
+_MOST_REASONS = 3  # that are told where nothing came of any run
+
+#: Takes what is done of a study that something ends early.
+Keep: TypeAlias = Callable[[MonteCarlo], None]
+
+
+def monte_carlo(
+    axis: Axis | GeneratedAxis,
+    runs: int = 1000,
+    methods: str | Sequence[str] | None = "idm-iv",
+    *,
+    prefilter: Prefilter | None = None,
+    noise: TwinNoise | None = None,
+    twin: Axis | GeneratedAxis | None = None,
+    truth: Mapping[str, float] | None = None,
+    moves: Sequence[Move] | None = None,
+    checks: int = 0,
+    seed: int = 1,
+    covariance: str = "hac",
+    lags: int | None = None,
+    start: str = STARTS[0],
+    loss: str = ROW_LOSSES[0],
+    jobs: int = 1,
+    executor: Executor | None = None,
+    block: int = 16,
+    progress: Progress | None = None,
+    keep: Keep | None = None,
+) -> MonteCarlo:
+    """Identify many twins of an axis, which differ in their noise.
+
+    Every run has random numbers of its own, from the seed and its number alone: whoever runs it,
+    and in whatever company, its numbers are the same to the last bit.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+        That is identified; it declares a control law and an experiment, unless `twin` does.
+    runs : int
+        How many twins.
+    methods : str or sequence of str, optional
+        Of `METHODS`, None for all of them. What one refuses is a failure of the run, not of the
+        study.
+    prefilter : Prefilter, optional
+        As `identify` takes it.
+    noise : TwinNoise, optional
+        The experiment's by default.
+    twin : Axis or GeneratedAxis, optional
+        That is simulated, where the model is to be wrong: another friction, another law. The same
+        axis by default.
+    truth : mapping of str to float, optional
+        True values of the twin by name, SI; the experiment's by default.
+    moves : sequence of Move, optional
+        What the twin does; the experiment's by default.
+    checks : int
+        How many runs are judged, from the first on; a verdict costs several times an estimate.
+    seed : int
+    covariance, lags, start, loss
+        As `identify` takes them.
+    jobs : int
+        Processes of this machine. They are new ones: a script that asks for several is guarded by
+        ``if __name__ == "__main__":``.
+    executor : Executor, optional
+        That runs the blocks in their place: any of `concurrent.futures`, or Dask's through
+        ``Client.get_executor()``.
+    block : int
+        Runs that are simulated side by side, and given to a process together.
+    progress : callable, optional
+        Told how many runs are done.
+    keep : callable, optional
+        Called with the runs that are done where something ends the study early, such as Ctrl-C.
+
+    Returns
+    -------
+    MonteCarlo
+
+    Raises
+    ------
+    UsageError
+        An argument makes no sense.
+    ModelError
+        The axis has no twin.
+    EstimationError
+        No twin gave an estimate, or something failed that no twin is to blame for.
+
+    Notes
+    -----
+    Held in memory are the signals of one block for each process, and about 0.1 kB of numbers for
+    each run and parameter.
+    """
+    generated = as_generated(axis)
+    simulated = generated if twin is None else as_generated(twin)
+    check_choices(covariance, start, loss)
+    chosen = requested_methods(methods) or method_names()
+    made = twin_of(simulated, truth or {}, None if moves is None else tuple(moves))
+    given = Prefilter() if prefilter is None else prefilter
+    if isinstance(given, Prefilter):  # else the plan refuses it
+        given = given.at_rate_of(twin_plan(made).period)
+    plan = MonteCarloPlan(
+        axis=generated,
+        twin=made,
+        runs=runs,
+        seed=seed,
+        methods=tuple(dict.fromkeys(chosen)),
+        noise=TwinNoise() if noise is None else noise,
+        prefilter=given,
+        checks=min(checks, runs) if isinstance(checks, int) else checks,
+        settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},
+    )
+    return _run(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
+
+
+def _run(
+    plan: MonteCarloPlan, spreading: Spreading, progress: Progress | None, keep: Keep | None
+) -> MonteCarlo:
+    done = Done(plan=plan, progress=progress)
+    try:
+        with contextlib.closing(spreading.numbers(plan)) as numbers:
+            done.take(numbers)
+    except (KeyboardInterrupt, EstimationError):
+        if keep is not None and done.blocks:
+            keep(MonteCarlo(plan=plan, numbers=joined(done.blocks)))
+        raise
+    found = joined(done.blocks)
+    if not found.estimands:
+        reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in found.failures)
+        listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])
+        raise EstimationError(f"no twin gave an estimate. {listed}.", code="no-twin-identified")
+    return MonteCarlo(plan=plan, numbers=found)

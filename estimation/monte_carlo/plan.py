@@ -1,0 +1,124 @@
+"""What is done in every run: which twin is made, and how it is identified."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.estimation.signals import Prefilter
+from axisid.modeling.declaration import Experiment, Move
+from axisid.support.errors import ModelError, UsageError
+from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.user_values import quoted
+
+from .noise import TwinNoise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MonteCarloPlan:
+    """What is done in every run.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+        That is identified.
+    twin : GeneratedAxis
+        That is simulated; the same, unless the model is to be wrong.
+    runs : int
+    seed : int
+    methods : tuple of str
+        Of `METHODS`.
+    noise : TwinNoise
+    prefilter : Prefilter
+        What it leaves open is chosen for the twins' rate.
+    checks : int
+        How many runs are judged, from the first on.
+    settings : mapping of str to object
+        What else `identify` takes: ``covariance``, ``lags``, ``start``, ``loss``.
+    """
+
+    axis: GeneratedAxis
+    twin: GeneratedAxis
+    runs: int
+    seed: int
+    methods: tuple[str, ...]
+    noise: TwinNoise
+    prefilter: Prefilter
+    checks: int
+    settings: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        _check_count("runs", self.runs, least=1)
+        _check_count("seed", self.seed, least=0)
+        _check_count("checks", self.checks, least=0)
+        if not isinstance(self.noise, TwinNoise):
+            raise UsageError(
+                f"the noise is {quoted(self.noise)}; give a TwinNoise, or leave it out.",
+                code="twin-noise-type",
+            )
+        if self.noise.disturbance and self.twin.axis.drive.logs_what_acts:
+            raise ModelError(
+                f"the twins of {self.twin.axis.name!r} log what acts, which a disturbance is part "
+                "of; leave it out, or declare a drive that logs its command.",
+                code="twin-disturbance",
+            )
+        if not isinstance(self.prefilter, Prefilter):
+            raise UsageError(
+                f"the prefilter is {quoted(self.prefilter)}; give a Prefilter, or leave it out.",
+                code="monte-carlo-prefilter",
+            )
+        object.__setattr__(self, "settings", FrozenMapping(self.settings))
+
+    @property
+    def is_right(self) -> bool:
+        """Whether what is identified is what is simulated, apart from values."""
+        return self.axis.signature == self.twin.signature
+
+    @property
+    def chosen(self) -> str:
+        """Of `COVARIANCES`, what printed intervals are of."""
+        return str(self.settings["covariance"])
+
+
+def twin_of(
+    axis: GeneratedAxis, truth: Mapping[str, float], moves: tuple[Move, ...] | None
+) -> GeneratedAxis:
+    """The axis with other true values, or another experiment.
+
+    Raises
+    ------
+    UsageError
+        A value is of no parameter, or none.
+    """
+    if not truth and moves is None:
+        return axis
+    declared = axis.declared
+    names = {p.name for p in declared.parameters}
+    for name, value in truth.items():
+        if name not in names:
+            raise UsageError(
+                f"axis {declared.name!r} declares no parameter {quoted(name)}; its parameters are "
+                f"{', '.join(sorted(names))}.",
+                code="unknown-truth",
+            )
+        if not is_real(value):
+            raise UsageError(
+                f"the true {name} is {quoted(value)}; give a number, SI.", code="bad-truth"
+            )
+    experiment = declared.experiment
+    if experiment is None and moves is None:
+        return axis  # which then is refused as a twin
+    given = Experiment(moves=moves or ()) if experiment is None else experiment
+    changed = replace(given, moves=given.moves if moves is None else moves)
+    changed = replace(changed, truth={**changed.truth, **truth})
+    return build(replace(declared, experiment=changed), native=axis.native.enabled)
+
+
+def _check_count(what: str, value: object, *, least: int) -> None:
+    if not (is_whole(value) and value >= least):
+        raise UsageError(
+            f"the {what} of a Monte-Carlo study {'is' if what == 'seed' else 'are'} "
+            f"{quoted(value)}; give a whole number of {least} or more.",
+            code="monte-carlo-count",
+        )

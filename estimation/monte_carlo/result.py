@@ -1,0 +1,342 @@
+"""What many twins tell of a method: its bias, scatter and intervals, and of the checks."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from axisid.estimation.methods import METHODS
+from axisid.estimation.simulation import twin_plan
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds.studies import MIN_BIAS
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import AxisidError, UsageError
+from axisid.support.presentable import Presentable
+from axisid.support.user_values import quoted
+
+from .figures import Mean, Share
+from .plan import MonteCarloPlan
+from .runs import DIRECT, INTERVALS, SIMULATION, STATUSES, BlockNumbers, Estimand, FailedRun
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EstimandFigures:
+    """What the runs tell of one estimand.
+
+    Attributes
+    ----------
+    estimand : Estimand
+    truth : float
+        Not a number where the twin has no such parameter.
+    runs : int
+        That gave an estimate.
+    bias : Mean
+        Mean error of the value without the filter's own bias.
+    raw_bias : Mean
+        Mean error of the value itself.
+    scatter : Mean
+        Standard deviation over the runs.
+    deviations : mapping of str to float
+        Root mean square of the deviation that is stated, under each of `INTERVALS` that there is.
+    coverage : mapping of str to Share
+        How often the 95 % interval of each holds the truth; empty without a truth.
+    """
+
+    estimand: Estimand
+    truth: float
+    runs: int
+    bias: Mean
+    raw_bias: Mean
+    scatter: Mean
+    deviations: Mapping[str, float]
+    coverage: Mapping[str, Share]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckFigures:
+    """How often a check ends in each way, of the runs that were judged.
+
+    Attributes
+    ----------
+    name : str
+    fails, notes, passes, missing : Share
+        The last where it could not be evaluated, or the run has no such check.
+    """
+
+    name: str
+    fails: Share
+    notes: Share
+    passes: Share
+    missing: Share
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MonteCarlo(Presentable, Exact):
+    """The numbers of many runs.
+
+    Attributes
+    ----------
+    plan : MonteCarloPlan
+        What was done in each.
+    numbers : BlockNumbers
+        Of the runs that were done, in their order.
+    """
+
+    plan: MonteCarloPlan
+    numbers: BlockNumbers
+
+    def __repr__(self) -> str:
+        return (
+            f"Monte-Carlo study of {self.plan.axis.axis.name}: {len(self)} twins by "
+            f"{', '.join(self.plan.methods)}"
+        )
+
+    def __len__(self) -> int:
+        return len(self.numbers.runs)
+
+    @property
+    def estimands(self) -> tuple[Estimand, ...]:
+        """What was estimated, length e."""
+        return self.numbers.estimands
+
+    @property
+    def failures(self) -> tuple[FailedRun, ...]:
+        """Runs that gave nothing, of a method or at all, with the reason."""
+        return self.numbers.failures
+
+    @property
+    def values(self) -> Array:
+        """Estimates as they are, (R, e); not a number where there is none."""
+        return self.numbers.numbers[:, :, 0]
+
+    @property
+    def corrected(self) -> Array:
+        """Estimates without the filter's own bias, where that is known, (R, e)."""
+        return self.numbers.numbers[:, :, 1]
+
+    def deviations(self, of: str) -> Array:
+        """Stated deviations of one of `INTERVALS`, (R, e)."""
+        return self.numbers.numbers[:, :, 2 + 3 * self._place(of)]
+
+    def intervals(self, of: str) -> Array:
+        """Bounds of the 95 % intervals of one of `INTERVALS`, (R, e, 2)."""
+        place = 3 + 3 * self._place(of)
+        return self.numbers.numbers[:, :, place : place + 2]
+
+    @staticmethod
+    def _place(of: str) -> int:
+        if of not in INTERVALS:
+            raise UsageError(
+                f"there is no interval {quoted(of)}; choose from {', '.join(INTERVALS)}.",
+                code="no-such-interval",
+            )
+        return INTERVALS.index(of)
+
+    @cached_property
+    def truths(self) -> Array:
+        """True values of the estimands, (e,); not a number where the twin has no such parameter."""
+        known = twin_plan(self.plan.twin).true_values
+        direct = {method: self._direct_truths(method, known) for method in self.plan.methods}
+        truths = [
+            (direct[each.method] if each.kind == DIRECT else known).get(each.name, np.nan)
+            for each in self.estimands
+        ]
+        return np.array(truths, dtype=float)
+
+    def _direct_truths(self, method: str, known: Mapping[str, float]) -> dict[str, float]:
+        """True parameters of the direct model; none where the inverse one's are not known."""
+        axis = self.plan.axis
+        names = [e.name for e in self.estimands if (e.method, e.kind) == (method, DIRECT)]
+        if not names or any(name not in known for name in axis.names):
+            return {}
+        form = METHODS[method].form(axis)
+        try:
+            true = form.regressed(np.array([known[name] for name in axis.names]))
+        except AxisidError:
+            return {}
+        return dict(zip(names, true.tolist(), strict=False))
+
+    def status(self, run: int) -> str:
+        """Whether a run gave all estimates: ``ok``, ``partly`` or ``failed``."""
+        return self.statuses[self._row(run)]
+
+    def reason(self, run: int) -> str:
+        """Why it did not, by method; empty where it did."""
+        return self.reasons[self._row(run)]
+
+    def _row(self, run: int) -> int:
+        found = np.flatnonzero(self.numbers.runs == run)
+        if not len(found):
+            raise UsageError(
+                f"there is no run {quoted(run)}; those that were done are "
+                f"{self.numbers.runs.min()} to {self.numbers.runs.max()}.",
+                code="no-such-run",
+            )
+        return int(found[0])
+
+    @cached_property
+    def _failures_by_run(self) -> dict[int, list[FailedRun]]:
+        by_run: dict[int, list[FailedRun]] = {}
+        for failed in self.failures:
+            by_run.setdefault(failed.run, []).append(failed)
+        return by_run
+
+    @cached_property
+    def statuses(self) -> tuple[str, ...]:
+        """Of every run that was done, see `status`."""
+        return tuple(map(self._status, self.numbers.runs.tolist()))
+
+    def _status(self, run: int) -> str:
+        lost = {failed.of for failed in self._failures_by_run.get(run, ())}
+        if SIMULATION in lost or lost.issuperset(self.plan.methods):
+            return "failed"
+        return "partly" if lost else "ok"
+
+    @cached_property
+    def reasons(self) -> tuple[str, ...]:
+        """Of every run that was done, see `reason`."""
+        return tuple(
+            "; ".join(f"{each.of}: {each.reason}" for each in self._failures_by_run.get(run, ()))
+            for run in self.numbers.runs.tolist()
+        )
+
+    @cached_property
+    def figures(self) -> tuple[EstimandFigures, ...]:
+        """What the runs tell of each estimand."""
+        return tuple(self._figures(place) for place in range(len(self.estimands)))
+
+    def _figures(self, place: int) -> EstimandFigures:
+        truth = float(self.truths[place])
+        there = np.isfinite(self.corrected[:, place])
+        value, corrected = (each[there, place] for each in (self.values, self.corrected))
+        deviations, coverage = {}, {}
+        for of in INTERVALS:
+            stated = self.deviations(of)[there, place]
+            known = np.isfinite(stated)
+            if not known.any():
+                continue
+            deviations[of] = float(np.sqrt(np.mean(stated[known] ** 2)))
+            low, high = self.intervals(of)[there, place][known].T
+            if np.isfinite(truth):
+                coverage[of] = Share.of_truths((low <= truth) & (truth <= high))
+        return EstimandFigures(
+            estimand=self.estimands[place],
+            truth=truth,
+            runs=int(there.sum()),
+            bias=Mean.of_values(corrected - truth),
+            raw_bias=Mean.of_values(value - truth),
+            scatter=Mean.of_scatter(corrected),
+            deviations=deviations,
+            coverage=coverage,
+        )
+
+    @property
+    def biased(self) -> tuple[EstimandFigures, ...]:
+        """Where the mean error is beyond its own standard error."""
+        return tuple(each for each in self.figures if each.bias.distance > MIN_BIAS.value)
+
+    def miscovered(self, *, narrow: bool) -> tuple[EstimandFigures, ...]:
+        """Whose intervals hold the truth too rarely, or else are wider than they need be.
+
+        Both beyond the Monte-Carlo error, under the chosen covariance.
+        """
+        return tuple(each for each in self.figures if self._is_miscovered(each, narrow=narrow))
+
+    def _is_miscovered(self, each: EstimandFigures, *, narrow: bool) -> bool:
+        share = each.coverage.get(self.plan.chosen)
+        if share is None:
+            return False
+        low, high = share.interval
+        return high < INTERVAL_LEVEL.value if narrow else low > INTERVAL_LEVEL.value
+
+    def of(self, method: str, name: str) -> EstimandFigures:
+        """The figures of a parameter by a method.
+
+        Raises
+        ------
+        UsageError
+            There is none.
+        """
+        for found in self.figures:
+            if (found.estimand.method, found.estimand.name) == (method, name):
+                return found
+        listed = ", ".join(f"{each.method} {each.name}" for each in self.estimands)
+        raise UsageError(
+            f"there is no {quoted(name)} by {quoted(method)}; there are {listed or 'none'}.",
+            code="no-such-estimand",
+        )
+
+    def estimated(self, method: str) -> Share:
+        """How many runs a method gave an estimate in."""
+        places = [i for i, each in enumerate(self.estimands) if each.method == method]
+        there = np.isfinite(self.corrected[:, places])
+        return Share.of_truths(np.asarray(there.any(axis=1)))
+
+    @property
+    def judged(self) -> int:
+        """How many runs there is a verdict of."""
+        return int(self.numbers.judged.sum())
+
+    @cached_property
+    def checks(self) -> tuple[CheckFigures, ...]:
+        """How often each check ends how, in the order of the verdict."""
+        return tuple(
+            _check(name, self._statuses_judged[:, i]) for i, name in enumerate(self.numbers.checks)
+        )
+
+    @property
+    def _statuses_judged(self) -> NDArray[np.int8]:
+        return self.numbers.statuses[self.numbers.judged]
+
+    @cached_property
+    def objected(self) -> Share:
+        """How many of the verdicts any check fails in."""
+        failing = self._statuses_judged == STATUSES.index("fail")
+        return Share.of_truths(np.asarray(failing.any(axis=1)))
+
+    @property
+    def lost(self) -> Mapping[str, Mapping[str, int]]:
+        """How many runs gave nothing, by method or what else failed, then by reason."""
+        found: dict[str, Counter[str]] = {}
+        for failed in self.failures:
+            found.setdefault(failed.of, Counter())[failed.reason] += 1
+        return {of: dict(counted.most_common()) for of, counted in found.items()}
+
+    def normalised(self, place: int, of: str = "") -> Array:
+        """Errors of an estimand in stated deviations, of the runs that have both, (r,).
+
+        A deviation is taken so that a normal distribution of it has the 95 % interval that is
+        stated, however many degrees of freedom that has.
+
+        Parameters
+        ----------
+        place : int
+            Among the estimands.
+        of : str, optional
+            Of `INTERVALS`; the chosen one by default.
+        """
+        low, high = self.intervals(of or self.plan.chosen)[:, place].T
+        stated = (high - low) / 2 / float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
+        errors = self.corrected[:, place] - self.truths[place]
+        there = np.isfinite(errors) & (stated > 0)
+        return np.asarray(errors[there] / stated[there])
+
+    def __iter__(self) -> Iterator[EstimandFigures]:
+        return iter(self.figures)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is computed when it is asked for."""
+        return {"plan": self.plan, "numbers": self.numbers}
+
+
+def _check(name: str, statuses: NDArray[np.int8]) -> CheckFigures:
+    passes, notes, fails = (
+        Share.of_truths(statuses == STATUSES.index(status)) for status in ("pass", "note", "fail")
+    )
+    missing = Share(len(statuses) - passes.count - notes.count - fails.count, len(statuses))
+    return CheckFigures(name=name, fails=fails, notes=notes, passes=passes, missing=missing)

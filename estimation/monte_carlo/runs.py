@@ -1,0 +1,276 @@
+"""The numbers of a block of runs: what each twin's identification gives, or why it gives nothing.
+
+`block_numbers` is all that a study asks for: another way to identify many twins takes its place.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.estimates import COVARIANCES, Value, student_interval
+from axisid.estimation.identification import Identification, identify
+from axisid.estimation.records import Record
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError
+from axisid.support.remedy import Note, as_arguments
+
+from .plan import MonteCarloPlan
+from .twins import twins
+
+_T = TypeVar("_T")
+
+#: What intervals are of: each covariance, and the model's error (of runs that are judged).
+MODEL_ERROR = "model"
+INTERVALS = (*COVARIANCES, MODEL_ERROR)
+#: Of what is estimated: a parameter as it is identified, one of the direct model, a declared one
+#: that follows.
+Kind: TypeAlias = Literal["parameter", "direct", "physical"]
+PARAMETER: Kind = "parameter"
+DIRECT: Kind = "direct"
+PHYSICAL: Kind = "physical"
+#: How a check may end, by its number in `BlockNumbers.statuses`; -1 where a run has no such check.
+STATUSES = ("pass", "note", "fail", "not evaluated")
+#: What came to nothing for all methods: the simulation, or the verdict.
+SIMULATION, VERDICT = "simulation", "verdict"
+
+
+@dataclass(frozen=True, slots=True)
+class Estimand:
+    """Something that a method estimates in every run.
+
+    Attributes
+    ----------
+    method : str
+    name, unit : str
+        Of the parameter.
+    kind : {"parameter", "direct", "physical"}
+        A parameter as it is identified; one of the direct model; a declared one that follows from
+        base parameters and from what is known.
+    """
+
+    method: str
+    name: str
+    unit: str
+    kind: Kind = PARAMETER
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FailedRun:
+    """Why a run gave no numbers, of a method or at all.
+
+    Attributes
+    ----------
+    run : int
+    of : str
+        The method; ``simulation`` where there is no twin, ``verdict`` where it was not judged.
+    reason : str
+    """
+
+    run: int
+    of: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BlockNumbers:
+    """The numbers of some runs.
+
+    Attributes
+    ----------
+    runs : (b,) array of int
+        Which ones.
+    estimands : tuple of Estimand
+        Length e.
+    numbers : (b, e, 2 + 3 i) array
+        Value, value without the filter's bias, then deviation and both bounds of each of
+        `INTERVALS`; not a number where there is none.
+    checks : tuple of str
+        Length c.
+    statuses : (b, c) array of int
+        By `STATUSES`, -1 for none.
+    judged : (b,) array of bool
+    failures : tuple of FailedRun
+    """
+
+    runs: NDArray[np.int64]
+    estimands: tuple[Estimand, ...]
+    numbers: Array
+    checks: tuple[str, ...]
+    statuses: NDArray[np.int8]
+    judged: NDArray[np.bool_]
+    failures: tuple[FailedRun, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Run:
+    run: int
+    values: Mapping[Estimand, Array]
+    checks: Mapping[str, int] | None
+    failures: tuple[FailedRun, ...]
+
+
+def block_numbers(
+    plan: MonteCarloPlan, start: int, stop: int, threads: int | None = None
+) -> BlockNumbers:
+    """The numbers of the runs from `start` to before `stop`, simulated side by side.
+
+    Parameters
+    ----------
+    plan : MonteCarloPlan
+    start, stop : int
+    threads : int, optional
+        Of the simulation, as `simulate_batch` takes it; the numbers are the same for any.
+    """
+    made = twins(plan, range(start, stop), threads)
+    return packed([_run(plan, run, record) for run, record in made])
+
+
+def _run(plan: MonteCarloPlan, run: int, record: Record | Note) -> _Run:
+    if isinstance(record, Note):
+        reason = record.worded(as_arguments)
+        failed = (FailedRun(run=run, of=SIMULATION, reason=reason),)
+        return _Run(run=run, values={}, checks=None, failures=failed)
+    result, refused = _identified(plan, record)
+    failures = [FailedRun(run=run, of=of, reason=reason) for of, reason in refused.items()]
+    if result is None:
+        return _Run(run=run, values={}, checks=None, failures=tuple(failures))
+    checks: dict[str, int] | None = None
+    if run < plan.checks:
+        try:
+            checks = {check.name: STATUSES.index(check.status) for check in result.verdict}
+        except AxisidError as error:
+            failures.append(FailedRun(run=run, of=VERDICT, reason=str(error)))
+    values = dict(_values(result, judged=checks is not None))
+    return _Run(run=run, values=values, checks=checks, failures=tuple(failures))
+
+
+def _identified(
+    plan: MonteCarloPlan, record: Record
+) -> tuple[Identification | None, dict[str, str]]:
+    """By all methods that give an estimate of the twin; None where none does, and why not."""
+    try:
+        return _estimated(plan, record, plan.methods), {}
+    except AxisidError as error:
+        if len(plan.methods) == 1:
+            return None, {plan.methods[0]: str(error)}
+    refused: dict[str, str] = {}
+    for method in plan.methods:
+        try:
+            _estimated(plan, record, [method])
+        except AxisidError as error:
+            refused[method] = str(error)
+    able = [method for method in plan.methods if method not in refused]
+    return (_estimated(plan, record, able) if able else None), refused
+
+
+def _estimated(plan: MonteCarloPlan, record: Record, methods: Sequence[str]) -> Identification:
+    """The result by methods, with intervals, which are else found when they are asked for."""
+    result = identify(plan.axis, record, plan.prefilter, methods, **plan.settings)
+    for method in methods:
+        _ = result[method].parameters
+    return result
+
+
+def _values(result: Identification, *, judged: bool) -> Iterator[tuple[Estimand, Array]]:
+    for method, estimate in result.estimates.items():
+        bands = result.diagnosis.bands.get(method, {}) if judged else {}
+        for i, (name, value) in enumerate(estimate.parameters.items()):
+            freedom = {of: estimate.freedom[of][i] for of in COVARIANCES}
+            numbers = _numbers(value, freedom)
+            if name in bands:
+                band = bands[name]
+                numbers[-3:] = band.deviation, *band.interval
+            yield Estimand(method, name, value.unit), numbers
+        for i, (name, value) in enumerate(estimate.ddm_parameters.items()):
+            freedom = {of: estimate.ddm_freedom[of][i] for of in COVARIANCES}
+            yield Estimand(method, name, value.unit, DIRECT), _numbers(value, freedom)
+    for method, physical in result.physical.items():
+        for name, value in physical.parameters.items() if physical.shows_more else ():
+            yield Estimand(method, name, value.unit, PHYSICAL), _numbers(value, {})
+
+
+def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
+    """What there is of a value: of the interval that is printed, and of those that could be."""
+    numbers = np.full(2 + 3 * len(INTERVALS), np.nan)
+    numbers[:2] = value.value, value.corrected
+    for i, of in enumerate(COVARIANCES):
+        if of == value.chosen:
+            interval = value.interval
+        elif of in freedom:
+            interval = student_interval(value.corrected, value.deviations[of], freedom[of])
+        else:
+            continue
+        numbers[2 + 3 * i : 5 + 3 * i] = value.deviations[of], *interval
+    return numbers
+
+
+def packed(runs: Sequence[_Run]) -> BlockNumbers:
+    """Runs as arrays."""
+    estimands = _all_of(run.values for run in runs)
+    checks = _all_of(run.checks or () for run in runs)
+    numbers = np.full((len(runs), len(estimands), 2 + 3 * len(INTERVALS)), np.nan)
+    statuses = np.full((len(runs), len(checks)), -1, dtype=np.int8)
+    for i, run in enumerate(runs):
+        for j, estimand in enumerate(estimands):
+            if estimand in run.values:
+                numbers[i, j] = run.values[estimand]
+        for j, check in enumerate(checks):
+            statuses[i, j] = (run.checks or {}).get(check, -1)
+    return BlockNumbers(
+        runs=np.array([run.run for run in runs], dtype=np.int64),
+        estimands=estimands,
+        numbers=numbers,
+        checks=checks,
+        statuses=statuses,
+        judged=np.array([run.checks is not None for run in runs], dtype=bool),
+        failures=tuple(failed for run in runs for failed in run.failures),
+    )
+
+
+def lost_block(start: int, stop: int, reason: str) -> BlockNumbers:
+    """Runs that nobody knows the numbers of, since whoever worked on them was killed."""
+    lost = range(start, stop)
+    failures = [(FailedRun(run=run, of=SIMULATION, reason=reason),) for run in lost]
+    return packed(
+        [
+            _Run(run=run, values={}, checks=None, failures=failed)
+            for run, failed in zip(lost, failures, strict=True)
+        ]
+    )
+
+
+def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:
+    """Blocks as one, in the order of the runs, whatever order they were made in."""
+    ordered = sorted(blocks, key=lambda block: int(block.runs[0]))
+    estimands = _all_of(block.estimands for block in ordered)
+    checks = _all_of(block.checks for block in ordered)
+    return BlockNumbers(
+        runs=np.concatenate([block.runs for block in ordered]),
+        estimands=estimands,
+        numbers=_stacked([(b.numbers, b.estimands) for b in ordered], estimands, np.nan),
+        checks=checks,
+        statuses=_stacked([(b.statuses, b.checks) for b in ordered], checks, -1),
+        judged=np.concatenate([block.judged for block in ordered]),
+        failures=tuple(failed for block in ordered for failed in block.failures),
+    )
+
+
+def _stacked(
+    parts: Sequence[tuple[NDArray[Any], tuple[_T, ...]]], columns: tuple[_T, ...], missing: float
+) -> NDArray[Any]:
+    """Arrays by run under one another, each column where all have it."""
+    place = {column: i for i, column in enumerate(columns)}
+    stacked = []
+    for array, own in parts:
+        whole = np.full((len(array), len(columns), *array.shape[2:]), missing, dtype=array.dtype)
+        whole[:, [place[column] for column in own]] = array
+        stacked.append(whole)
+    return np.concatenate(stacked)
+
+
+def _all_of(listed: Iterable[Iterable[_T]]) -> tuple[_T, ...]:
+    """Each once, in the order in which they come."""
+    return tuple(dict.fromkeys(each for some in listed for each in some))

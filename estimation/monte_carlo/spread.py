@@ -1,0 +1,122 @@
+"""Blocks of runs one after the other, in processes of this machine, or by any executor."""
+
+from collections.abc import Generator, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from functools import partial
+from time import monotonic
+
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.jobs.outcome import Outcome
+from axisid.support.jobs.run import pace, run_jobs
+from axisid.support.progress import Progress
+from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import quoted
+
+from .plan import MonteCarloPlan
+from .runs import BlockNumbers, block_numbers, lost_block
+
+Block = tuple[int, int]  # first run and the one after the last
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spreading:
+    """How the runs are spread; what they give does not depend on it.
+
+    Attributes
+    ----------
+    block : int
+        Runs of a block, which are simulated side by side.
+    jobs : int
+        Processes of this machine; 1 for none but this one.
+    executor : Executor or None
+        That takes the blocks in their place.
+    """
+
+    block: int = 16
+    jobs: int = 1
+    executor: Executor | None = None
+
+    def __post_init__(self) -> None:
+        for what, value in (("block", self.block), ("jobs", self.jobs)):
+            if not (is_whole(value) and value >= 1):
+                raise UsageError(
+                    f"{what}={quoted(value)}; give a whole number of 1 or more.",
+                    code="monte-carlo-spread",
+                )
+        if self.executor is not None and self.jobs > 1:
+            raise UsageError(
+                "both jobs and an executor are given; give one of them.", code="monte-carlo-both"
+            )
+        if self.executor is not None and not isinstance(self.executor, Executor):
+            raise UsageError(
+                f"the executor is {quoted(self.executor)}; give one of concurrent.futures, or what "
+                "Dask's Client.get_executor() gives.",
+                code="monte-carlo-executor",
+            )
+
+    def numbers(self, plan: MonteCarloPlan) -> Generator[BlockNumbers, None, None]:
+        """The numbers of each block, as they come.
+
+        Raises
+        ------
+        EstimationError
+            Something failed in a worker that no twin is to blame for.
+        """
+        blocks = [
+            (start, min(start + self.block, plan.runs)) for start in range(0, plan.runs, self.block)
+        ]
+        if self.executor is None and min(self.jobs, len(blocks)) == 1:
+            for block in blocks:
+                yield block_numbers(plan, *block)
+            return
+        work = partial(_of_worker, plan)
+        jobs = min(self.jobs, len(blocks))
+        for outcome in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=self.executor):
+            yield _numbers(outcome, blocks[outcome.place])
+
+
+def _of_worker(plan: MonteCarloPlan, block: Block) -> BlockNumbers:
+    # In one thread: there are as many workers as processors can serve.
+    return block_numbers(plan, *block, threads=1)
+
+
+def _numbers(outcome: Outcome[BlockNumbers], block: Block) -> BlockNumbers:
+    """What a worker gave; of one that was killed, which runs are lost."""
+    if outcome.value is not None:
+        return outcome.value
+    reason = "" if outcome.failure is None else outcome.failure.reason
+    if outcome.failure is not None and outcome.failure.kind == "error":
+        raise EstimationError(
+            f"the runs {block[0]} to {block[1] - 1} failed in their worker: {reason}.",
+            code="monte-carlo-worker",
+        )
+    return lost_block(*block, reason)
+
+
+@dataclass(slots=True)
+class Done:
+    """The blocks that are done, whatever ends the others.
+
+    Attributes
+    ----------
+    plan : MonteCarloPlan
+    progress : Progress or None
+        Told how many runs are done.
+    blocks : list of BlockNumbers
+        In the order in which they were done.
+    """
+
+    plan: MonteCarloPlan
+    progress: Progress | None
+    blocks: list[BlockNumbers] = field(default_factory=list)
+
+    def take(self, numbers: Iterator[BlockNumbers]) -> None:
+        """Take blocks as they come, and tell of them."""
+        begin, done, total = monotonic(), 0, self.plan.runs
+        named = f"twins of {self.plan.twin.axis.name}"
+        for block in numbers:
+            self.blocks.append(block)
+            done += len(block.runs)
+            if self.progress is not None and done < total:
+                self.progress(done, total, f"{named}, {pace(done, total, monotonic() - begin)}")

@@ -1,0 +1,93 @@
+"""How the output of a simulated loop changes with what is added to its control.
+
+A force that a model lacks acts as a control that is added does, but that the law does not give it:
+so such slopes are those by forces of any shape along the simulated motion.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from axisid.estimation.simulation import simulate_lanes
+from axisid.support.arrays import Array
+
+from .stretch import Stretch
+
+#: Of what is to be added: by how much it is added and taken away for a slope.
+ADDED_SHARE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """A simulated motion at the rows of a stretch, or of windows of one, (N,) each.
+
+    Attributes
+    ----------
+    record : int
+        Of the records, from 0.
+    time : array
+        s, from the record's first sample.
+    position, velocity, control : array
+    """
+
+    record: int
+    time: Array
+    position: Array
+    velocity: Array
+    control: Array
+
+
+def motion_of(stretch: Stretch, own: Array, time: Array, substeps: int | None) -> Motion | None:
+    """The motion of a stretch with parameters (p,); None where it cannot be simulated."""
+    wanted = ("position", "velocity", "control")
+    loop = simulate_lanes(
+        stretch.axis, own[None, :], stretch.inputs, substeps=substeps, wanted=wanted
+    )
+    if loop.failures or stretch.inputs.clocks is not None:
+        return None
+    position, velocity, control = (loop[name][:, 0] for name in wanted)
+    return Motion(
+        record=stretch.record, time=time, position=position, velocity=velocity, control=control
+    )
+
+
+def slopes_by_added(
+    stretch: Stretch, own: Array, signal: str, substeps: int | None, added: Array
+) -> Array | None:
+    """Slopes of a stretch's output by factors of what acts with its control, (N, k).
+
+    Parameters
+    ----------
+    stretch, signal, substeps
+        As in `slopes_by_law`.
+    own : (p,) array
+    added : (N, k) array
+        In the control's unit, and of its size.
+
+    Returns
+    -------
+    (N, k) array or None
+        None where a loop cannot be simulated.
+    """
+    inputs = stretch.inputs
+    lanes = ADDED_SHARE * np.hstack([added, -added])
+    if inputs.injected is not None:
+        lanes = lanes + inputs.injected[:, None]
+    found = simulate_lanes(
+        stretch.axis,
+        np.tile(own, (lanes.shape[1], 1)),
+        replace(inputs, injected=lanes),
+        substeps=substeps,
+        wanted=[signal],
+    )
+    if found.failures:
+        return None
+    more, less = np.split(found[signal], 2, axis=1)
+    slopes = (more - less) / (2 * ADDED_SHARE) - own_part(stretch, signal) * added
+    return np.where(stretch.counted[:, None], slopes, 0.0)
+
+
+def own_part(stretch: Stretch, signal: str) -> float:
+    """What of an added control a signal has in it without any motion."""
+    gain = float(stretch.axis.axis.drive.gain)
+    return {"control": 1.0, "force": gain}.get(signal, 0.0)

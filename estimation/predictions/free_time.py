@@ -1,0 +1,157 @@
+"""A lag or a delay of the drive that is searched for with the parameters of the model.
+
+A loop is generated for one lag and one delay. About these its output is a straight line of either:
+to first order both take from a command its way of that time, ``-du/dt``, so that its slope is that
+by such an added control. Where a search ends, the loop is generated anew, until it is there.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis, Quantity
+from axisid.estimation.regression import Form, InverseForm
+from axisid.modeling.quantities import Parameter
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+
+from .added_slopes import Motion
+from .lanes import LANE_LOST, Lanes, Predictions
+
+
+@dataclass(frozen=True, slots=True)
+class FormByTime(InverseForm):
+    """A form whose physical parameters have a time of the drive behind them.
+
+    Attributes
+    ----------
+    of_model : Form
+        Of the others.
+    time : Parameter
+        ``lag`` or ``delay``, s; its nominal value is where a search starts.
+    """
+
+    of_model: Form = field(kw_only=True)
+    time: Parameter = field(kw_only=True)
+
+    @classmethod
+    def of(cls, form: Form, axis: GeneratedAxis, time: Parameter) -> "FormByTime":
+        """A form with a time behind it."""
+        return cls(axis, of_model=form, time=time)
+
+    @property
+    def physical_quantities(self) -> tuple[Quantity, ...]:
+        """See `Form.physical_quantities`."""
+        return (*self.of_model.physical_quantities, Quantity(name=self.time.name, unit="s"))
+
+    @property
+    def declared(self) -> tuple[Parameter, ...]:
+        """See `Form.declared`."""
+        return (*self.of_model.declared, self.time)
+
+    @property
+    def start(self) -> Array:
+        """See `Form.start`."""
+        return np.append(self.of_model.start, float(self.time.nominal or 0.0))
+
+    def own(self, physical: Array, record: int) -> Array:
+        """See `Form.own`; without the time."""
+        return self.of_model.own(physical[:-1], record)
+
+
+class TimedPredictions:
+    """Predictions about the time that their loops were generated for.
+
+    Parameters
+    ----------
+    of_model : Predictions
+        Of the parameters before the last one, which is the time.
+    time : float
+        Of the generated loops, s.
+    """
+
+    def __init__(self, of_model: Predictions, time: float) -> None:
+        self._of_model, self._time = of_model, time
+        self._slope: Array | None = None
+
+    @property
+    def spans(self) -> tuple[tuple[slice, ...], ...]:
+        """See `Predictions.spans`."""
+        return self._of_model.spans
+
+    @property
+    def samples(self) -> tuple[NDArray[np.intp], ...]:
+        """See `Predictions.samples`."""
+        return self._of_model.samples
+
+    @property
+    def unit(self) -> str:
+        """See `Predictions.unit`."""
+        return self._of_model.unit
+
+    @property
+    def step(self) -> float:
+        """See `Predictions.step`."""
+        return self._of_model.step
+
+    @property
+    def measured(self) -> Array:
+        """See `Predictions.measured`."""
+        return self._of_model.measured
+
+    @property
+    def counted(self) -> Array:
+        """See `Predictions.counted`."""
+        return self._of_model.counted
+
+    def settle(self, physical: Array) -> None:
+        """See `Predictions.settle`; the slope by the time is that of the first parameters."""
+        self._of_model.settle(physical[:-1])
+        if self._slope is None:
+            self._slope = _slope_by_time(self._of_model, physical[:-1])
+
+    def __call__(self, physical: Array) -> Lanes:
+        """See `Predictions.__call__`."""
+        if self._slope is None:
+            self.settle(physical[0])
+        found = self._of_model(physical[:, :-1])
+        moved = np.outer(np.asarray(self._slope), physical[:, -1] - self._time)
+        return Lanes(errors=found.errors + moved, failures=found.failures)
+
+    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
+        """See `Predictions.by_noise`."""
+        return self._of_model.by_noise(physical[:-1], count, random)
+
+    def by_steps(self, physical: Array) -> Array | None:
+        """See `Predictions.by_steps`."""
+        return self._of_model.by_steps(physical[:-1])
+
+    def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
+        """See `Predictions.slopes_by_law`."""
+        return self._of_model.slopes_by_law(physical[:-1])
+
+    def motions(self, physical: Array) -> tuple[Motion, ...] | None:
+        """See `Predictions.motions`."""
+        return self._of_model.motions(physical[:-1])
+
+    def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
+        """See `Predictions.slopes_by_added`."""
+        return self._of_model.slopes_by_added(physical[:-1], added)
+
+
+def _slope_by_time(predictions: Predictions, physical: Array) -> Array:
+    """Slope of the errors by a time of the drive, (n,)."""
+    slopes = None
+    motions = predictions.motions(physical)
+    if motions is not None:
+        ways = [np.diff(m.control, prepend=m.control[0]) for m in motions]
+        period = float(motions[0].time[1] - motions[0].time[0])
+        slopes = predictions.slopes_by_added(physical, [-way[:, None] for way in ways])
+    if slopes is None or not np.all(np.isfinite(slopes)):
+        raise EstimationError(
+            "the loop cannot be simulated about the drive's time, which is to be found.",
+            code=LANE_LOST,
+        )
+    return np.asarray(slopes[:, 0] / period)

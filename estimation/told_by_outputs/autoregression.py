@@ -1,0 +1,149 @@
+"""Errors that follow one another, as an autoregression."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.thresholds.fitting import MIN_PAIRS
+from axisid.support.arrays import Array
+
+_LONGEST = 0.1  # s, of the autoregression
+_FEWEST, _MOST = 20, 1000  # orders that are tried, whatever the period
+_ROWS_PER_ORDER = 10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Autoregression:
+    """``e_t = -a_1 e_{t-1} - ... + w_t``.
+
+    Attributes
+    ----------
+    coefficients : (p + 1,) array
+        ``1, a_1, ..., a_p``.
+    variance : float
+        Of w.
+    covariances : (p + 1,) array
+        ``c_0, ..., c_p`` of the errors, from which the coefficients follow.
+    """
+
+    coefficients: Array
+    variance: float
+    covariances: Array
+
+    @property
+    def order(self) -> int:
+        """How many errors before it count."""
+        return len(self.coefficients) - 1
+
+    def covariances_to(self, lags: int) -> Array:
+        """``c_0, ..., c_(lags - 1)`` of errors that follow it: ``c_k = -a_1 c_(k-1) - ...``."""
+        from scipy.signal import lfilter, lfiltic
+
+        known, a = self.covariances, self.coefficients
+        more = lags - len(known)
+        if more <= 0 or not self.order:
+            return np.concatenate([known, np.zeros(max(more, 0))])[:lags]
+        before = lfiltic([1.0], a, known[:0:-1])
+        later, _ = lfilter([1.0], a, np.zeros(more), zi=before)
+        return np.concatenate([known, later])
+
+    def coloured(self, columns: Array) -> Array:
+        """Covariance of what columns (n, k) of one stretch make of such errors, (k, k)."""
+        from scipy.linalg import matmul_toeplitz
+
+        covariances = self.covariances_to(len(columns))
+        moved = [matmul_toeplitz(covariances, column) for column in columns.T]
+        return np.asarray(columns.T @ np.column_stack(moved))
+
+    def uncertainty(self, pieces: Sequence[Array], rows: int) -> float:
+        """Variance of what it makes of columns over its square, as it is found from so many errors.
+
+        The coefficients of an autoregression have the covariance ``variance / rows`` times the
+        inverse of that of as many errors [Ljung1999]_; the slopes by them are taken in the
+        frequency domain.
+
+        Parameters
+        ----------
+        pieces : sequence of (n,) array
+            The column in each stretch.
+        rows : int
+            Errors that it was found from.
+        """
+        from scipy.fft import irfft, next_fast_len, rfft
+        from scipy.linalg import solve_toeplitz
+
+        if not self.order or not self.variance > 0:
+            return 2 / rows
+        size = next_fast_len(2 * max(map(len, pieces)), real=True)
+        power = sum((np.abs(rfft(piece, size)) ** 2 for piece in pieces), np.zeros(size // 2 + 1))
+        answer = rfft(self.coefficients, size)
+        power = power * self.variance / np.abs(answer) ** 2
+        slopes = -2 * irfft(power / answer, size)[1 : self.order + 1]
+        spread = self.variance / rows * solve_toeplitz(self.covariances[: self.order], slopes)
+        whole = float(irfft(power, size)[0])
+        return float(slopes @ spread) / whole**2 + 2 / rows if whole > 0 else 2 / rows
+
+
+def autoregression_of(
+    pieces: Sequence[Array], period: float, counted: Sequence[NDArray[np.bool_]] | None = None
+) -> Autoregression:
+    """The autoregression of errors by Yule and Walker, its order by Akaike's criterion.
+
+    Parameters
+    ----------
+    pieces : sequence of (n,) array
+        Stretches without gaps; none follows another.
+    period : float
+        s
+    counted : sequence of (n,) array of bool, optional
+        Which errors are measured; the others are 0, and no pair with one of them counts.
+    """
+    rows = sum(map(len, pieces))
+    used = rows if counted is None else int(sum(map(np.sum, counted)))
+    most = min(max(round(_LONGEST / period), _FEWEST), _MOST, used // _ROWS_PER_ORDER)
+    products = _products(pieces, most)
+    if used < rows and counted is not None:
+        whole = _products([np.ones(len(e)) for e in pieces], most)
+        pairs = np.rint(_products([each.astype(float) for each in counted], most))
+        few = np.flatnonzero(pairs < MIN_PAIRS.value * used)
+        told = slice(0, int(few[0]) if len(few) else None)
+        products = products[told] * np.rint(whole[told]) / pairs[told]
+        used = int(pairs[told].min())  # a criterion that reckons with all takes what chance made
+    return _by_durbin(products / rows, used)
+
+
+def _products(pieces: Sequence[Array], most: int) -> Array:
+    """Sums of the products of values so many lags apart, (most + 1,)."""
+    from scipy.signal import correlate
+
+    products = np.zeros(most + 1)
+    for e in pieces:
+        lags = min(most, len(e) - 1)
+        found = correlate(e, e, method="fft")[len(e) - 1 : len(e) + lags]
+        products[: lags + 1] += found
+    return products
+
+
+def _by_durbin(covariances: Array, rows: int) -> Autoregression:
+    """Levinson's and Durbin's recursion, and the order that the criterion takes."""
+    a, variance = np.array([1.0]), float(covariances[0])
+    best = Autoregression(coefficients=a, variance=variance, covariances=covariances[:1])
+    if not variance > 0:
+        return best
+    least = rows * np.log(variance)
+    for p in range(1, len(covariances)):
+        reflection = -float(a @ covariances[p:0:-1]) / variance
+        if not abs(reflection) < 1:
+            break
+        longer = np.append(a, 0.0)
+        a = longer + reflection * longer[::-1]
+        variance *= 1 - reflection**2
+        criterion = rows * np.log(variance) + 2 * p
+        if criterion < least:
+            least = criterion
+            best = Autoregression(
+                coefficients=a, variance=variance, covariances=covariances[: p + 1]
+            )
+    return best

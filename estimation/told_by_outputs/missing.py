@@ -1,0 +1,215 @@
+"""What a model lacks, by the errors of its outputs: a test of each force that it may lack.
+
+Of a column of slopes ``c`` by such a force, less what the parameters make of it, the errors tell
+``g = c'e / c'c`` with the variance ``c' C c / (c'c)**2``. C are the covariances of errors that
+follow the autoregression of what is left beside that column: so a lack does not hide behind the
+colour that it gives the errors itself, and a slow noise is not taken for one. How sure that
+variance is follows from the autoregression's own, and Student's distribution of as many degrees of
+freedom has the chance of g over its deviation.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import repeat
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtr
+
+from axisid.support.arrays import Array
+
+from .autoregression import Autoregression, autoregression_of
+
+_ALIKE = 0.05  # of a column: what parameters, or other columns, leave of one that is theirs
+_HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
+_FEWEST = 4.0  # degrees of freedom
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Left:
+    """Errors of outputs at the parameters that were found.
+
+    Attributes
+    ----------
+    errors : (n,) array
+        Weighted, as their loss lets them count.
+    weights : (n,) array
+    curvature : (n,) array
+        Of the loss.
+    jacobian : (n, k) array
+        Of the weighted errors by the parameters that move.
+    inverse : (k, k) array
+        Of the curvature of the cost.
+    known : (j, k) array
+        Of what was known before.
+    counted : (n,) array of bool
+    spans : tuple of tuple of slice
+        By record.
+    periods : tuple of float
+        s, by record.
+    steps : (n, B) array or None
+        What the steps of an encoder make of the errors, weighted.
+    by_windows : bool
+        Whether the stretches are windows of an open loop. What moved the axis besides the recorded
+        control is summed up twice there, as no autoregression of errors is; windows are
+        independent, and their scores tell the variance.
+    """
+
+    errors: Array
+    weights: Array
+    curvature: Array
+    jacobian: Array
+    inverse: Array
+    known: Array
+    counted: NDArray[np.bool_]
+    spans: tuple[tuple[slice, ...], ...]
+    periods: tuple[float, ...]
+    steps: Array | None = None
+    by_windows: bool = False
+
+    def beside(self, columns: Array) -> tuple[Array, Array]:
+        """Columns (n, m) less what parameters make of them, and those parameters, (k, m)."""
+        made = self.inverse @ (self.jacobian.T @ (self.curvature[:, None] * columns))
+        return columns - self.jacobian @ made, made
+
+    @property
+    def used(self) -> tuple[int, ...]:
+        """Errors that count, by record."""
+        return tuple(sum(int(self.counted[rows].sum()) for rows in spans) for spans in self.spans)
+
+    def autoregressions(self, errors: Array) -> tuple[Autoregression, ...]:
+        """Of errors (n,), by record."""
+        return tuple(
+            autoregression_of(
+                [errors[rows] for rows in spans], period, [self.counted[rows] for rows in spans]
+            )
+            for spans, period in zip(self.spans, self.periods, strict=True)
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lacking:
+    """One force beside the model.
+
+    Attributes
+    ----------
+    number : int
+        Of the column.
+    factor, deviation : float
+        What the errors tell of it.
+    chance : float
+        That noise tells as much.
+    """
+
+    number: int
+    factor: float
+    deviation: float
+    chance: float
+
+    @property
+    def ratio(self) -> float:
+        """Of the factor, in deviations."""
+        return abs(self.factor) / self.deviation if self.deviation > 0 else np.inf
+
+
+def lacking_of(
+    left: Left, columns: Array, most: int, level: float, held: int = 0
+) -> tuple[Lacking, ...]:
+    """The columns that the errors ask for, one after the other, the strongest first.
+
+    Parameters
+    ----------
+    left : Left
+    columns : (n, m) array
+        Slopes of the errors by what may be lacking; not weighted.
+    most : int
+        How many at most.
+    level : float
+        Chance of the strongest of noise, up to which it is one, for all columns together.
+    held : int
+        So many columns at the end are of parameters that are held: one of them is taken before a
+        force that is hardly stronger.
+
+    Returns
+    -------
+    tuple of Lacking
+        The first is given whatever its chance is; none where no column is any but the parameters'.
+    """
+    weighed = left.weights[:, None] * columns
+    net, made = left.beside(weighed)
+    sizes = np.linalg.norm(weighed, axis=0)
+    there = [j for j in range(columns.shape[1]) if _is_own(net[:, j], sizes[j])]
+    errors, found = left.errors, list[Lacking]()
+    while there and len(found) < most:
+        tests = [_tested(left, errors, net[:, j], made[:, j], j) for j in there]
+        best = _strongest(tests, columns.shape[1] - held)
+        chance = min(1.0, best.chance * len(there))
+        best = Lacking(
+            number=best.number, factor=best.factor, deviation=best.deviation, chance=chance
+        )
+        if found and chance > level:
+            break
+        found.append(best)
+        if chance > level:
+            break
+        unit = net[:, best.number] / np.linalg.norm(net[:, best.number])
+        errors = errors - unit * (unit @ errors)
+        net = net - np.outer(unit, unit @ net)
+        there = [j for j in there if j != best.number and _is_own(net[:, j], sizes[j])]
+    return tuple(found)
+
+
+def _strongest(tests: Sequence[Lacking], forces: int) -> Lacking:
+    best = min(tests, key=lambda each: (each.chance, -each.ratio))
+    of_held = [each for each in tests if each.number >= forces]
+    own = max(of_held, key=lambda each: each.ratio, default=best)
+    return own if own.ratio >= _HARDLY * best.ratio else best
+
+
+def _is_own(net: Array, size: float) -> bool:
+    return bool(np.isfinite(size) and np.linalg.norm(net) > _ALIKE * size)
+
+
+def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> Lacking:
+    size = float(net @ net)
+    told = float(net @ errors) / size
+    beside = errors - told * net
+    coloured, whole = _of_windows(left, beside, net) if left.by_windows else _of(left, beside, net)
+    freedom = max(whole - left.jacobian.shape[1] - 1, _FEWEST)  # of slow errors, with the column's
+    variance = coloured * max(whole / freedom, 1.0) + float(np.sum((left.known @ made) ** 2))
+    if left.steps is not None:
+        variance += float(np.mean((net @ left.steps) ** 2))
+    deviation = np.sqrt(max(variance, 0.0)) / size
+    ratio = abs(told) / deviation if deviation > 0 else np.inf
+    return Lacking(
+        number=number,
+        factor=-told,
+        deviation=float(deviation),
+        chance=2 * float(stdtr(freedom, -ratio)),
+    )
+
+
+def _of(left: Left, errors: Array, column: Array) -> tuple[float, float]:
+    """Variance of what a column makes of errors, and of how many degrees of freedom it is."""
+    models = left.autoregressions(errors)
+    found = [*map(_variance, models, left.spans, left.used, repeat(column))]
+    whole = sum(variance for variance, _ in found)
+    unsure = sum(variance**2 * share for variance, share in found)
+    return whole, 2 * whole**2 / unsure if unsure > 0 else np.inf
+
+
+def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]:
+    """The same by the scores of windows, of which as many count as the column is alike in."""
+    windows = [rows for spans in left.spans for rows in spans]
+    scores = np.array([column[rows] @ errors[rows] for rows in windows])
+    sizes = np.array([column[rows] @ column[rows] for rows in windows])
+    return float(scores @ scores), float(sizes.sum() ** 2 / (sizes @ sizes))
+
+
+def _variance(
+    model: Autoregression, spans: Sequence[slice], rows: int, column: Array
+) -> tuple[float, float]:
+    """Of what a column makes of a record's errors; and of that variance, over its square."""
+    pieces = [column[span] for span in spans]
+    whole = sum(float(model.coloured(piece[:, None])[0, 0]) for piece in pieces)
+    return whole, model.uncertainty(pieces, rows)

@@ -1,0 +1,286 @@
+"""``axisid study``."""
+
+import shlex
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from axisid.commands.options.completion import complete_axis
+from axisid.commands.options.estimator_options import covariance_option
+from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.inputs import leave_out_option
+from axisid.commands.options.option_checks import Command, check_needed
+from axisid.commands.options.outputs import (
+    Target,
+    check_folder,
+    check_targets,
+    force_option,
+    json_option,
+    put_result,
+    write_output,
+)
+from axisid.commands.options.start_option import start_option
+from axisid.estimation.choices.methods import method_names
+from axisid.presentation.console import ProgressLine
+
+if TYPE_CHECKING:
+    from axisid.codegen.artefacts import GeneratedAxis
+    from axisid.estimation.monte_carlo import MonteCarlo
+
+_RUNS, _CHECKS = 200, 0
+#: The noise of the twins, by option: what it is called in Python, its unit, and its help.
+_NOISE = {
+    "--position-noise": ("position", "Deviation of the measured position's noise, in the loop."),
+    "--resolution": ("resolution", "Of the encoder, in the loop and in the record; 0 for none."),
+    "--velocity-noise": ("velocity", "Of a velocity that is measured beside the loop."),
+    "--acceleration-noise": ("acceleration", "Of an acceleration that is measured likewise."),
+    "--control-noise": ("control", "Of what the record adds to the control, in the drive's unit."),
+    "--disturbance": ("disturbance", "Of what acts beside the control and is not recorded."),
+    "--correlation-time": ("correlation_time", "Of the last two, s; 0 for white noise."),
+}
+
+
+def _noise_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of the noise; the command takes each as ``noise_`` and its name."""
+    for name, (parameter, said) in reversed(_NOISE.items()):
+        default = "  [default: the experiment's]" * (parameter in ("position", "resolution"))
+        own = f"noise_{parameter}"
+        command = click.option(name, own, type=float, metavar="X", help=said + default)(command)
+    return command
+
+
+@click.command(
+    cls=Command,
+    short_help="Identify many twins: bias, intervals, checks.",
+    epilog="Examples: axisid study emps2015 --runs 20 --method idm-ls --method idm-iv, or "
+    "axisid study emps2015 --truth Fc=30 --runs 20 --report study.html",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.option("--runs", type=click.IntRange(min=1), default=_RUNS, show_default=True, help="Twins.")
+@click.option(
+    "--method",
+    "methods",
+    type=click.Choice(method_names()),
+    multiple=True,
+    default=("idm-iv",),
+    show_default="idm-iv",
+    help="As in identify, again for each.",
+)
+@click.option(
+    "--twin",
+    metavar="AXIS",
+    shell_complete=complete_axis,
+    help="The axis that is simulated, where the model is to be wrong.  [default: AXIS]",
+)
+@click.option(
+    "--truth",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="A true value of the twins, SI, in place of the experiment's; again for each.",
+)
+@_noise_options
+@click.option(
+    "--anywhere",
+    is_flag=True,
+    help="Begin each motion elsewhere in a count of the encoder, as on a machine.",
+)
+@click.option(
+    "--checks",
+    type=click.IntRange(min=0),
+    default=_CHECKS,
+    show_default=True,
+    metavar="N",
+    help="Judge the first N runs too: how often each check fails. A verdict costs several times an "
+    "estimate.",
+)
+@filter_options()
+@leave_out_option
+@covariance_option
+@start_option()
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Processes; the numbers are the same for any.",
+)
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@click.option("--output", metavar="FILE", help="Write the numbers of every run: .npz or .parquet.")
+@json_option("Write the figures of the study as JSON; - for stdout.")
+@click.option("--report", metavar="FILE", help="Write a page of HTML: tables and figures.")
+@click.option("--figures", metavar="DIR", help="Write the figures into a folder.")
+@click.option(
+    "--figure-format",
+    type=click.Choice(["pdf", "svg", "png"]),
+    default="pdf",
+    show_default=True,
+    help="Of --figures.",
+)
+@force_option
+def study(
+    axis: str,
+    runs: int,
+    methods: tuple[str, ...],
+    twin: str | None,
+    truth: tuple[str, ...],
+    anywhere: bool,
+    checks: int,
+    filtering: Filtering,
+    left_out: tuple[str, ...],
+    covariance: str,
+    started_at: str,
+    seed: int,
+    jobs: int,
+    no_native: bool,
+    output: str | None,
+    json_file: str | None,
+    report: str | None,
+    figures: str | None,
+    figure_format: str,
+    force: bool,
+    **noise: float | None,
+) -> None:
+    """Identify many twins of AXIS, each with noise of its own, and tell how far to believe it.
+
+    Bias and scatter of every estimate, how often its intervals hold the truth, and how often each
+    check fails: on twins of the axis itself, or of another one (--twin).
+    """
+    check_needed(("--figure-format",), ("--figures",))
+    check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
+    outputs = _Outputs(output=output, report=report, figures=figures, form=figure_format)
+    outputs.check(json_file, (axis, twin), force=force)
+    with ProgressLine(f"deriving {axis}"):
+        identified, simulated = _axes(axis, twin, left_out, native=not no_native)
+    from axisid.estimation.monte_carlo import TwinNoise, monte_carlo
+
+    with ProgressLine("twins") as line:
+        result = monte_carlo(
+            identified,
+            runs,
+            methods,
+            prefilter=filtering.prefilter(),
+            noise=TwinNoise(anywhere=anywhere, **_given(noise)),
+            twin=simulated,
+            truth=_truth(truth),
+            checks=checks,
+            seed=seed,
+            covariance=covariance,
+            start=started_at,
+            jobs=jobs,
+            progress=line,
+            keep=outputs.keep,
+        )
+    put_result(result, json_file)
+    for path in outputs.write(result):
+        click.echo(f"wrote {path}", err=json_file == "-")
+
+
+def _axes(
+    axis: str, twin: str | None, left_out: tuple[str, ...], *, native: bool
+) -> "tuple[GeneratedAxis, GeneratedAxis]":
+    """What is identified, and what is simulated: with every term, as an axis has."""
+    from axisid.codegen.artefacts import build
+    from axisid.modeling.declaration import leave_out
+    from axisid.modeling.text import load_axis
+
+    whole = load_axis(axis)
+    identified = build(leave_out(whole, *left_out), native=native)
+    if twin is not None:
+        return identified, build(load_axis(twin), native=native)
+    return identified, build(whole, native=native) if left_out else identified
+
+
+def _given(noise: Mapping[str, float | None]) -> dict[str, Any]:
+    """The noise as `TwinNoise` takes it, what is not given left out."""
+    return {
+        name.removeprefix("noise_"): value for name, value in noise.items() if value is not None
+    }
+
+
+def _truth(texts: tuple[str, ...]) -> dict[str, float]:
+    """True values by name."""
+    found: dict[str, float] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError as error:
+            raise click.BadParameter(
+                f"{text!r}: write NAME=VALUE, SI, as in M=110", param_hint="--truth"
+            ) from error
+    return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Outputs:
+    """What is written beside what is printed."""
+
+    output: str | None
+    report: str | None
+    figures: str | None
+    form: str
+
+    def check(self, json_file: str | None, inputs: tuple[str | None, ...], *, force: bool) -> None:
+        """Refuse places that cannot or must not be written to, before anything is computed."""
+        targets = [
+            Target("--output", self.output, "study-runs"),
+            Target("--json", json_file, "study"),
+            Target("--report", self.report, "report"),
+        ]
+        check_targets(targets, inputs, force=force)
+        if self.output is not None:
+            from axisid.estimation.monte_carlo import check_output
+
+            check_output(Path(self.output))
+        if self.figures is not None:
+            from axisid.presentation.monte_carlo import PLOTS
+
+            names = {f"{name}.{self.form}": "figure" for name in PLOTS}
+            check_folder(self.figures, "--figures", names, force=force)
+
+    def keep(self, partial: "MonteCarlo") -> None:
+        """Keep what is done of a study that ends early, and say so."""
+        done = f"{len(partial)} of {partial.plan.runs} runs are done"
+        if self.output is None:
+            click.echo(f"axisid: {done}; --output FILE would have kept them", err=True)
+            return
+        from axisid.estimation.monte_carlo import write_runs
+
+        write_runs(partial, self.output)
+        click.echo(f"axisid: {done} and kept in {self.output}", err=True)
+
+    def write(self, result: "MonteCarlo") -> list[str]:
+        """Write what is asked for and return the places."""
+        written: list[str] = []
+        if self.output is not None:
+            from axisid.estimation.monte_carlo import write_runs
+
+            write_runs(result, self.output)
+            written.append(self.output)
+        if self.report is not None:
+            from axisid.presentation.monte_carlo import monte_carlo_page
+            from axisid.support.remedy import as_options
+
+            page = monte_carlo_page(
+                result,
+                command=shlex.join(["axisid", *sys.argv[1:]]),
+                made=datetime.now().astimezone(),
+                wording=as_options,
+            )
+            write_output(self.report, page)
+            written.append(self.report)
+        if self.figures is not None:
+            from axisid.presentation.drawing import write_figures
+            from axisid.presentation.monte_carlo import monte_carlo_plots
+            from axisid.presentation.plots import Plot
+
+            plots = [p for p in monte_carlo_plots(result).values() if isinstance(p, Plot)]
+            written += map(str, write_figures(plots, Path(self.figures), self.form))
+        return written

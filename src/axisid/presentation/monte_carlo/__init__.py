@@ -1,0 +1,15 @@
+"""A Monte-Carlo study as text, figures, plain data and a page.
+
+In: `MonteCarlo`. Out: a document of blocks, plots, what JSON has, a page.
+Knows nothing of how twins are made.
+"""
+
+from .document import estimand_tables as estimand_tables
+from .document import findings as findings
+from .document import legend as legend
+from .document import monte_carlo_document as monte_carlo_document
+from .page import monte_carlo_page as monte_carlo_page
+from .plots import PLOTS as PLOTS
+from .plots import monte_carlo_plot as monte_carlo_plot
+from .plots import monte_carlo_plots as monte_carlo_plots
+from .written import monte_carlo_dict as monte_carlo_dict

@@ -1,0 +1,227 @@
+"""A study as tables: bias, scatter and intervals of every estimate, and what checks say."""
+
+import math
+from collections.abc import Iterable, Iterator
+
+from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.monte_carlo import (
+    DIRECT,
+    MODEL_ERROR,
+    PARAMETER,
+    PHYSICAL,
+    CheckFigures,
+    EstimandFigures,
+    Mean,
+    MonteCarlo,
+    Share,
+)
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds.studies import MIN_BIAS
+from axisid.presentation.blocks import (
+    Block,
+    Cell,
+    Column,
+    Document,
+    Heading,
+    Paragraph,
+    Quantity,
+    Table,
+    paragraph,
+    text_columns,
+)
+from axisid.support.remedy import Wording, as_arguments
+
+_MOST_REASONS = 5  # that are told of what came to nothing
+_TITLES = {
+    PARAMETER: "Estimates without the filter's own bias",
+    DIRECT: "Parameters of the direct model",
+    PHYSICAL: "Declared parameters that follow",
+}
+
+
+def monte_carlo_document(result: MonteCarlo, *, wording: Wording = as_arguments) -> Document:
+    """What was done, the estimates by method, the checks, and what came to nothing."""
+    del wording
+    blocks: list[Block] = [Heading(facts=tuple(study_facts(result).items()))]
+    blocks += estimand_tables(result)
+    blocks += [checks_table(result)] if result.judged else []
+    return *blocks, legend(result), findings(result)
+
+
+def study_facts(result: MonteCarlo) -> dict[str, str]:
+    """What was done in each run."""
+    plan, unit = result.plan, result.plan.twin.axis.coordinate.unit
+    noise = plan.noise
+    done = f"{len(result)}" if len(result) == plan.runs else f"{len(result)} of {plan.runs}"
+    experiment = plan.twin.axis.experiment
+    position = noise.position
+    if position is None:
+        position = experiment.position_noise if experiment else 0.0
+    about = [f"position noise {position:g} {unit}"]
+    if noise.resolution is not None:
+        where = ", begun anywhere in a count" if noise.anywhere else ""
+        about.append(f"encoder of {noise.resolution:g} {unit}{where}")
+    drive = plan.twin.axis.drive.unit
+    told = {"velocity": f"{unit}/s", "acceleration": f"{unit}/s^2"}
+    told |= {"control": drive, "disturbance": drive}
+    about += [
+        f"{name} {getattr(noise, name):g} {own}"
+        for name, own in told.items()
+        if getattr(noise, name)
+    ]
+    if noise.correlation_time:
+        about.append(f"correlated over {noise.correlation_time:g} s")
+    return {
+        "axis": plan.axis.axis.name,
+        "twins": f"{done} twins of {plan.twin.axis.name}, seed {plan.seed}",
+        "noise": ", ".join(about),
+        "model": "the twins' own" if plan.is_right else "another than the twins'",
+        "methods": ", ".join(method.upper() for method in plan.methods),
+        "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {COVARIANCES[plan.chosen].label}",
+    }
+
+
+def estimand_tables(result: MonteCarlo, of: str = "") -> list[Block]:
+    """One table for each kind of parameter; `of` is what their titles begin with."""
+    lead = f"{of}: " if of else ""
+    tables: list[Block] = []
+    for kind, title in _TITLES.items():
+        of_kind = [each for each in result.figures if each.estimand.kind == kind]
+        if of_kind:
+            said = f"{lead}{title[0].lower()}{title[1:]}" if lead else title
+            tables.append(_estimands(result, of_kind, said))
+    return tables
+
+
+def _estimands(result: MonteCarlo, figures: Iterable[EstimandFigures], title: str) -> Table:
+    listed, chosen = list(figures), result.plan.chosen
+    others = [
+        of
+        for of in (*COVARIANCES, MODEL_ERROR)
+        if of != chosen and any(of in each.coverage for each in listed)
+    ]
+    columns = (
+        *text_columns(["method", "", "unit"]),
+        Column("truth"),
+        Column("bias", parts=("error",)),
+        Column("scatter", parts=("error",)),
+        Column("stated"),
+        Column("holds", "%", group="holds"),
+        Column("95 % interval", "%", group="holds"),
+        *(Column(_label(of), "%") for of in others),
+    )
+    return Table(
+        columns=columns,
+        rows=tuple(_row(each, chosen, others) for each in listed),
+        labels=2,
+        title=title,
+    )
+
+
+def _label(of: str) -> str:
+    return "model error" if of == MODEL_ERROR else COVARIANCES[of].label
+
+
+def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cell, ...]:
+    estimand = each.estimand
+    return (
+        estimand.method.upper(),
+        estimand.name,
+        estimand.unit,
+        _number(each.truth, 6),
+        mean_cell(each.bias),
+        mean_cell(each.scatter),
+        _number(each.deviations.get(chosen, math.nan), 2),
+        *share_texts(each.coverage.get(chosen)),
+        *(share_texts(each.coverage.get(of))[0] for of in others),
+    )
+
+
+def _number(value: float, digits: int) -> str:
+    return "-" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def mean_cell(mean: Mean) -> Quantity:
+    """A figure with its Monte-Carlo error."""
+    if math.isnan(mean.value):
+        return Quantity("-", "-")
+    return Quantity(f"{mean.value:.3g}", _number(mean.error, 2))
+
+
+def share_texts(share: Share | None) -> tuple[str, str]:
+    """A share in percent, and Wilson's interval; dashes of none."""
+    if share is None or not share.of:
+        return "-", "-"
+    low, high = share.interval
+    return f"{100 * share.value:.3g}", f"{100 * low:.3g} to {100 * high:.3g}"
+
+
+def checks_table(result: MonteCarlo) -> Table:
+    """How often each check fails; of those that do not pass in every run."""
+    beyond = [each for each in result.checks if each.passes.count < each.passes.of]
+    shares = [
+        Column(head, "%", group=group)
+        for group in ("fails", "notes")
+        for head in (group, "95 % interval")
+    ]
+    total = ("any of them", *share_texts(result.objected), "", "", "")
+    return Table(
+        columns=(*text_columns(["check"]), *shares, Column("not evaluated", "%")),
+        rows=(*map(_check_row, beyond), total),
+        title=f"Checks of {result.judged} verdicts",
+    )
+
+
+def _check_row(check: CheckFigures) -> tuple[Cell, ...]:
+    fails, notes = share_texts(check.fails), share_texts(check.notes)
+    return check.name, *fails, *notes, share_texts(check.missing)[0]
+
+
+def legend(result: MonteCarlo) -> Paragraph:
+    """What the columns are."""
+    said = [
+        "bias, scatter: mean error and standard deviation over the runs, with their standard "
+        f"errors. stated: deviation, {_label(result.plan.chosen)}. holds: share of its intervals "
+        "that hold the truth, with Wilson's 95 % interval; after it that of other deviations."
+    ]
+    if silent := [each.name for each in result.checks if each.passes.count == each.passes.of]:
+        said.append(f"Passed in every run: {', '.join(silent)}.")
+    return paragraph(*said)
+
+
+def findings(result: MonteCarlo) -> Paragraph:
+    """What is beyond the Monte-Carlo error, and what came to nothing."""
+    said = []
+    few, many = (result.miscovered(narrow=narrow) for narrow in (True, False))
+    if few:
+        said.append(f"Intervals that hold the truth too rarely: {_listed(few)}.")
+    if many:
+        said.append(f"Intervals that are wider than they need be: {_listed(many)}.")
+    if not few and not many and any(each.coverage for each in result.figures):
+        said.append(
+            "Every interval holds the truth as often as it says, within the Monte-Carlo error."
+        )
+    if result.biased:
+        said.append(
+            f"Bias beyond {MIN_BIAS.value:g} of its standard errors: {_listed(result.biased)}."
+        )
+    if result.judged:
+        share, interval = share_texts(result.objected)
+        said.append(
+            f"A check fails in {share} % ({interval} %) of {result.judged} verdicts "
+            f"{'on the right model' if result.plan.is_right else 'on a wrong model'}."
+        )
+    return paragraph(*said, *_lost(result))
+
+
+def _listed(figures: Iterable[EstimandFigures]) -> str:
+    return ", ".join(f"{each.estimand.method.upper()} {each.estimand.name}" for each in figures)
+
+
+def _lost(result: MonteCarlo) -> Iterator[str]:
+    """What came to nothing, with the reasons that occur most."""
+    for of, reasons in result.lost.items():
+        count = sum(reasons.values())
+        listed = list(reasons.items())[:_MOST_REASONS]
+        why = "; ".join(f"{times} times: {reason.removesuffix('.')}" for reason, times in listed)
+        yield f"{of} came to nothing in {count} of {len(result)} runs. {why}."

@@ -1,0 +1,144 @@
+"""Figures of a study: errors against what is stated, coverage at every level, bias by runs."""
+
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+
+import numpy as np
+from scipy.special import ndtr
+
+from axisid.estimation.monte_carlo import PARAMETER, Mean, MonteCarlo, Share
+from axisid.presentation.plots import TITLES, Panel, Plot, Series, Tone, labelled, paired
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+
+_REACH = 5.0  # deviations to either side of a histogram
+_BINS = (10, 60)  # of it, least and most; the root of the runs between them
+_LEVELS = np.array([0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.975, 0.99])
+_FINE = 20  # points of a bar
+_MOST_POINTS = 300
+_FEWEST_RUNS = 10
+
+
+def monte_carlo_plots(result: MonteCarlo) -> dict[str, Plot | Missing]:
+    """Every figure by its name, or why it cannot be drawn."""
+    return {name: monte_carlo_plot(result, name) for name in PLOTS}
+
+
+def monte_carlo_plot(result: MonteCarlo, name: str) -> Plot | Missing:
+    """One of `PLOTS`."""
+    known = list(_by_parameter(result))
+    if not known:
+        return Missing("no parameter of the model is one of the twins")
+    if len(result) < _FEWEST_RUNS:
+        return Missing(f"a figure needs {_FEWEST_RUNS} runs or more")
+    return PLOTS[name](result)
+
+
+def _by_parameter(result: MonteCarlo) -> Iterator[tuple[str, str, dict[str, int]]]:
+    """Each parameter with its unit, and its place among the estimands by method."""
+    found: dict[tuple[str, str], dict[str, int]] = {}
+    for place, (each, truth) in enumerate(zip(result.estimands, result.truths, strict=True)):
+        if each.kind == PARAMETER and np.isfinite(truth):
+            found.setdefault((each.name, each.unit), {})[each.method] = place
+    for (name, unit), places in found.items():
+        yield name, unit, places
+
+
+def _panels(
+    result: MonteCarlo,
+    label: Callable[[str, str], str],
+    series: Callable[[int, str, Tone], Series],
+    beside: Callable[[], Series] | None = None,
+    levels: tuple[float, ...] = (),
+) -> tuple[Panel, ...]:
+    """A panel for each parameter with a curve for each method; the legend is in the first."""
+    tones = dict(paired(result.plan.methods))
+    panels = []
+    for i, (name, unit, places) in enumerate(_by_parameter(result)):
+        drawn = [
+            series(place, "" if i else method.upper(), tones[method])
+            for method, place in places.items()
+        ]
+        if beside is not None:
+            drawn.append(beside())
+        panels.append(Panel(label=label(name, unit), series=tuple(drawn), levels=levels))
+    return tuple(panels)
+
+
+def _errors(result: MonteCarlo) -> Plot:
+    bins = 2 * round(float(np.clip(np.sqrt(len(result)), *_BINS)) / 2)
+    edges = np.linspace(-_REACH, _REACH, bins + 1)
+    # So many points that the steps are drawn as a line, not as its corners.
+    x = np.linspace(-_REACH, _REACH, _FINE * bins + 1)
+    bars = np.minimum(np.arange(len(x)) // _FINE, bins - 1)
+
+    def density(place: int, label: str, tone: Tone) -> Series:
+        errors = np.clip(result.normalised(place), -_REACH, _REACH)
+        share = np.histogram(errors, edges)[0] / max(len(errors), 1) / np.diff(edges)
+        return Series(label=label, x=x, y=share[bars], tone=tone)
+
+    def normal() -> Series:
+        y = np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
+        return Series(label="", x=x, y=y, tone="measured", dashed=True)
+
+    return Plot(
+        name="errors",
+        title=TITLES["errors"],
+        caption="How often each error occurs, in the deviation that its run states; dashed, as a "
+        f"normal distribution has it. What is beyond {_REACH:g} deviations is in the outermost "
+        "bars.",
+        x_label="error / stated deviation",
+        panels=_panels(result, lambda name, _: f"{name}, density", density, normal),
+    )
+
+
+def _coverage(result: MonteCarlo) -> Plot:
+    percent = 100 * _LEVELS
+
+    def shares(place: int, label: str, tone: Tone) -> Series:
+        inside = 2 * ndtr(np.abs(result.normalised(place))) - 1
+        found = [Share.of_truths(inside <= level) for level in _LEVELS]
+        low, high = 100 * np.array([share.interval for share in found]).T
+        y = 100 * np.array([share.value for share in found])
+        return Series(label=label, x=percent, y=y, low=low, high=high, tone=tone)
+
+    def ideal() -> Series:
+        return Series(label="", x=percent, y=percent, tone="measured", dashed=True)
+
+    return Plot(
+        name="coverage",
+        title=TITLES["coverage"],
+        caption="Share of the intervals of every level that hold the truth, with Wilson's 95 % "
+        "interval; dashed, as it should be. Below the line intervals are too narrow.",
+        x_label="level of the interval [%]",
+        panels=_panels(result, lambda name, _: f"{name}, holds [%]", shares, ideal),
+    )
+
+
+def _bias(result: MonteCarlo) -> Plot:
+    def running(place: int, label: str, tone: Tone) -> Series:
+        errors = result.corrected[:, place] - result.truths[place]
+        there = np.flatnonzero(np.isfinite(errors))
+        ends = np.unique(np.linspace(min(2, len(there)), len(there), _MOST_POINTS).astype(int))
+        means = [Mean.of_values(errors[there[:end]]) for end in ends]
+        y = np.array([mean.value for mean in means])
+        half: Array = 2 * np.array([mean.error for mean in means])
+        runs = (result.numbers.runs[there[ends - 1]] + 1).astype(float)
+        return Series(label=label, x=runs, y=y, low=y - half, high=y + half, tone=tone)
+
+    return Plot(
+        name="bias",
+        title=TITLES["bias"],
+        caption="Mean error up to each run, with two standard errors to either side.",
+        x_label="runs",
+        panels=_panels(
+            result, lambda name, unit: labelled(f"{name}, bias", unit), running, levels=(0.0,)
+        ),
+        whole=True,
+    )
+
+
+#: Figures by name, in the order of a page.
+PLOTS: Mapping[str, Callable[[MonteCarlo], Plot]] = MappingProxyType(
+    {"errors": _errors, "coverage": _coverage, "bias": _bias}
+)

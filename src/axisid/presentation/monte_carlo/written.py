@@ -1,0 +1,86 @@
+"""A study as plain data."""
+
+from dataclasses import asdict
+from typing import Any
+
+from axisid.estimation.monte_carlo import CheckFigures, EstimandFigures, Mean, MonteCarlo, Share
+from axisid.presentation.documents import request_document
+from axisid.presentation.schema import (
+    WrittenCheckFigures,
+    WrittenEstimand,
+    WrittenFailedRun,
+    WrittenMean,
+    WrittenMonteCarlo,
+    WrittenShare,
+    WrittenTwins,
+    plain,
+)
+from axisid.support.arrays import finite
+
+
+def monte_carlo_dict(result: MonteCarlo) -> dict[str, Any]:
+    """What ``--json`` writes."""
+    return plain(_written(result))
+
+
+def _written(result: MonteCarlo) -> WrittenMonteCarlo:
+    plan = result.plan
+    return WrittenMonteCarlo(
+        axis=plan.axis.axis.name,
+        signature=plan.axis.signature,
+        twins=WrittenTwins(
+            axis=plan.twin.axis.name,
+            signature=plan.twin.signature,
+            right=plan.is_right,
+            noise=asdict(plan.noise),
+        ),
+        runs=plan.runs,
+        done=len(result),
+        seed=plan.seed,
+        methods=plan.methods,
+        prefilter=request_document(plan.prefilter),
+        settings=dict(plan.settings),
+        estimands=tuple(map(_estimand, result.figures)),
+        judged=result.judged,
+        objected=_share(result.objected),
+        checks=tuple(map(_check, result.checks)),
+        failures=tuple(
+            WrittenFailedRun(run=each.run, of=each.of, reason=each.reason)
+            for each in result.failures
+        ),
+    )
+
+
+def _estimand(each: EstimandFigures) -> WrittenEstimand:
+    estimand = each.estimand
+    return WrittenEstimand(
+        method=estimand.method,
+        name=estimand.name,
+        kind=estimand.kind,
+        unit=estimand.unit,
+        truth=finite(each.truth),
+        runs=each.runs,
+        bias=_mean(each.bias),
+        raw_bias=_mean(each.raw_bias),
+        scatter=_mean(each.scatter),
+        deviations=dict(each.deviations),
+        coverage={of: _share(share) for of, share in each.coverage.items()},
+    )
+
+
+def _check(check: CheckFigures) -> WrittenCheckFigures:
+    return WrittenCheckFigures(
+        name=check.name,
+        fails=_share(check.fails),
+        notes=_share(check.notes),
+        passes=_share(check.passes),
+        not_evaluated=_share(check.missing),
+    )
+
+
+def _mean(mean: Mean) -> WrittenMean:
+    return WrittenMean(value=finite(mean.value), error=finite(mean.error))
+
+
+def _share(share: Share) -> WrittenShare:
+    return WrittenShare(count=share.count, of=share.of, interval_95=share.interval)

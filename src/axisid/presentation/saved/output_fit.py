@@ -1,0 +1,185 @@
+"""A fit of an output that was written as JSON, read again."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+from msgspec import UNSET
+
+from axisid.estimation.checks import Check
+from axisid.estimation.estimates import NamedValues, Value
+from axisid.estimation.fitting import OutputFit
+from axisid.modeling.quantities import Parameter
+from axisid.presentation.blocks import Document
+from axisid.presentation.schema import WrittenFitted, WrittenOutputFit, plain
+from axisid.presentation.text.fits import output_fit_document
+from axisid.support.arrays import Array, frozen
+from axisid.support.errors import DataError
+from axisid.support.files.result_file import WRITE_AGAIN
+from axisid.support.presentable import Presentable
+from axisid.support.remedy import Note, Wording, as_arguments
+
+from .diagnosis import read_check
+from .identification import SavedRecord, saved_record
+from .views import Like
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SavedOutputFit(Presentable):
+    """A fit that was read from a file, with the names of `OutputFit`; see `load_result`.
+
+    Attributes
+    ----------
+    file : str
+    document : WrittenOutputFit
+        What the file holds.
+    """
+
+    file: str
+    document: WrittenOutputFit
+
+    def __repr__(self) -> str:
+        return f"fit of the {self.output}: {self.parameters.listed()}"
+
+    def __getitem__(self, name: str) -> Value:
+        return self.parameters[name]
+
+    @property
+    def name(self) -> str:
+        """Of the axis."""
+        return self.document.axis
+
+    @property
+    def output(self) -> str:
+        """What was followed."""
+        return self.document.output
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return tuple(self.document.parameters)
+
+    @cached_property
+    def parameters(self) -> NamedValues:
+        """The parameters with unit, deviations and 95 % interval, by name."""
+        chosen = self.document.chosen_covariance
+        return NamedValues((n, _value(v, chosen)) for n, v in self.document.parameters.items())
+
+    @property
+    def physical(self) -> Array:
+        """The parameters, (P,)."""
+        return frozen([v.value for v in self.parameters.values()])
+
+    @cached_property
+    def covariance(self) -> Array:
+        """The one that was chosen, (P, P); infinite where nothing shows a parameter."""
+        rows = [[math.inf if x is None else x for x in row] for row in self.document.covariance]
+        return frozen(np.array(rows, dtype=float))
+
+    @property
+    def error(self) -> float:
+        """Root mean square of what is left, in the output's unit."""
+        return self.document.error
+
+    @property
+    def error_percent(self) -> float:
+        """Of the recorded output; of several records the largest."""
+        return _or_infinite(self.document.error_percent)
+
+    @cached_property
+    def records(self) -> tuple[SavedRecord, ...]:
+        """What it is of, without samples."""
+        return tuple(map(saved_record, self.document.records))
+
+    @cached_property
+    def checks(self) -> tuple[Check, ...]:
+        """Whether to believe it."""
+        return tuple(map(read_check, self.document.verdict))
+
+    @property
+    def believed(self) -> bool:
+        """Whether no check fails."""
+        return self.document.believed
+
+
+def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
+    """A document as a result; refused where its members do not belong together.
+
+    Raises
+    ------
+    DataError
+        The covariance is not of the parameters, or nothing is left of a record.
+    """
+    count = len(document.parameters)
+    rows = [len(row) for row in document.covariance]
+    if rows != [count] * count or len(document.records) != len(document.record_errors):
+        raise DataError(
+            f"{file} has {count} parameters and a covariance of {len(rows)}, and what is left of "
+            f"{len(document.record_errors)} of {len(document.records)} records. ",
+            WRITE_AGAIN,
+            code="saved-fit",
+        )
+    return SavedOutputFit(file=file, document=document)
+
+
+def saved_fit_document(saved: SavedOutputFit, *, wording: Wording = as_arguments) -> Document:
+    """As of a fit that was just made, by its presenter."""
+    return output_fit_document(_live(saved), wording=wording)
+
+
+def saved_fit_dict(saved: SavedOutputFit) -> dict[str, Any]:
+    """What it was read from."""
+    return plain(saved.document)
+
+
+def _live(saved: SavedOutputFit) -> OutputFit:
+    """What the presenter of a fit reads of one."""
+    written, own = saved.document, saved.document.parameters
+    left_out = tuple(Parameter(n, "1", known=v) for n, v in written.left_out.items())
+    axis = Like(
+        axis=Like(name=written.axis, title="", coordinate=Like(unit=written.position_unit)),
+        declared=Like(left_out=left_out),
+        signature=written.signature,
+    )
+    first = next(iter(own.values()))
+    like = Like(
+        saved,
+        axis=axis,
+        unit=written.unit,
+        loss=written.loss,
+        started=written.started,
+        steps=written.iterations,
+        values=saved.parameters,
+        fixed={n: v.value for n, v in own.items() if v.fixed},
+        at_bound={n: v.at_bound for n, v in own.items() if v.at_bound},
+        prior={n: (v.prior.value, v.prior.sd) for n, v in own.items() if v.prior},
+        start=[v.start for v in own.values()],
+        covariances=dict.fromkeys(first.deviations),
+        chosen=written.chosen_covariance,
+        step=written.encoder_step,
+        horizon=None if written.horizon is UNSET else written.horizon,
+        local={} if written.local is UNSET else written.local,
+        remarks=tuple(map(Note, written.remarks)),
+        of_records=[
+            Like(rows=e.rows, error=e.error, percent=_or_infinite(e.percent), order=e.order)
+            for e in written.record_errors
+        ],
+    )
+    return cast(OutputFit, like)
+
+
+def _value(written: WrittenFitted, chosen: str) -> Value:
+    low, high = written.interval_95
+    return Value(
+        value=written.value,
+        unit=written.unit,
+        deviations={n: _or_infinite(sd) for n, sd in written.deviations.items()},
+        interval=(-math.inf if low is None else low, _or_infinite(high)),
+        chosen=chosen,
+    )
+
+
+def _or_infinite(value: float | None) -> float:
+    return math.inf if value is None else value

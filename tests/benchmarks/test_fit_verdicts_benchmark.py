@@ -1,0 +1,21 @@
+"""The study of the verdicts of fits in small: right machines pass, a wrong one is named."""
+
+from importlib import import_module
+from typing import Any
+
+import pytest
+
+study: Any = import_module("fit_verdicts")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_a_right_machine_is_believed(output: str) -> None:
+    assert study.figures_of("2 s of it", output, runs=6, seed=1)["believed"] == 6
+
+
+@pytest.mark.slow
+def test_what_a_model_lacks_is_named() -> None:
+    found = study.figures_of("missing offset", "control", runs=2, seed=1)
+    assert found["named"] == {"a constant force: declare offset": 2}
+    assert not found["believed"]

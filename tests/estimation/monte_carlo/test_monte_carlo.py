@@ -1,0 +1,241 @@
+"""Many twins: the same numbers whoever runs them, and what they tell of a method."""
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import TwinNoise, build, identify, load_axis, monte_carlo
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import MonteCarlo
+from axisid.estimation.monte_carlo.figures import Share
+from axisid.estimation.monte_carlo.noise import DrawnNoise
+from axisid.estimation.monte_carlo.runs import BlockNumbers, Estimand, FailedRun, joined
+from axisid.estimation.monte_carlo.twins import twins
+from axisid.estimation.records.record import Record
+from axisid.estimation.simulation.twin import twin_plan
+from axisid.support.errors import EstimationError
+from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, judged, study
+from tests.refusals import refuses
+
+
+def test_numbers_are_the_same_in_any_blocks_and_threads() -> None:
+    whole = study(3)
+    assert study(3, block=2) == whole
+    with ThreadPoolExecutor(2) as executor:
+        assert study(3, block=1, executor=executor) == whole
+
+
+@pytest.mark.slow
+def test_numbers_are_the_same_in_processes() -> None:
+    assert study(block=2, jobs=2) == study()
+
+
+@pytest.mark.slow
+def test_numbers_are_the_same_on_a_cluster_of_dask() -> None:
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=2, dashboard_address=None
+        ) as local,
+        distributed.Client(local) as client,
+    ):
+        assert study(block=2, executor=client.get_executor()) == study()
+
+
+def test_more_runs_begin_with_the_same_ones() -> None:
+    few = study(1, "idm-ls")
+    assert np.array_equal(few.values, study(2, "idm-ls").values[:1])
+    assert not np.array_equal(few.values, study(1, "idm-ls", seed=2).values)
+
+
+def test_a_study_can_be_sent_to_another_process() -> None:
+    assert pickle.loads(pickle.dumps(judged())) == judged()  # noqa: S301
+
+
+def test_a_run_is_what_identify_makes_of_its_twin() -> None:
+    made = study(2, "idm-iv")
+    (_, record), *_ = twins(made.plan, [1])
+    assert isinstance(record, Record)
+    values = identify(axis(), record, FILTER, ["idm-iv"])["idm-iv"].parameters.values()
+    assert made.values[1].tolist() == [value.value for value in values]
+    assert made.corrected[1].tolist() == [value.corrected for value in values]
+    assert made.intervals("hac")[1].tolist() == [[*value.interval] for value in values]
+    assert made.deviations("iid")[1].tolist() == [value.sd for value in values]
+
+
+def test_a_twin_is_the_loop_under_its_own_noise() -> None:
+    made = study(2)
+    plan = twin_plan(made.plan.twin)
+    (_, record), *_ = twins(made.plan, [1])
+    assert isinstance(record, Record)
+    drawn = DrawnNoise(noise=made.plan.noise, plan=plan, seed=made.plan.seed, run=1)
+    alone = plan.loop(drawn.position)
+    assert np.array_equal(record.position, alone.measured_position)
+    assert record.control is not None
+    assert np.array_equal(record.control, alone.control)
+
+
+def test_a_disturbance_acts_and_is_not_in_the_record() -> None:
+    quiet, moved = (
+        next(iter(twins(study(1, "idm-ls", noise=noise).plan, [0])))[1]
+        for noise in (TwinNoise(position=0.0), TwinNoise(position=0.0, disturbance=0.2))
+    )
+    assert isinstance(quiet, Record)
+    assert isinstance(moved, Record)
+    assert moved.control is not None
+    assert quiet.control is not None
+    answered = moved.control - quiet.control
+    assert 0 < answered.std() < 0.1  # the law's answer, not the disturbance
+    assert np.abs(moved.position - quiet.position).max() > 0
+
+
+def numbers(values: np.ndarray[Any, Any], half: float) -> MonteCarlo:
+    """A study whose estimates of one parameter are given, with intervals of a half width."""
+    plan = replace(study(1, "idm-ls").plan, methods=("idm-iv",))
+    block = np.full((len(values), 1, 14), np.nan)
+    block[:, 0, 0] = block[:, 0, 1] = values
+    block[:, 0, 2:5] = np.column_stack([np.full(len(values), 1.0), values - half, values + half])
+    made = BlockNumbers(
+        runs=np.arange(len(values)),
+        estimands=(Estimand("idm-iv", "M", "kg"),),
+        numbers=block,
+        checks=("excitation",),
+        statuses=np.array([[2], [0], [-1], [-1]], dtype=np.int8)[: len(values)],
+        judged=np.array([True, True, False, False])[: len(values)],
+        failures=(FailedRun(run=3, of="idm-iv", reason="singular"),),
+    )
+    return MonteCarlo(plan=plan, numbers=made)
+
+
+def test_bias_scatter_and_coverage_are_those_of_the_numbers() -> None:
+    truth = 100.2
+    made = numbers(truth + np.array([-1.0, 0.5, 2.5, np.nan]), half=2.0)
+    figures = made.of("idm-iv", "M")
+    assert figures.runs == 3
+    assert figures.bias.value == pytest.approx(2 / 3)
+    assert figures.bias.error == pytest.approx(figures.scatter.value / np.sqrt(3))
+    assert figures.scatter.value == pytest.approx(np.std([-1.0, 0.5, 2.5], ddof=1))
+    assert figures.coverage == {"hac": Share(2, 3)}
+    assert figures.deviations == {"hac": 1.0}
+    assert made.status(0) == "ok"
+    assert (made.status(3), made.reason(3)) == ("failed", "idm-iv: singular")
+    assert made.lost == {"idm-iv": {"singular": 1}}
+    assert made.estimated("idm-iv") == Share(3, 4)
+    (check,) = made.checks
+    assert (check.fails, check.passes, check.missing) == (Share(1, 2), Share(1, 2), Share(0, 2))
+    assert made.objected == Share(1, 2)
+
+
+def test_blocks_are_joined_in_the_order_of_their_runs_whatever_they_have() -> None:
+    one, other = study(1, "idm-ls").numbers, judged().numbers
+    later = BlockNumbers(
+        **{
+            name: getattr(other, name)
+            for name in ("estimands", "numbers", "checks", "statuses", "judged", "failures")
+        },
+        runs=other.runs + 1,
+    )
+    both = joined([later, one])
+    assert both.runs.tolist() == list(range(11))
+    assert both.estimands[: len(one.estimands)] == one.estimands
+    assert np.isnan(both.numbers[0, len(one.estimands) :]).all()
+    assert (both.statuses[0] == -1).all()
+
+
+def test_intervals_of_every_kind_are_there_and_truths_of_both_models() -> None:
+    made = judged()
+    kinds = {(each.method, each.kind) for each in made.estimands}
+    assert {("ddm-ls", "direct"), ("ddm-ls", "parameter"), ("idm-iv", "parameter")} <= kinds
+    assert np.isfinite(made.truths).all()
+    assert made.of("ddm-ls", "theta1").truth == pytest.approx(1 / 100.2)
+    assert np.isfinite(made.deviations("model")[0]).any()  # of the run that is judged
+    assert np.isnan(made.deviations("model")[1:]).all()
+    assert made.judged == 1
+    assert "excitation" in {check.name for check in made.checks}
+
+
+def test_what_one_method_refuses_costs_the_others_nothing() -> None:
+    crank = build(load_axis("crank"))
+    made = monte_carlo(crank, 1, ["ddm-ls", "idm-ls"], moves=MOVES, checks=0)
+    assert made.statuses == ("partly",)
+    assert {each.method for each in made.estimands} == {"idm-ls"}
+    assert "direct regressor" in made.reason(0)
+
+
+def test_another_axis_may_be_simulated_than_is_identified(emps: GeneratedAxis) -> None:
+    made = monte_carlo(emps, 1, "idm-ls", twin=axis(), moves=MOVES, prefilter=FILTER)
+    assert not made.plan.is_right
+    assert made.of("idm-ls", "M").truth == 100.2
+    (offset,) = (each for each in made if each.estimand.name not in axis().names)
+    assert np.isnan(offset.truth)  # the twin has none
+    assert offset.runs == 1
+    assert offset.coverage == {}
+
+
+def test_other_true_values_are_simulated() -> None:
+    made = study(1, "idm-ls", truth={"M": 150.0})
+    assert made.of("idm-ls", "M").truth == 150.0
+    assert made.values[0, 0] == pytest.approx(150.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("given", "code"),
+    [
+        ({"runs": 0}, "monte-carlo-count"),
+        ({"seed": -1}, "monte-carlo-count"),
+        ({"checks": 1.5}, "monte-carlo-count"),
+        ({"methods": "ols"}, "unknown-method"),
+        ({"methods": ()}, "no-method"),
+        ({"noise": 1e-6}, "twin-noise-type"),
+        ({"truth": {"m": 1.0}}, "unknown-truth"),
+        ({"truth": {"M": "heavy"}}, "bad-truth"),
+        ({"prefilter": 60.0}, "monte-carlo-prefilter"),
+        ({"covariance": "ols"}, "unknown-covariance"),
+        ({"start": "far"}, "unknown-start"),
+        ({"loss": "l1"}, "unknown-row-loss"),
+        ({"jobs": 0}, "monte-carlo-spread"),
+        ({"jobs": 2, "executor": ThreadPoolExecutor(1)}, "monte-carlo-both"),
+        ({"executor": "dask"}, "monte-carlo-executor"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(given: dict[str, Any], code: str) -> None:
+    with refuses(code):
+        study(**given)
+
+
+def test_a_disturbance_that_the_drive_would_log_is_refused() -> None:
+    declared = axis().axis
+    logging = replace(declared, drive=replace(declared.drive, delay=1e-3, logged="applied"))
+    with refuses("twin-disturbance"):
+        study(1, twin=logging, noise=TwinNoise(disturbance=0.1))
+
+
+def test_a_study_of_which_nothing_comes_says_why() -> None:
+    with pytest.raises(EstimationError) as refused:
+        study(2, truth={"M": -1.0})
+    assert refused.value.code == "no-twin-identified"
+    assert "simulation" in str(refused.value)
+
+
+def test_what_is_done_is_kept_when_a_study_is_interrupted() -> None:
+    kept: list[MonteCarlo] = []
+
+    def interrupt(done: int, total: int, what: str) -> None:
+        if done >= 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        study(4, "idm-ls", block=1, progress=interrupt, keep=kept.append)
+    (partial,) = kept
+    assert len(partial) == 2
+    assert np.array_equal(partial.values, study(2, "idm-ls").values)
+
+
+def test_progress_tells_how_many_runs_are_done() -> None:
+    said: list[tuple[int, int]] = []
+    study(3, "idm-ls", block=1, progress=lambda done, total, _: said.append((done, total)))
+    assert said == [(1, 3), (2, 3)]

@@ -1,0 +1,47 @@
+"""The numbers of a study as files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from axisid.estimation.monte_carlo.table import run_columns, write_runs
+from tests.estimation.monte_carlo.short import judged
+from tests.refusals import refuses
+
+
+def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
+    npz, parquet = tmp_path / "runs.npz", tmp_path / "runs.parquet"
+    for file in (npz, parquet):
+        write_runs(judged(), file)
+    frame = pl.read_parquet(parquet)
+    with np.load(npz) as arrays:
+        assert frame.columns == [name for name in arrays if name != "axisid.monte_carlo"]
+        for name in frame.columns:
+            assert np.array_equal(arrays[name].astype(str), frame[name].to_numpy().astype(str))
+        told = json.loads(str(arrays["axisid.monte_carlo"]))
+    assert told["seed"] == 1
+    assert told["truth"]["idm-iv.M"] == 100.2
+
+
+def test_columns_are_named_for_method_parameter_and_interval() -> None:
+    columns = run_columns(judged())
+    assert columns["run"].tolist() == list(range(10))
+    assert set(columns["status"]) == {"ok"}
+    assert columns["idm-iv.M"].tolist() == judged().values[:, 6].tolist()
+    assert {"ddm-ls.direct.theta1", "idm-iv.Fv.corrected", "idm-iv.Fc.hac.low"} <= columns.keys()
+    assert columns["check.excitation"].tolist() == ["pass", *[""] * 9]
+
+
+@pytest.mark.parametrize("name", ["runs.csv", "runs"])
+def test_other_endings_are_refused(tmp_path: Path, name: str) -> None:
+    with refuses("monte-carlo-output"):
+        write_runs(judged(), tmp_path / name)
+
+
+def test_a_file_that_cannot_be_written_is_the_users(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with refuses("usage"):
+        write_runs(judged(), tmp_path / "file" / "runs.npz")

@@ -1,0 +1,74 @@
+"""A study as text, figures, JSON and a page."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from axisid.presentation.drawing.matplotlib import draw
+from axisid.presentation.monte_carlo.page import monte_carlo_page
+from axisid.presentation.monte_carlo.plots import PLOTS, monte_carlo_plot, monte_carlo_plots
+from axisid.presentation.plots.plot import Plot
+from axisid.support.missing import Missing
+from tests.estimation.monte_carlo.short import judged, study
+from tests.refusals import refuses
+
+
+def test_text_tells_every_estimate_with_its_errors_and_what_was_found() -> None:
+    text = judged().summary()
+    assert "10 twins of emps2015, seed 1" in text
+    for name in ("M", "Fv", "Fc", "theta1", "theta3"):
+        assert f" {name} " in text
+    assert "Checks of 1 verdicts" in text
+    assert "on the right model" in text
+    assert "nan" not in text
+    share = judged().of("idm-iv", "M").coverage["hac"]
+    low, high = (100 * bound for bound in share.interval)
+    assert f"{low:.3g} to {high:.3g}" in text
+
+
+def test_json_is_what_the_schema_says(root: Path) -> None:
+    schema = json.loads((root / "docs" / "schema" / "results-1.json").read_text(encoding="utf-8"))
+    document = json.loads(json.dumps(judged().to_dict(), allow_nan=False))
+    jsonschema.validate(document, schema)
+    assert document["schema"] == "axisid.monte_carlo/1"
+    assert document["estimands"][0]["coverage"]["hac"]["of"] == 10
+
+
+def test_figures_have_a_panel_for_each_parameter_and_a_curve_for_each_method() -> None:
+    for name, plot in monte_carlo_plots(judged()).items():
+        assert isinstance(plot, Plot)
+        assert plot.name == name
+        assert [panel.label.partition(",")[0] for panel in plot.panels] == ["M", "Fv", "Fc"]
+        assert [s.label for s in plot.panels[0].series if s.label] == ["DDM-LS", "IDM-IV"]
+        assert draw(plot).axes
+
+
+def test_curve_of_95_percent_is_the_share_of_the_intervals() -> None:
+    plot = PLOTS["coverage"](judged())
+    curve = plot.panels[0].series[1]
+    at = int(np.flatnonzero(curve.x == 95)[0])
+    assert curve.y[at] == pytest.approx(100 * judged().of("idm-iv", "M").coverage["hac"].value)
+
+
+def test_a_figure_of_a_few_runs_says_why_there_is_none() -> None:
+    few = study(1, "idm-ls")
+    assert isinstance(monte_carlo_plot(few, "bias"), Missing)
+    with refuses("no-figure"):
+        few.plot("bias")
+    with refuses("unknown-figure"):
+        few.plot("force")
+
+
+def test_page_asks_the_network_for_nothing_and_shows_every_figure() -> None:
+    page = monte_carlo_page(judged(), command="axisid study emps2015")
+    assert "http" not in page.replace("http-equiv", "").replace("http://www.w3.org", "")
+    assert all(f'id="plot-{name}"' in page for name in PLOTS)
+    assert "SIMULATED" in page
+    assert "axisid study emps2015" in page
+
+
+def test_frame_has_a_row_for_each_run() -> None:
+    assert len(judged().to_frame("polars")) == 10
