@@ -9,7 +9,7 @@ from typing import Any
 
 from axisid.fleets import FleetRow, read_ledger
 from axisid.presentation.saved import SavedIdentification, load_result
-from axisid.support.errors import UsageError
+from axisid.support.errors import DataError, UsageError
 from axisid.support.user_values import quoted
 
 _RESULTS = "*.json"
@@ -93,9 +93,20 @@ def _saved(given: object) -> Iterator[SavedIdentification]:
         done = read_ledger(Path(given))
         files = sorted(Path(given).glob(_RESULTS))
         # What a fleet did not write in its folder may be anything.
-        yield from (load_result(file) for file in files if not done or file.stem in done)
+        yield from (_loaded(file) for file in files if not done or file.stem in done)
     else:
-        yield load_result(given)
+        yield _loaded(given)
+
+
+def _loaded(file: str | Path) -> SavedIdentification:
+    found = load_result(file)
+    if not isinstance(found, SavedIdentification):
+        raise DataError(
+            f"{file} is of a fit of an output, and a trend is of results of identify; leave it "
+            "out.",
+            code="trend-of-fit",
+        )
+    return found
 
 
 def _point(
