@@ -24,7 +24,8 @@ from figures import give, parser_of
 from fleet_logs import AXIS, write_logs
 from lanes import measure as lane_figures
 
-from axisid import Fleet, fleet
+from axisid import fleet
+from axisid.fleets import Fleet
 from axisid.support.jobs.run import run_jobs
 
 CORRUPT = 3

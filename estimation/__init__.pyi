@@ -26,6 +26,7 @@ from .monte_carlo import Mean as Mean
 from .monte_carlo import MonteCarlo as MonteCarlo
 from .monte_carlo import MonteCarloPlan as MonteCarloPlan
 from .monte_carlo import Share as Share
+from .monte_carlo import TwinNoise as TwinNoise
 from .monte_carlo import write_runs as write_runs
 from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit

@@ -8,7 +8,6 @@ from .estimation.estimates import Estimate as Estimate
 from .estimation.fitting import fit as fit
 from .estimation.identification import Identification as Identification
 from .estimation.identification import identify as identify
-from .estimation.monte_carlo import TwinNoise as TwinNoise
 from .estimation.monte_carlo import monte_carlo as monte_carlo
 from .estimation.records import Record as Record
 from .estimation.records import read_record as read_record
@@ -19,7 +18,6 @@ from .estimation.studies import compare as compare
 from .estimation.studies import sweep as sweep
 from .estimation.studies import validate as validate
 from .exports.export import export as export
-from .fleets import Fleet as Fleet
 from .fleets import fleet as fleet
 from .fleets.items import FleetItem as FleetItem
 from .modeling.declaration import Axis as Axis
@@ -42,5 +40,4 @@ from .support.errors import EstimationError as EstimationError
 from .support.errors import ModelError as ModelError
 from .support.errors import UsageError as UsageError
 from .support.version import __version__ as __version__
-from .trends import Trend as Trend
 from .trends import trend as trend

@@ -10,7 +10,6 @@ import pytest
 from fleet_logs import AXIS, TRUTH, write_logs
 
 from axisid import (
-    Fleet,
     FleetItem,
     Prefilter,
     UsageError,
@@ -20,6 +19,7 @@ from axisid import (
     load_result,
     read_record,
 )
+from axisid.fleets import Fleet
 
 FILTER = Prefilter(cutoff=60.0)
 

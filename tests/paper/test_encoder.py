@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import Record, TwinNoise, UsageError
+from axisid import Record, UsageError
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import TwinNoise
 from axisid.estimation.monte_carlo.twins import twins
 from axisid.paper.encoder import NOISE, REVOLUTION, EncoderStudy, run_encoder_study
 from axisid.paper.encoder_document import ENCODER_FILES, encoder_document, write_encoder_study

@@ -12,7 +12,6 @@ import pytest
 
 from axisid import (
     Prefilter,
-    Trend,
     UsageError,
     build,
     identify,
@@ -24,6 +23,7 @@ from axisid import (
 from axisid.fleets import FleetRow
 from axisid.fleets.ledger import ledger_of, write_row
 from axisid.support.missing import Missing
+from axisid.trends import Trend
 
 SHIFTED = 14  # results from which the mass is another one
 BEYOND = 5

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import TwinNoise, build, identify, load_axis, monte_carlo
+from axisid import build, identify, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation import MonteCarlo
+from axisid.estimation import MonteCarlo, TwinNoise
 from axisid.estimation.monte_carlo.figures import Share
 from axisid.estimation.monte_carlo.noise import DrawnNoise
 from axisid.estimation.monte_carlo.runs import BlockNumbers, Estimand, FailedRun, joined

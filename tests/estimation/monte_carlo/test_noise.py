@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import TwinNoise
+from axisid.estimation import TwinNoise
 from axisid.estimation.monte_carlo.noise import DrawnNoise
 from axisid.estimation.simulation.twin import twin_plan
 from tests.estimation.monte_carlo.short import axis
