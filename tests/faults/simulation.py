@@ -76,7 +76,7 @@ def _twin(
     return ["identify", "carriage.toml", "--json", "result.json"]
 
 
-def _finds(folder: Path, _: str, *, methods: int = 4, **truth: float) -> None:
+def _finds(folder: Path, _: str, *, methods: int = 5, **truth: float) -> None:
     """Every method finds the parameters within 1 %."""
     estimates = json.loads((folder / "result.json").read_text())["estimates"]
     assert len(estimates) == methods

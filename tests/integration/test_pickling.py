@@ -22,13 +22,11 @@ from axisid import (
     Constant,
     DataError,
     EstimationError,
-    Fleet,
     FleetItem,
     ModelError,
     Prefilter,
     Record,
     Signal,
-    TwinNoise,
     UsageError,
     build,
     compare,
@@ -53,10 +51,13 @@ from axisid.estimation import (
     Hac,
     LogBlocks,
     PublishedCovariance,
+    RecordLanes,
     Repair,
     Repairs,
     Robust,
     SampledFilter,
+    TwinNoise,
+    identify_lanes,
     simulate_batch,
     validate_fit,
 )
@@ -65,7 +66,7 @@ from axisid.estimation.identification import DriveTime
 from axisid.estimation.identification.drive_timing import DriveTiming
 from axisid.estimation.law_search import find_law
 from axisid.estimation.streaming import identify_stream
-from axisid.fleets import FleetRow
+from axisid.fleets import Fleet, FleetRow
 from axisid.modeling import LIBRARY, Column
 from tests.estimation.monte_carlo.short import judged
 from tests.faces import FACES, public_names
@@ -116,6 +117,12 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     saved = load_result(file)
     blocks = [{"position": record.position, "force": record.control * declared.drive.gain}]
     ladder = friction_ladder(declared)
+    lanes = RecordLanes(
+        reference=reference,
+        position=record.position[:, None],
+        control=record.control[:, None],
+        period=record.period,
+    )
     bounded = fit(axis, record, bounds={"Fc": (None, 20.0)})
     return {
         "axis": declared,

@@ -222,6 +222,9 @@ ELEMENTS: dict[str, Callable[[Any], object]] = {
     "cogging": lambda q: elements.cogging(FV, FV, q, period=0.1),
     "back_emf": lambda q: elements.back_emf(FV, q, kt=0.1, resistance=1.0),
     "motor_inertia": lambda q: elements.motor_inertia(FV, q, ratio=3.0),
+    "dahl": lambda q: elements.dahl(FV, q, coulomb=FV),
+    "lugre": lambda q: elements.lugre(FV, FV, q, coulomb=FV, static=FV, velocity=0.1),
+    "maxwell_slip": lambda q: elements.maxwell_slip(FV, FV, q),
     "end_stop": lambda q: elements.end_stop(q, lower=0, upper=1, stiffness=1e3),
 }
 

@@ -57,11 +57,11 @@ def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
 
     monkeypatch.setattr(command, "ProgressLine", Impatient)
     file = tmp_path / "runs.npz"
-    code, out, err = run("study", "emps2015", "--runs", "20", "--output", str(file))
+    code, out, err = run("study", "emps2015", "--runs", "40", "--output", str(file))
     assert (code, out) == (130, "")
-    assert "16 of 20 runs are done and kept in" in err
+    assert "32 of 40 runs are done and kept in" in err
     with np.load(file) as arrays:
-        assert len(arrays["run"]) == 16
+        assert len(arrays["run"]) == 32
 
 
 @pytest.mark.parametrize(

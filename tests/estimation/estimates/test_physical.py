@@ -28,6 +28,7 @@ from axisid.estimation.diagnostics.estimates.agreement import fixed_check
 from axisid.estimation.estimates.base_distance import BaseMap, Distance
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.estimates.physical import Physical, physical_parameters
+from axisid.estimation.methods import METHODS
 from axisid.modeling import Experiment, back_and_forth
 from axisid.modeling.derivation.base_model import base_model
 from axisid.support.missing import Missing
@@ -348,7 +349,7 @@ def test_all_methods_agree_and_the_summary_has_one_table(
     pendulum: GeneratedAxis, record: Record
 ) -> None:
     result = identify(knowing(pendulum, fix(PENDULUM, m=(1.2, 0.01))), record, FILTER)
-    assert set(result.physical) == set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
+    assert set(result.physical) == set(result.estimates) == set(METHODS)
     inverse, direct = (result.physical[name].parameters["J"] for name in ("idm-iv", "ddm-iv"))
     assert inverse.value == pytest.approx(direct.value, rel=1e-5)
     text = result.summary()

@@ -10,7 +10,6 @@ from axisid import (
     Axis,
     Parameter,
     build,
-    fit,
     identify,
     load_result,
     twin_record,
@@ -133,8 +132,6 @@ def test_a_time_that_is_to_be_estimated_is_refused_where_it_cannot_be() -> None:
     axis, record = build(_estimated(lag=lag), native=False), _record(lag=1e-3)
     with refuses("drive-timing-several"):
         identify(axis, [record, record])
-    with refuses("drive-time-open"):
-        fit(axis, record)
 
 
 def test_what_a_record_cannot_show_is_refused() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from axisid import DataError, Prefilter, UsageError, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.methods import METHODS
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, SampledFilter, paired_with_force
 from axisid.support.arrays import Array
@@ -76,8 +77,9 @@ def test_one_identification_low_passes_each_motion_once(
 
     result_filter = Prefilter()
     monkeypatch.setattr(SampledFilter, "motion", counted)
-    result = identify(emps2015, record, result_filter)
-    assert len(result) == 5
+    four = [method for method in METHODS if method != "didim"]  # which simulates loops with noise
+    result = identify(emps2015, record, result_filter, four)
+    assert len(result) == 4
     assert len(filtered) == 2
     assert all(result[method].parameters for method in result)
     assert len(filtered) == 6
