@@ -164,6 +164,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "comparison": compare(ladder, record, FILTER),
         "simulation": simulate(axis, axis.nominal, reference, record.period),
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
+        "lanes": (lanes, identify_lanes(axis, lanes)),
         "law check": check_law(axis, record),
         "law search": find_law(axis, record),
         "study": (
@@ -212,7 +213,7 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "fit,fit on another record,comparison,simulation,batch,law check,study,"
+    "fit,fit on another record,comparison,simulation,batch,lanes,law check,study,"
     "law search,block,drive timing,drive time,fleet,fleet item,trend,"
     "streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"
