@@ -118,9 +118,9 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     blocks = [{"position": record.position, "force": record.control * declared.drive.gain}]
     ladder = friction_ladder(declared)
     lanes = RecordLanes(
-        reference=reference,
-        position=record.position[:, None],
-        control=record.control[:, None],
+        reference=reference.copy(),
+        position=record.position[:, None].copy(),
+        control=record.control[:, None].copy(),
         period=record.period,
     )
     bounded = fit(axis, record, bounds={"Fc": (None, 20.0)})
