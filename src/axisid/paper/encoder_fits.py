@@ -12,7 +12,7 @@ _TOGETHER = 32  # twins that are simulated side by side
 
 
 def control_fits(axis: GeneratedAxis, noise: TwinNoise, runs: int, seed: int) -> list[OutputFit]:
-    """The fits of the twins that `monte_carlo` makes of the same noise and seed, where there is one.
+    """The fits of the twins that `monte_carlo` makes of a noise and a seed, where there is one.
 
     Parameters
     ----------
