@@ -48,6 +48,19 @@ def test_figures_are_printed_and_everything_is_written(run: Run, tmp_path: Path)
 
 
 @pytest.mark.usefixtures("short")
+def test_numbers_are_written_though_nobody_reads_what_is_printed(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(*_: Any) -> None:
+        raise BrokenPipeError
+
+    monkeypatch.setattr(command, "put_result", gone)
+    file = tmp_path / "runs.npz"
+    run("study", "emps2015", "--runs", "1", "--method", "idm-ls", "--output", str(file))
+    assert file.exists()
+
+
+@pytest.mark.usefixtures("short")
 def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

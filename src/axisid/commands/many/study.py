@@ -177,8 +177,9 @@ def study(
             progress=line,
             keep=outputs.keep,
         )
+    written = outputs.write(result)  # before what is printed, whose reader may have gone
     put_result(result, json_file)
-    for path in outputs.write(result):
+    for path in written:
         click.echo(f"wrote {path}", err=json_file == "-")
 
 
