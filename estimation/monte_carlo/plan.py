@@ -6,13 +6,14 @@ from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Experiment, Move
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .noise import TwinNoise
+from .noise import TwinNoise, resolution_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +63,12 @@ class MonteCarloPlan:
                 f"the twins of {self.twin.axis.name!r} log what acts, which a disturbance is part "
                 "of; leave it out, or declare a drive that logs its command.",
                 code="twin-disturbance",
+            )
+        if self.noise.anywhere and not resolution_of(self.noise, twin_plan(self.twin)):
+            raise UsageError(
+                f"the twins of {self.twin.axis.name!r} are to begin anywhere in a count, and their "
+                "encoder has none; give its resolution, or leave it out.",
+                code="twin-anywhere",
             )
         if not isinstance(self.prefilter, Prefilter):
             raise UsageError(
