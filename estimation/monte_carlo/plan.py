@@ -1,5 +1,6 @@
 """What is done in every run: which twin is made, and how it is identified."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -79,8 +80,15 @@ class MonteCarloPlan:
 
     @property
     def is_right(self) -> bool:
-        """Whether what is identified is what is simulated, apart from values."""
-        return self.axis.signature == self.twin.signature
+        """Whether what is identified is what is simulated, what is known exactly included."""
+        if self.axis.signature != self.twin.signature:
+            return False
+        true = twin_plan(self.twin).true_values
+        return all(
+            math.isclose(p.known, true.get(p.name, p.known))
+            for p in self.axis.base.known
+            if p.known is not None and not p.known_sd
+        )
 
     @property
     def chosen(self) -> str:

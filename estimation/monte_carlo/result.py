@@ -21,7 +21,16 @@ from axisid.support.user_values import quoted
 
 from .figures import Mean, Share
 from .plan import MonteCarloPlan
-from .runs import DIRECT, INTERVALS, SIMULATION, STATUSES, BlockNumbers, Estimand, FailedRun
+from .runs import (
+    DIRECT,
+    INTERVALS,
+    PHYSICAL,
+    SIMULATION,
+    STATUSES,
+    BlockNumbers,
+    Estimand,
+    FailedRun,
+)
 
 _ROUNDING = 1e-12  # of the truth: a mean error up to it is one of arithmetic
 
@@ -46,7 +55,8 @@ class EstimandFigures:
     deviations : mapping of str to float
         Root mean square of the deviation that is stated, under each of `INTERVALS` that there is.
     coverage : mapping of str to Share
-        How often the 95 % interval of each holds the truth; empty without a truth.
+        How often the 95 % interval of each holds the truth; empty without a truth, and of declared
+        parameters that follow where a known value has a deviation: all runs share its error.
     """
 
     estimand: Estimand
@@ -225,7 +235,7 @@ class MonteCarlo(Presentable, Exact):
                 continue
             deviations[of] = float(np.sqrt(np.mean(stated[known] ** 2)))
             low, high = self.intervals(of)[there, place][known].T
-            if np.isfinite(truth):
+            if np.isfinite(truth) and not self._shares_error(self.estimands[place]):
                 coverage[of] = Share.of_truths((low <= truth) & (truth <= high))
         return EstimandFigures(
             estimand=self.estimands[place],
@@ -237,6 +247,10 @@ class MonteCarlo(Presentable, Exact):
             deviations=deviations,
             coverage=coverage,
         )
+
+    def _shares_error(self, estimand: Estimand) -> bool:
+        """Whether all runs have the error of the same known value, which intervals reckon with."""
+        return estimand.kind == PHYSICAL and any(p.known_sd for p in self.plan.axis.base.known)
 
     @property
     def biased(self) -> tuple[EstimandFigures, ...]:

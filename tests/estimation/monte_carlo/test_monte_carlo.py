@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import build, identify, load_axis, monte_carlo
+from axisid import build, fix, identify, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import MonteCarlo, TwinNoise
 from axisid.estimation.monte_carlo import spread
@@ -210,6 +210,20 @@ def test_another_axis_may_be_simulated_than_is_identified(emps: GeneratedAxis) -
     assert np.isnan(offset.truth)  # the twin has none
     assert offset.runs == 1
     assert offset.coverage == {}
+
+
+def test_a_known_value_that_all_runs_share_has_no_coverage_and_may_be_wrong() -> None:
+    def known(**values: Any) -> MonteCarlo:
+        fixed = build(fix(load_axis("emps2015"), **values))
+        return monte_carlo(fixed, 1, "idm-ls", moves=MOVES, prefilter=FILTER)
+
+    unsure = known(M=(100.2, 0.5))
+    kinds = {each.estimand.kind: each.coverage for each in unsure}
+    assert kinds["physical"] == {}
+    assert kinds["parameter"]
+    assert unsure.plan.is_right
+    assert known(M=100.2).plan.is_right
+    assert not known(M=90.0).plan.is_right
 
 
 def test_other_true_values_are_simulated() -> None:
