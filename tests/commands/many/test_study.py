@@ -56,8 +56,11 @@ def test_numbers_are_written_though_nobody_reads_what_is_printed(
 
     monkeypatch.setattr(command, "put_result", gone)
     file = tmp_path / "runs.npz"
-    run("study", "emps2015", "--runs", "1", "--method", "idm-ls", "--output", str(file))
-    assert file.exists()
+    arguments = ["--method", "idm-ls", "--lags", "3", "--loss", "huber", "--output", str(file)]
+    run("study", "emps2015", "--runs", "1", *arguments)
+    with np.load(file) as arrays:
+        settings = json.loads(str(arrays["axisid.monte_carlo"]))["settings"]
+    assert (settings["lags"], settings["loss"]) == (3, "huber")
 
 
 @pytest.mark.usefixtures("short")
@@ -86,6 +89,7 @@ def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
         (["--position-noise", "-1"], "0 or more"),
         (["--output", "runs.csv"], ".npz or .parquet"),
         (["--figure-format", "svg"], "--figures"),
+        (["--covariance", "iid", "--lags", "3"], "--lags is of HAC"),
     ],
 )
 def test_what_makes_no_sense_is_refused(run: Run, arguments: list[str], said: str) -> None:
