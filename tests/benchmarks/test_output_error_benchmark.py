@@ -16,6 +16,7 @@ from benchmarks.machines import records
 study: Any = import_module("output_error")
 
 
+@pytest.mark.slow
 def test_a_machine_with_a_tachometer_moves_as_the_papers_axis() -> None:
     axis, reference = study.declared("white noise"), study.reference()[:1500]
     quiet = study.replace(study.CASES["white noise"].machine, position_noise=None)

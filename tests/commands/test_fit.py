@@ -57,6 +57,7 @@ def test_options_reach_the_fit(run: Run, log: Path) -> None:
     assert not err
 
 
+@pytest.mark.slow
 def test_a_parameter_is_fixed_as_in_identify(run: Run, log: Path) -> None:
     _, out, _ = run("fit", "emps2015", log, "--fix", "M=100", "--json", "-")
     written = json.loads(out)["parameters"]["M"]
@@ -93,6 +94,7 @@ def test_a_bound_that_bounds_nothing_is_refused(run: Run, log: Path, bound: str)
     assert "bounds nothing" in err
 
 
+@pytest.mark.slow
 def test_a_fit_is_read_back_as_it_was_written(
     run: Run, log: Path, tmp_path: Path, emps2015: GeneratedAxis
 ) -> None:
@@ -113,6 +115,7 @@ def test_a_fit_is_read_back_as_it_was_written(
     assert "http" not in html.split("<body>")[1].split("<script")[0]
 
 
+@pytest.mark.slow
 def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> None:
     file = tmp_path / "fit.json"
     run("fit", "emps2015", log, "--json", file)

@@ -38,6 +38,7 @@ def made(logs: Path) -> Fleet:
     return fleet(logs, AXIS, logs / "out", jobs=0, prefilter=FILTER, methods=["idm-ls", "idm-iv"])
 
 
+@pytest.mark.slow
 def test_each_log_has_its_result_or_its_reason(made: Fleet) -> None:
     assert made.counts == {"ok": 2, "skipped": 0, "failed": 1}
     assert [row.name for row in made] == ["axis00000", "axis00001", "corrupt"]

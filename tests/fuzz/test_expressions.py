@@ -83,6 +83,7 @@ def test_forces_are_those_of_the_text(tmp_path: Path) -> None:
     ).run()
 
 
+@pytest.mark.slow
 def test_spoilt_text_is_read_or_refused_at_once() -> None:
     q = Coordinate("x", unit="m")
     symbols = {"x": q.symbol, "v": q.velocity}

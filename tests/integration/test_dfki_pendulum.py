@@ -218,6 +218,7 @@ def test_document_has_the_frozen_estimates(study: ModuleType, data: Any) -> None
         assert all(iv < 0.85 * value for iv, value in zip(instruments[1:], other[1:], strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["identification run", "direct collocation", "DDP"])
 def test_validation_is_that_of_numpy_at_the_same_edges(
     study: ModuleType, data: Any, swept: dict[float, Identification], name: str

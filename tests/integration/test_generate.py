@@ -119,6 +119,7 @@ def test_check_tells_stale_missing_and_orphan_files_and_the_command(run: Run, fo
     assert run("generate", "--check", "--output", folder)[0] == 0
 
 
+@pytest.mark.slow
 def test_changed_axis_makes_the_code_stale(folder: Path) -> None:
     from axisid.elements import Drive
 

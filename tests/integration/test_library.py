@@ -37,6 +37,7 @@ def test_least_squares_and_instruments_recover_the_twin(name: str) -> None:
             assert abs(value.corrected - truth[p]) < allowed, (method, p)
 
 
+@pytest.mark.slow
 def test_nearly_all_95_percent_intervals_of_the_library_hold_the_truth() -> None:
     missed = {name: outside(identified(name)) for name in LIBRARY}
     intervals = sum(len(e.theta) for name in LIBRARY for e in identified(name).estimates.values())

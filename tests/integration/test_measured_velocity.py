@@ -96,6 +96,7 @@ def test_the_noise_of_a_velocity_is_taken_off_where_there_is_no_reference(
 
 
 class TestVelocityAlone:
+    @pytest.mark.slow
     def test_it_identifies_an_axis_that_does_without_its_position(
         self, emps: GeneratedAxis, record: Record
     ) -> None:
@@ -128,6 +129,7 @@ class TestVelocityAlone:
         assert alone.position == pytest.approx(there.position, abs=2e-5)
         assert alone.velocity == pytest.approx(there.velocity, abs=2e-3)
 
+    @pytest.mark.slow
     def test_it_may_have_windows(self, emps: GeneratedAxis, record: Record) -> None:
         cut = replace(record, position=np.empty(0)).windowed((0.7, 6.0), (6.5, 13.0))
         result = identify(emps, cut)

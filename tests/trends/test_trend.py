@@ -64,6 +64,7 @@ def made(folder: Path) -> Trend:
     return trend(folder, by="date")
 
 
+@pytest.mark.slow
 def test_a_step_and_a_result_beyond_its_limits_are_told_of_their_parameters(made: Trend) -> None:
     (series,) = made.changed
     charts = {chart.parameter: chart for chart in series.charts}

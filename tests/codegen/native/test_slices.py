@@ -123,6 +123,7 @@ def test_slices_change_no_bit(
     assert [each.shape for each in axis.evaluate("idm_regressor", *none)] == [(0, 4), (0, 1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_each_sample_may_have_parameters_of_its_own(
     native: bool, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch

@@ -23,6 +23,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "twin_of", lambda axis, truth, _: whole(axis, truth, MOVES))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short")
 def test_figures_are_printed_and_everything_is_written(run: Run, tmp_path: Path) -> None:
     files = {name: str(tmp_path / name) for name in ("runs.npz", "study.json", "page.html")}

@@ -53,6 +53,7 @@ def _agree(found: LaneEstimates, lane: int, alone: Estimate) -> None:
     assert found.iterations[lane] == len(alone.iterates) - 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("prefilter", [None, KEEP, PUBLISHED], ids=["default", "keep", "published"])
 def test_a_lane_is_what_identify_makes_of_its_record(
     axis: GeneratedAxis, lanes: RecordLanes, prefilter: Prefilter | None

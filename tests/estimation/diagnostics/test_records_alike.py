@@ -49,6 +49,7 @@ def test_the_record_that_differs_is_named_with_the_parameter(
     assert "believe" in result.summary().lower()
 
 
+@pytest.mark.slow
 def test_of_two_records_nobody_can_say_which(plain: GeneratedAxis) -> None:
     records = [stage_record(1), stage_record(2, M=105.0)]
     found = _check(identify(plain, records, methods=METHOD))

@@ -105,6 +105,7 @@ def test_real_record_has_another_viscous_friction_in_each_direction(
     assert "declare asymmetric_viscous(" in check.meaning
 
 
+@pytest.mark.slow
 def test_delay_is_measured_by_instruments_where_noise_biases_least_squares(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -130,6 +130,7 @@ def test_known_mass_gives_the_others_in_closed_form(
     assert (found.dof, found.p_value, found.undetermined) == (0, None, ())
 
 
+@pytest.mark.slow
 def test_exactly_known_mass_has_no_deviation(pendulum: GeneratedAxis, record: Record) -> None:
     found, estimate = physical(pendulum, record, m=1.2)
     assert (found.parameters["m"].value, found.parameters["m"].sd_hac) == (1.2, 0.0)

@@ -129,6 +129,7 @@ def test_friction_of_nothing_is_at_its_bound(emps2015: GeneratedAxis) -> None:
         assert value.deviation == 0.0
 
 
+@pytest.mark.slow
 def test_bounds_hold_and_are_named(emps2015: GeneratedAxis, twin: Record) -> None:
     result = fit(emps2015, twin, bounds={"Fc": (None, 20.0), "M": (90.0, 110.0)})
     assert result["Fc"].value == 20.0
@@ -143,6 +144,7 @@ def test_bounds_hold_and_are_named(emps2015: GeneratedAxis, twin: Record) -> Non
     assert not result.believed
 
 
+@pytest.mark.slow
 def test_a_bound_by_which_chance_takes_it_is_noted_what_was_known_counted(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -237,6 +239,7 @@ def test_an_unstable_law_is_named(twin: Record, factors: dict[str, float]) -> No
         assert not result.believed
 
 
+@pytest.mark.slow
 def test_a_position_output_says_that_the_law_must_be_exact(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
@@ -406,6 +409,7 @@ def test_noise_that_is_most_of_an_output_is_no_lack(
     assert found.noise[0] == pytest.approx(found.error, rel=0.05)
 
 
+@pytest.mark.slow
 def test_what_was_known_wrongly_fails(emps2015: GeneratedAxis, twin: Record) -> None:
     assert _status(fit(emps2015, twin, prior={"M": (95.0, 0.5)}))["what was known"] == "fail"
     assert _status(fit(emps2015, twin, prior={"M": (99.7, 0.5)}))["what was known"] == "pass"

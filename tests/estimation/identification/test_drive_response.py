@@ -86,6 +86,7 @@ def test_blocks_give_the_estimate_of_the_whole_record() -> None:
     assert np.allclose(streamed.physical, whole.physical, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_loops_follow_a_record_without_its_reference() -> None:
     axis = build(noisy(lagging(lag=8e-4, delay=1.35e-3, logged="applied"), 1e-6))
     record = replace(twin_record(axis), reference=None)

@@ -121,6 +121,7 @@ def test_it_is_written_and_read_as_it_was_found(
     assert "lag Tc = " in saved.summary()
 
 
+@pytest.mark.slow
 def test_a_time_that_is_to_be_estimated_is_refused_where_it_cannot_be() -> None:
     lag = Parameter("Tc", "s", nominal=1e-3)
     with refuses("drive-times-both"):

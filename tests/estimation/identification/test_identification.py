@@ -71,6 +71,7 @@ def test_known_gravity_is_taken_out_of_every_method(axis: Axis) -> None:
         assert result[method].physical == pytest.approx([100.2, 236.9, 24.8], rel=0.02), method
 
 
+@pytest.mark.slow
 def test_errors_do_not_depend_on_how_the_weight_is_declared() -> None:
     record = twin_record(BY_MASS)
     by_mass, by_number = (

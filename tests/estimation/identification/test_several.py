@@ -178,6 +178,7 @@ def test_a_deviation_of_what_is_known_is_in_those_of_the_parameters() -> None:
     assert first.value == second.value
 
 
+@pytest.mark.slow
 def test_the_loops_are_simulated_with_the_gain_that_was_identified(loaded: Identification) -> None:
     """Two percent of the gain would be two percent of the force."""
     error = loaded["idm-iv"].simulation_error_percent

@@ -152,6 +152,7 @@ def test_a_law_that_is_none_of_them_is_said_to_be_none() -> None:
     assert "No ready law explains the control" in found.summary()
 
 
+@pytest.mark.slow
 def test_the_declaration_of_a_law_can_be_read_again(tmp_path: Path) -> None:
     best = _found("cascade_p_pi").best
     file = tmp_path / "stage.toml"

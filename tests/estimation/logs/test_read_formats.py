@@ -244,6 +244,7 @@ def test_tdms_that_breaks_off_says_so_where_its_columns_differ_in_length(tmp_pat
         read_record(file, columns=NAMED, sample_period=1e-3)
 
 
+@pytest.mark.slow
 def test_mdf_groups_of_two_rates(tmp_path: Path) -> None:
     asammdf = pytest.importorskip("asammdf")
     file = tmp_path / "log.mf4"

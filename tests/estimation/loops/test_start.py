@@ -46,6 +46,7 @@ def checked(axis: GeneratedAxis, record: Record) -> LawCheck:
     return check
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0, 2])
 @pytest.mark.parametrize("start", [0, BALANCED], ids=["at zero", "balanced"])
 @pytest.mark.parametrize("cut", [0, 300, 1500], ids=["from rest", "in motion", "going back"])

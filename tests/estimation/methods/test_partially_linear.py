@@ -152,6 +152,7 @@ def test_twin_is_recovered_by_least_squares_and_by_instruments(result: Identific
     assert result["idm-iv"].iterates[0].physical == pytest.approx(result["idm-ls"].physical)
 
 
+@pytest.mark.slow
 def test_instruments_solve_their_nonlinear_equations(
     axis: GeneratedAxis, record: Record, result: Identification
 ) -> None:
@@ -276,6 +277,7 @@ def test_parameters_that_no_test_judges_are_not_said_to_carry_information(
     assert "v of Stribeck is not judged: it enters nonlinearly" in text
 
 
+@pytest.mark.slow
 def test_comparison_without_p_values_is_what_the_schema_documents(
     compared: Comparison, root: Path
 ) -> None:

@@ -23,6 +23,7 @@ from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, judged, stud
 from tests.refusals import refuses
 
 
+@pytest.mark.slow
 def test_numbers_are_the_same_in_any_blocks_and_threads() -> None:
     whole = study(3)
     assert study(3, block=2) == whole
@@ -53,6 +54,7 @@ def test_more_runs_begin_with_the_same_ones() -> None:
     assert not np.array_equal(few.values, study(1, "idm-ls", seed=2).values)
 
 
+@pytest.mark.slow
 def test_a_study_can_be_sent_to_another_process() -> None:
     assert pickle.loads(pickle.dumps(judged())) == judged()  # noqa: S301
 
@@ -194,6 +196,7 @@ def test_intervals_of_every_kind_are_there_and_truths_of_both_models() -> None:
     assert "excitation" in {check.name for check in made.checks}
 
 
+@pytest.mark.slow
 def test_what_one_method_refuses_costs_the_others_nothing() -> None:
     crank = build(load_axis("crank"))
     made = monte_carlo(crank, 1, ["ddm-ls", "idm-ls"], moves=MOVES, checks=0)

@@ -118,6 +118,7 @@ def test_streams_sweeps_and_comparisons_name_it_too() -> None:
     assert found.recommended == "Coulomb"
 
 
+@pytest.mark.slow
 def test_streamed_without_it_gives_what_the_whole_gives() -> None:
     axis = with_stribeck(1e-3)
     record = twin_record(build(axis))
@@ -153,6 +154,7 @@ def test_a_search_keeps_to_speeds_that_the_record_shows() -> None:
     assert found["s"].value == pytest.approx(TRUTH["s"], rel=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIBRARY)
 def test_sizes_by_unit_are_of_the_order_of_the_library_s_parameters(name: str) -> None:
     axis = build(load_axis(name))

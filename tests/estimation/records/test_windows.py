@@ -113,6 +113,7 @@ def test_a_window_that_cannot_be_taken_is_refused(windows: Any, said: str) -> No
         read_record(log(), windows=windows)
 
 
+@pytest.mark.slow
 def test_results_say_what_was_taken(emps2015: GeneratedAxis, twin: Record, tmp_path: Any) -> None:
     import json
 

@@ -129,6 +129,7 @@ def test_root_of_a_singular_covariance_is_one() -> None:
     assert factor @ factor.T == pytest.approx(covariance, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_draws_are_in_the_table_and_in_json(result: Identification) -> None:
     assert "drawn 2.5 %" in result.summary(draws=100)
     assert "drawn 2.5 %" not in result.summary()

@@ -78,6 +78,7 @@ def test_rests_that_are_kept_are_named_where_the_loop_does_not_follow() -> None:
     assert "the axis rests in 68 % of the samples that the fit has" in check.meaning
 
 
+@pytest.mark.slow
 def test_an_inertia_that_only_the_reversals_show_keeps_them() -> None:
     """At 20 Hz the ramps of the vertical screw are within reach of its reversals; of the paper's
     axis enough is left at 60 Hz.

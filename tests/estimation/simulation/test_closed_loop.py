@@ -119,6 +119,7 @@ def test_stick_slip_on_a_spring_satisfies_the_model() -> None:
     assert (loop.velocity == 0).sum() > 100
 
 
+@pytest.mark.slow
 def test_diverging_loop_names_the_sample_and_the_parameters(emps2015: GeneratedAxis) -> None:
     unlimited = build(replace(emps2015.axis, drive=Drive(gain=35.15)))
     with refuses(

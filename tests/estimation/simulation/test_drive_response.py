@@ -40,6 +40,7 @@ def axis(lag: float, delay: float, *, native: bool) -> GeneratedAxis:
     return build(lagging(lag=lag, delay=delay), native=native)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 @pytest.mark.parametrize(("lag", "delay"), TIMINGS)
 def test_loop_moves_as_an_independent_integrator_does(

@@ -95,6 +95,7 @@ def test_a_stop_that_meets_a_mass_at_rest_moves_it_within_the_sample() -> None:
 KINDS = {"stop": 2e4, "slip": 50.0, "jump": 1.5, "gate": 200.0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_steps_lanes_and_the_virtual_machine_agree(kind: str) -> None:
     parameters, push = theta(friction=FRICTION, **{kind: KINDS[kind]}), 3.0 * np.sin(9 * TIME)

@@ -46,6 +46,7 @@ def pushed(between: str, push: Array, velocity: float = 0.0, *, native: bool = T
     return simulate(axis, [2.0, 3.0, 1.0], still, T, signals={"p": push}, start_velocity=velocity)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_a_stuck_axis_leaves_rest_within_a_sample_when_a_straight_signal_overcomes_friction(
     native: bool,
@@ -63,6 +64,7 @@ def test_a_stuck_axis_leaves_rest_within_a_sample_when_a_straight_signal_overcom
     assert loop.direction_before[stuck][1:] == pytest.approx(push[stuck][1:] / friction, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_a_held_signal_jumps_at_its_sample_and_the_motion_with_it(native: bool) -> None:
     time, jump = T * np.arange(300), 100
@@ -168,6 +170,7 @@ def test_a_continuous_law_reads_its_signal_between_samples() -> None:
         assert loop.position == pytest.approx(expected.y[0], abs=2e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "between"), KINDS)
 def test_native_loops_batches_and_the_virtual_machine_agree(kind: str, between: str) -> None:
     axis = build(recorded_axis(kind, between))

@@ -59,6 +59,7 @@ def test_a_loop_that_runs_away_is_refused_however_far_its_load_moves_it(
     assert "diverges" in batch.failures[1]
 
 
+@pytest.mark.slow
 def test_an_axis_moved_by_the_noise_of_its_encoder_alone_is_simulated() -> None:
     level = 1e-9 * np.sin(2 * np.pi * TIME)
     noise = np.random.default_rng(1).normal(0.0, 1e-5, len(TIME))

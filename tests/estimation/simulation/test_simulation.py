@@ -85,6 +85,7 @@ def test_native_code_and_virtual_machine_agree(name: str, data: st.DataObject) -
         assert np.abs(got - expected).max() <= 1e-9 * scale, field
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AXES)
 def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
     axis = built(name)
@@ -434,6 +435,7 @@ def test_lanes_take_their_own_steps_whatever_lies_beside_them() -> None:
         assert np.array_equal(batch["position"][:, lane], single.position)
 
 
+@pytest.mark.slow
 def test_lanes_run_away_by_their_own_reference() -> None:
     axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)))
     small = 1e-6 * np.sin(np.arange(200) / 9.0)

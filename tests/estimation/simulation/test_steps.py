@@ -72,6 +72,7 @@ def test_stiff_terms_are_resolved_by_themselves(
     assert np.abs(chosen - exact).max() < allowed
 
 
+@pytest.mark.slow
 def test_lane_takes_the_steps_it_takes_alone_whatever_the_other_references() -> None:
     axis = stiff(lambda x: x.velocity * sympy.Abs(x.velocity), 400.0)
     references = np.column_stack([0.1 * SINE, SINE, STEP, REST, 5 * STEP])

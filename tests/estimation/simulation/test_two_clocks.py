@@ -44,6 +44,7 @@ def test_a_loop_of_another_period_follows_an_independent_integrator(ratio: float
     assert np.abs(loop.position - expected).max() < (2e-9 if ratio > 1 else 2e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [4.0, 0.4])
 def test_lanes_of_another_period_are_single_loops(ratio: float) -> None:
     axis = stage(cascade_p_pi(LOG / ratio))
@@ -102,6 +103,7 @@ def test_a_twin_s_set_point_runs_between_samples_as_its_law_declares(between: st
     assert np.array_equal(loop.control, record.control)
 
 
+@pytest.mark.slow
 def test_a_log_that_is_faster_than_its_loop_has_noise_of_its_own_in_each_sample() -> None:
     axis = build(stage(cascade(LOG)).declared)
     declared = twin_axis(1.0).declared

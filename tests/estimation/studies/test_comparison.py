@@ -75,6 +75,7 @@ def test_symmetric_friction_is_not_taken_for_a_directional_one(symmetric: Compar
     assert "viscous" not in symmetric.tied
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_parsimony_holds_whatever_the_noise(ladder: dict[str, GeneratedAxis], seed: int) -> None:
     record = twin_record(ladder["Coulomb"], seed=seed)

@@ -29,6 +29,7 @@ def masses(result: Sweep, method: str) -> np.ndarray:
     return np.array([e.physical[0] for e in result.estimates(method) if e is not None])
 
 
+@pytest.mark.slow
 def test_least_squares_drifts_and_instruments_hold(swept: Sweep) -> None:
     ls, iv = masses(swept, "idm-ls"), masses(swept, "idm-iv")
     assert np.all(np.abs(iv / 100.2 - 1) < 0.01)
@@ -113,6 +114,7 @@ def test_instruments_decide_where_noise_biases_least_squares_at_every_cutoff(
     assert "believe the instruments" in result.reason
 
 
+@pytest.mark.slow
 def test_cutoffs_that_give_nothing_are_told(emps2015: GeneratedAxis, twin: Record) -> None:
     result = sweep(emps2015, twin, (0.2, 60.0))
     assert set(result.failures) == {0.2}
@@ -172,6 +174,7 @@ def test_real_record_is_swept(emps: GeneratedAxis, emps_record: Record) -> None:
     assert np.all(np.abs(masses(result, "idm-iv") - 95.1) < 0.6)
 
 
+@pytest.mark.slow
 def test_a_result_stands_among_the_sweep_as_it_is(emps2015: GeneratedAxis, twin: Record) -> None:
     swept = sweep(emps2015, twin, (30.0, 60.0, 90.0), methods=["idm-ls", "idm-iv"])
     result = identify(emps2015, twin, Prefilter(cutoff=60.0, decimate=12))

@@ -73,6 +73,7 @@ def test_what_is_no_fit_is_refused(twin: Record) -> None:
         validate_fit(nothing, twin)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_parameters_of_each_record_are_no_others(
     emps2015: GeneratedAxis, twin: Record, other: Record
 ) -> None:

@@ -27,6 +27,7 @@ from axisid.estimation.studies.validation import MethodValidation
 from axisid.presentation.report.page import report_html
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hold", ["raw", "zoh"])
 def test_on_its_own_record_an_estimate_has_its_own_errors(
     emps2015: GeneratedAxis, hold: str
@@ -152,6 +153,7 @@ def test_a_small_error_holds_even_if_it_is_many_times_its_own(error: float, hold
     assert one.holds is holds
 
 
+@pytest.mark.slow
 def test_a_mass_a_tenth_larger_does_not_hold_and_is_named(emps2015: GeneratedAxis) -> None:
     result = identify(emps2015, twin_record(emps2015, position_noise=1e-7))
     own = load_axis("emps2015")

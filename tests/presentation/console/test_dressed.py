@@ -85,6 +85,7 @@ def test_on_a_wide_terminal_every_block_is_as_in_plain_text(block: Block) -> Non
         assert words(plain_text((block,))) <= words("\n".join(lines))
 
 
+@pytest.mark.slow
 def test_an_identification_is_coloured_and_says_the_same(result: Identification) -> None:
     document = as_blocks(result, draws=20, full=True)
     drawn = dressed(document, 130)
@@ -92,6 +93,7 @@ def test_an_identification_is_coloured_and_says_the_same(result: Identification)
     assert dressed(document, 130, coloured=False) == plain_text(document)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [60, 80, 100])
 def test_a_narrow_terminal_gets_every_word_within_its_width(
     result: Identification, twin: Record, width: int

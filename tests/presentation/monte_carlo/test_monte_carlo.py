@@ -16,6 +16,7 @@ from tests.estimation.monte_carlo.short import judged, study
 from tests.refusals import refuses
 
 
+@pytest.mark.slow
 def test_text_tells_every_estimate_with_its_errors_and_what_was_found() -> None:
     text = judged().summary()
     assert "10 twins of emps2015, seed 1" in text

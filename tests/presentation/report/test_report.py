@@ -133,6 +133,7 @@ def test_nothing_comes_from_outside(result: Identification, swept: Sweep) -> Non
     assert not re.search(r"@import|url\((?!#)", text)
 
 
+@pytest.mark.slow
 def test_the_policy_lets_only_the_pages_own_script_and_style_run(page: Page) -> None:
     policy = next(a["content"] for a in page.tags("meta") if "http-equiv" in a)
     assert policy is not None
@@ -321,6 +322,7 @@ def test_what_cannot_be_drawn_is_said_in_its_place(emps2015: GeneratedAxis, twin
     assert len(halves) == 2  # residuals; friction has the whole width without its neighbour
 
 
+@pytest.mark.slow
 def test_one_method_alone_makes_a_page(emps2015: GeneratedAxis, twin: Record) -> None:
     for method in ("idm-ls", "ddm-iv"):
         page = Page(report_html(identify(emps2015, twin, methods=method)))
@@ -328,6 +330,7 @@ def test_one_method_alone_makes_a_page(emps2015: GeneratedAxis, twin: Record) ->
         assert "sweep" not in [p["name"] for p in page.data["plots"]]
 
 
+@pytest.mark.slow
 def test_the_force_of_a_drive_that_is_no_gain_alone_is_its_own(emps2015: GeneratedAxis) -> None:
     axis = build(braked(emps2015.declared))
     found = identify(axis, twin_record(axis), methods=["idm-ls"])

@@ -89,6 +89,7 @@ def test_every_figure_is_drawn_and_nothing_is_asked_of_the_network(page: Browser
     assert page.complaints == []
 
 
+@pytest.mark.slow
 def test_a_dense_curve_is_thinned_to_its_pixels_and_keeps_its_peaks(page: Browser) -> None:
     """8000 samples on 1000 pixels: what is seen reaches from one margin of 5 % to the other."""
     svg = "document.querySelectorAll('#plot-record svg')[2]"
@@ -247,6 +248,7 @@ def test_a_narrow_window_needs_no_sideways_scrolling(fresh: Browser) -> None:
     assert fresh.evaluate(widths) <= 380
 
 
+@pytest.mark.slow
 def test_what_is_folded_is_printed_behind_the_rest_and_folded_again(fresh: Browser) -> None:
     order = (
         "[...document.querySelectorAll('main > section')]"

@@ -56,6 +56,7 @@ def test_differences_are_in_combined_deviations(files: tuple[Path, Path]) -> Non
     )
 
 
+@pytest.mark.slow
 def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, Path]) -> None:
     result = compare_results(*files)
     assert set(result.settings) == {"cutoff", "decimate", "drop", "hold"}

@@ -137,6 +137,7 @@ def test_covariance_of_the_intervals_is_in_the_file_for_every_parameter(
     assert np.array_equal(followed.covariances[chosen], physical.covariances[chosen])
 
 
+@pytest.mark.slow
 def test_text_pages_and_data_are_those_of_the_live_result(pair: Pair) -> None:
     saved, result = pair.saved, pair.result
     assert saved.summary() == str(saved) == result.summary()
@@ -191,6 +192,7 @@ def test_slopes_by_the_gain_are_those_of_the_live_estimate(pair: Pair) -> None:
             assert wanted is None or np.array_equal(found, wanted)
 
 
+@pytest.mark.slow
 def test_what_moves_against_the_gain_does_so_in_a_function(written: Path, tmp_path: Path) -> None:
     content = json.loads(written.read_text())
     first = _first(content)
@@ -238,6 +240,7 @@ def test_its_own_record_is_known_by_its_samples(pair: Pair) -> None:
         assert "says nothing new" in validate(result, again).summary()
 
 
+@pytest.mark.slow
 def test_an_axis_with_other_fixed_values_is_refused(tmp_path: Path) -> None:
     axis = _axis("arm", tmp_path)
     result = identify(axis, twin_record(axis), methods="idm-ls")
@@ -280,6 +283,7 @@ def _saved(document: dict[str, Any], name: str) -> SavedIdentification:
         return load_result(file)
 
 
+@pytest.mark.slow
 def test_it_is_exported_validated_and_compared_as_the_live_result(pair: Pair) -> None:
     for target in ("c", "json", "csv", "toml", "latex"):
         assert export(pair.saved, target) == export(pair.result, target)
@@ -324,6 +328,7 @@ def test_without_its_axis_the_estimates_are_read_and_the_rest_asks_for_it(pair: 
     assert pickle.loads(pickle.dumps(alone)).summary() == alone.summary()  # noqa: S301
 
 
+@pytest.mark.slow
 def test_the_force_of_its_drive_is_told_as_of_the_live_result(tmp_path: Path) -> None:
     axis = braked(load_axis("emps2015"))
     result = identify(axis, twin_record(axis), methods=["idm-ls"])
@@ -370,6 +375,7 @@ def written(tmp_path_factory: pytest.TempPathFactory, emps2015: Any, twin: Any) 
     return file
 
 
+@pytest.mark.slow
 def test_ends_that_were_cut_off_stay_so(written: Path) -> None:
     saved = load_result(written)
     assert saved.prefilter.drop == (30, 40)

@@ -74,6 +74,7 @@ def test_the_text_tells_each_record_and_what_is_known_of_it(loaded: Identificati
         assert said in text
 
 
+@pytest.mark.slow
 def test_a_result_is_read_as_it_was_written(loaded: Identification, file: Path) -> None:
     saved = load_result(file, stage())
     assert saved.summary().splitlines() == loaded.summary().splitlines()
@@ -137,6 +138,7 @@ def test_one_of_several_records_is_exported_with_its_own_parameters(
             export(result, "python", record=3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
 def test_a_file_of_known_payloads_gives_each_record_as_the_live_result_does(
     loaded: Identification, file: Path, number: int
@@ -157,6 +159,7 @@ def test_a_file_of_known_payloads_gives_each_record_as_the_live_result_does(
         assert numbers[0] == pytest.approx(numbers[1], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_record_is_validated_as_one_that_it_is_like(loaded: Identification, file: Path) -> None:
     heavy = stage_record(5, m_add=20.0, tau0=-5.0)
     for result in (loaded, load_result(file, stage())):
@@ -168,6 +171,7 @@ def test_a_record_is_validated_as_one_that_it_is_like(loaded: Identification, fi
             validate(result, heavy, like=3)
 
 
+@pytest.mark.slow
 def test_the_page_has_a_picker_for_the_figures(loaded: Identification) -> None:
     page = report_html(loaded)
     assert page.count("<option value=") == 2
@@ -285,6 +289,7 @@ def test_candidates_are_compared_with_what_is_known_and_local(
     assert "nothing" in str(refused.exception)
 
 
+@pytest.mark.slow
 def test_two_results_of_several_are_set_side_by_side(file: Path) -> None:
     result = CliRunner().invoke(cli, ["compare-results", str(file), str(file)])
     assert result.exit_code == 0, result.output

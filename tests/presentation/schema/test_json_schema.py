@@ -106,6 +106,7 @@ def _places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]
             yield from _places(value[key], (*path, key))
 
 
+@pytest.mark.slow
 def test_identification_with_everything(checker: Draft202012Validator, run: Any) -> None:
     code, out, _ = run("identify", "emps2015", "--draws", "20", "--json", "-")
     assert code == 0
@@ -237,6 +238,7 @@ def test_comparison(checker: Draft202012Validator, run: Any) -> None:
     assert written["schema"] == "axisid.comparison/1"
 
 
+@pytest.mark.slow
 def test_a_name_that_is_not_documented_is_found(checker: Draft202012Validator) -> None:
     written = identify(load_axis("emps2015"), twin_record(load_axis("emps2015"))).to_dict()
     written["estimates"][0]["secret"] = 1

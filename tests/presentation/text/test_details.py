@@ -72,6 +72,7 @@ def test_without_it_the_table_is_as_short_as_before(result: Identification) -> N
     assert "Correlation" not in result.summary()
 
 
+@pytest.mark.slow
 def test_the_note_says_whose_deviations_are_those_of_autoregressive_residuals(
     emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator
 ) -> None:

@@ -67,6 +67,7 @@ def test_rich_motion_lacks_nothing() -> None:
     assert precision(result).status == "pass"
 
 
+@pytest.mark.slow
 def test_shares_are_the_parts_of_the_force() -> None:
     result = moved(*ALL)
     estimate = result["idm-iv"]
@@ -84,6 +85,7 @@ def test_inflation_is_that_of_the_inverse_correlation() -> None:
     )
 
 
+@pytest.mark.slow
 def test_motion_with_hardly_a_reversal_trades_coulomb_friction_for_the_offset() -> None:
     back = Move(-0.004, 0.05, 4.0)
     result = moved(Move(0.1, 0.1, 2.0), Move(0.2, 0.2, 2.0), back, disturbance=20.0)

@@ -155,6 +155,7 @@ def test_the_verdict_is_of_didim_where_the_law_passes_and_of_instruments_elsewhe
     assert identify(wrong, both.record, methods="didim").preferred.method == "didim"
 
 
+@pytest.mark.slow
 def test_a_coarse_encoder_under_a_filter_that_does_not_suit_parts_the_two(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -44,6 +44,7 @@ def _checked(name: str, gains: Mapping[str, float], limit: float = 10.0) -> LawC
     return check
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [name if name in _QUICK else pytest.param(name, marks=pytest.mark.slow) for name in LAWS],
@@ -131,6 +132,7 @@ def test_a_constant_is_no_other_than_another_start_of_an_integral() -> None:
     assert check.passed
 
 
+@pytest.mark.slow
 def test_a_control_that_is_logged_late_is_named() -> None:
     record = _record(P_PI)
     check = check_law(_axis(P_PI), record.shifted(control=1))

@@ -113,6 +113,7 @@ def test_a_wrong_delay_is_a_wrong_delay(true: int, declared: int) -> None:
     assert "--shift" not in law
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0, 1])
 def test_of_a_right_log_nothing_is_said(delay: int) -> None:
     found = result(delay, delay, 0)

@@ -42,6 +42,7 @@ def test_a_wrong_scale_is_told(name: str, factor: float) -> None:
     assert "and those of the reference" in str(found.note)
 
 
+@pytest.mark.slow
 def test_a_wrong_zero_is_told() -> None:
     assert _check("emps", _alone("emps", offset=0.01)).status == "fail"
 

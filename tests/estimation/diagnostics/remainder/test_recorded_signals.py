@@ -75,6 +75,7 @@ def test_of_a_known_area_the_scale_is_told_too() -> None:
     assert "scale rests" not in found.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pressure", "supply"])
 @pytest.mark.parametrize("samples", [100, -100])
 def test_a_late_signal_is_told_with_its_delay(kind: str, samples: int) -> None:

@@ -70,6 +70,7 @@ def test_a_converter_that_is_off_is_told_from_an_offset(
     assert "recorded control (0.0568)" in check.meaning
 
 
+@pytest.mark.slow
 def test_a_model_with_an_offset_has_none_left(emps: GeneratedAxis) -> None:
     assert found(identify(emps, twin_record(emps)), "constant force").status == "pass"
 

@@ -89,6 +89,7 @@ def test_empty_cells_and_other_words_are_passed_over() -> None:
     assert cut_number([*cells, ""], ends, ended=False) == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-16-le", "utf-16-be"])
 @pytest.mark.parametrize(
     ("separator", "mark", "end"),

@@ -26,6 +26,7 @@ def log(position: np.ndarray = TURNING, **changes: Any) -> dict[str, Any]:
     return {"time": TIME, "position": position, "control": np.cos(30 * TIME)} | changes
 
 
+@pytest.mark.slow
 @given(
     steps=st.lists(st.floats(-0.49, 0.49), min_size=3, max_size=60),
     start=st.floats(-20, 20),

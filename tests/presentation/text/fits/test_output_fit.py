@@ -12,6 +12,7 @@ def _table(document: tuple[object, ...], place: int = 0) -> Table:
     return [block for block in document if isinstance(block, Table)][place]
 
 
+@pytest.mark.slow
 def test_every_parameter_has_a_row_with_what_was_asked_of_it(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -28,12 +29,14 @@ def test_every_parameter_has_a_row_with_what_was_asked_of_it(
     assert str(rows["Fc"][5]).endswith(" to 20")
 
 
+@pytest.mark.slow
 def test_what_is_left_of_each_record_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
     document = output_fit_document(fit(emps2015, [twin, twin]))
     assert len(_table(document, 1).rows) == 2
     assert str(len(twin)) in _table(document, 1).rows[0]
 
 
+@pytest.mark.slow
 def test_a_note_stands_behind_every_number_of_one(emps2015: GeneratedAxis, twin: Record) -> None:
     for how in ({}, {"bounds": {"Fc": (None, 20.0)}}, {"bootstrap": 8}):
         result = fit(emps2015, twin, **how)  # type: ignore[arg-type]
