@@ -205,6 +205,7 @@ class _Asked:
             bootstrap=self.bootstrap,
             seed=self.seed,
             horizon=self.horizon if self.output == OPEN_LOOP else None,
+            known=tuple(self.known or ()),
         )
 
     def _predictions(self, whose: Searched, records: Sequence[Record]) -> Predictions:
