@@ -24,3 +24,4 @@ from .table import OUTPUT_SUFFIXES as OUTPUT_SUFFIXES
 from .table import check_output as check_output
 from .table import run_columns as run_columns
 from .table import write_runs as write_runs
+from .twins import twins as twins

@@ -6,7 +6,7 @@ in the record, many twins each, and identified under both of the paper's filters
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,12 +19,15 @@ from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
+from .encoder_fits import control_fits
 from .study import APPROPRIATE, INAPPROPRIATE
 
 #: Counts of an encoder a revolution, and the metres of a revolution.
 COUNTS, REVOLUTION = (4000, 1000, 400, 200, 100, 50, 20), 0.02
 NOISE = 3.8e-6  # m, of the position, as the paper's twin has
 METHODS = ("idm-ls", "idm-iv", "didim")
+#: The fit of the control beside them, which passes no filter.
+CONTROL_FIT = "clie"
 _FEWEST = 2  # estimates that a scatter is told of
 FILTERS = {"appropriate": APPROPRIATE, "inappropriate": INAPPROPRIATE}
 
@@ -139,17 +142,41 @@ def run_encoder_study(
                 code="encoder-study",
             )
     axis = build(load_axis("emps2015"))
-    cases = [(each, name) for each in counts for name in FILTERS]
-    said = with_progress(cases, progress, lambda case: f"{case[0]} counts, {case[1]} filter")
-    found = [_case(axis, each, name, runs, seed, jobs) for each, name in said]
+    found: list[EncoderCase] = []
+    for each in with_progress(counts, progress, lambda each: f"{each} counts"):
+        fits = {CONTROL_FIT: _fitted(axis, _noise(each), runs, seed)}
+        cases = (_case(axis, each, name, runs, seed, jobs) for name in FILTERS)
+        found += (replace(case, methods={**case.methods, **fits}) for case in cases)
     return EncoderStudy(names=axis.names, runs=runs, cases=tuple(found))
+
+
+def _noise(counts: int) -> TwinNoise:
+    return TwinNoise(position=NOISE, resolution=REVOLUTION / counts, anywhere=True)
+
+
+def _fitted(axis: GeneratedAxis, noise: TwinNoise, runs: int, seed: int) -> MethodFigures:
+    """Of the fit of the control, in percent of the true values."""
+    fits = control_fits(axis, noise, runs, seed)
+    if len(fits) < _FEWEST:
+        return _nothing(len(fits) / runs, len(axis.names))
+    experiment = axis.declared.experiment
+    known = {} if experiment is None else experiment.truth
+    truth = np.array([known[name] for name in axis.names])
+    values = np.array([[each.parameters[n].value for n in axis.names] for each in fits])
+    ends = np.array([[each.parameters[n].interval for n in axis.names] for each in fits])
+    return MethodFigures(
+        estimated=len(fits) / runs,
+        bias=100 * (values.mean(axis=0) / truth - 1),
+        scatter=100 * values.std(axis=0, ddof=1) / truth,
+        held=((ends[..., 0] <= truth) & (truth <= ends[..., 1])).mean(axis=0),
+    )
 
 
 def _case(
     axis: GeneratedAxis, counts: int, name: str, runs: int, seed: int, jobs: int
 ) -> EncoderCase:
     """The twins of one encoder under one filter; their noise is that of the other encoders."""
-    noise = TwinNoise(position=NOISE, resolution=REVOLUTION / counts, anywhere=True)
+    noise = _noise(counts)
     try:
         found = monte_carlo(
             axis,

@@ -18,7 +18,7 @@ from axisid.presentation.plots import Panel, Plot, Series, Tone
 from axisid.support.arrays import Array
 from axisid.support.files.json_text import json_text
 
-from .encoder import FILTERS, METHODS, EncoderCase, EncoderStudy, MethodFigures
+from .encoder import CONTROL_FIT, FILTERS, METHODS, EncoderCase, EncoderStudy, MethodFigures
 from .study import written_into
 
 #: What `write_encoder_study` writes, and of which kind it is.
@@ -27,14 +27,22 @@ ENCODER_FILES = {
     "encoder.json": "paper",
     **{f"encoder_{name}.png": "figure" for name in FILTERS},
 }
-_TONES: dict[str, Tone] = {"idm-ls": "error", "idm-iv": "model", "didim": "other"}
+_TONES: dict[str, Tone] = {
+    "idm-ls": "error",
+    "idm-iv": "model",
+    "didim": "other",
+    CONTROL_FIT: "violet",
+}
+#: The methods, as columns.
+SHOWN = (*METHODS, CONTROL_FIT)
 _MOST_OBJECTIONS = 3  # that are told of a case
 _WIDEST = 30.0  # % of a bias that a figure shows at first
 _NOTES = """\
 bias, sd: mean error and scatter over the twins of the value without the filter's bias, percent of
 the true value. held: share of the 95 % intervals that hold it. estimates: share of the twins that a
 method gives one of; no error is told of fewer than two. The encoder rounds inside the loop and in
-the record; the motion begins anywhere in a count. The law's velocity is an ideal sensor's."""
+the record; the motion begins anywhere in a count. The law's velocity is an ideal sensor's. clie:
+fit of the control (axisid fit), which passes no filter and is the same under both."""
 
 
 def encoder_document(study: EncoderStudy) -> Document:
@@ -54,7 +62,7 @@ def _errors_table(study: EncoderStudy, name: str) -> Table:
     return Table(
         columns=(
             *text_columns(["counts", "%"]),
-            *(Column(method.upper(), parts=("sd", "held", "estimates")) for method in METHODS),
+            *(Column(method.upper(), parts=("sd", "held", "estimates")) for method in SHOWN),
         ),
         rows=tuple(rows),
         labels=2,
@@ -110,7 +118,7 @@ def encoder_plot(study: EncoderStudy, name: str) -> Plot:
     panels = []
     for i, parameter in enumerate(study.names):
         series = []
-        for shift, method in zip((0.94, 1.0, 1.06), METHODS, strict=True):
+        for shift, method in zip((0.91, 0.97, 1.03, 1.09), SHOWN, strict=True):
             bias = np.array([case.methods[method].bias[i] for case in cases])
             scatter = np.array([case.methods[method].scatter[i] for case in cases])
             series.append(
