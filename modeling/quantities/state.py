@@ -114,7 +114,7 @@ class State(Symbolic):
     def first(self) -> sympy.Expr:
         """Where it begins, which is nowhere beyond its limit."""
         if self.limit is None or self.start == 0:
-            return sympy.sympify(self.start)
+            return expression(self.start, f"the start of {self.name!r}")
         return sympy.Max(-self.limit, sympy.Min(self.limit, self.start))
 
     @property
