@@ -52,6 +52,7 @@ class Ended:
     bootstrap: int
     seed: int
     horizon: float | None
+    known: tuple[str, ...]
 
     @property
     def axes(self) -> tuple[GeneratedAxis, ...]:
@@ -270,6 +271,7 @@ def assembled(ended: Ended) -> OutputFit:
             influence=ended.influence,
             beyond=ended.beyond,
             left=ended.left,
+            known=ended.known,
         ),
     )
 

@@ -30,6 +30,8 @@ class FitBasis:
         How far beyond its bound each parameter at one would be without it, in deviations.
     left : Left
         Errors at the end.
+    known : tuple of str
+        Names of what was known of each record.
     """
 
     axes: tuple[GeneratedAxis, ...]
@@ -39,3 +41,4 @@ class FitBasis:
     influence: Array
     beyond: Mapping[str, float]
     left: Left
+    known: tuple[str, ...]

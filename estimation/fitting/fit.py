@@ -147,7 +147,7 @@ def fit(
         horizon=float(horizon),
         progress=progress,
     )
-    return assembled(with_time_found(generated, time, start, asked.ended))
+    return assembled(with_time_found(generated, time, start, asked.ended, given[0].period))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,7 +180,7 @@ class _Asked:
         model, whose = whose.form, with_free(whose, self.free, self.output, self.known or {})
         predictions = self._predictions(whose, records)
         if time is not None:
-            predictions = TimedPredictions(predictions, time_in(generated, time.name))
+            predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
             whose = replace(whose, form=FormByTime.of(whose.form, generated, time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
@@ -205,6 +205,7 @@ class _Asked:
             bootstrap=self.bootstrap,
             seed=self.seed,
             horizon=self.horizon if self.output == OPEN_LOOP else None,
+            known=tuple(self.known or ()),
         )
 
     def _predictions(self, whose: Searched, records: Sequence[Record]) -> Predictions:

@@ -58,9 +58,8 @@ def split_free(
             code="free-times",
         )
     name = times[0]
-    if output != OPEN_LOOP:
-        for record in records:
-            check_time(axis.declared, record, name)
+    for record in records:
+        check_time(axis.declared, record, name, by_law=output != OPEN_LOOP)
     value = max(float(getattr(drive, name)), _LEAST * records[0].period)
     parameter = declared[1] if declared is not None else Parameter(name, "s", lower=0.0)
     return [n for n in names if n != name], replace(parameter, name=name, nominal=value)
@@ -72,9 +71,15 @@ def time_in(axis: GeneratedAxis, name: str) -> float:
 
 
 def with_time_found(
-    axis: GeneratedAxis, time: Parameter | None, start: StartLike, search: Search
+    axis: GeneratedAxis,
+    time: Parameter | None,
+    start: StartLike,
+    search: Search,
+    period: float,
 ) -> Ended:
     """Where a search ends whose loop has the time that it finds.
+
+    The period is that of the records, s: an open loop has no law with one.
 
     Raises
     ------
@@ -83,7 +88,7 @@ def with_time_found(
     """
     if time is None:
         return search(axis, start, None)
-    period, value = axis.declared.control.period, time_in(axis, time.name)  # type: ignore[union-attr]
+    value = time_in(axis, time.name)
     began: Ended | None = None
     for _ in range(_ROUNDS):
         ended = search(_at(axis, time.name, value, native=False), start, time)

@@ -174,8 +174,8 @@ def _beside(covariances: Mapping[str, Array], moved: Array) -> dict[str, Array]:
     return {name: matrix + np.outer(moved, moved) for name, matrix in covariances.items()}
 
 
-def check_time(declared: Axis, record: Record, name: str) -> None:
-    """Refuse a time that a record cannot show.
+def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True) -> None:
+    """Refuse a time that a record cannot show, of a loop under a law or of one without.
 
     Raises
     ------
@@ -189,10 +189,11 @@ def check_time(declared: Axis, record: Record, name: str) -> None:
             code="drive-timing-name",
         )
     law = declared.control
-    if law is None or law.continuous or record.force is not None or record.control is None:
+    unsampled = by_law and (law is None or law.continuous)
+    if unsampled or record.force is not None or record.control is None:
         raise UsageError(
-            f"axis {declared.name!r}: the drive's {name} is told by a recorded control of a "
-            "sampled law, and by no force that was measured.",
+            f"axis {declared.name!r}: the drive's {name} is told by a recorded control"
+            f"{' of a sampled law' * by_law}, and by no force that was measured.",
             code="drive-timing-record",
         )
     if declared.drive.logged in HIDDEN_FROM[name]:

@@ -28,6 +28,8 @@ class Motion:
     time : array
         s, from the record's first sample.
     position, velocity, control : array
+    windows : int
+        Of one length, that it is of one after the other; position and velocity jump between them.
     """
 
     record: int
@@ -35,6 +37,12 @@ class Motion:
     position: Array
     velocity: Array
     control: Array
+    windows: int = 1
+
+    def rate_of(self, values: Array) -> Array:
+        """How values (N,) change in a second, within each window."""
+        pieces = (np.split(each, self.windows) for each in (values, self.time))
+        return np.concatenate([np.gradient(v, t) for v, t in zip(*pieces, strict=True)])
 
 
 def motion_of(stretch: Stretch, own: Array, time: Array, substeps: int | None) -> Motion | None:

@@ -1,10 +1,12 @@
 """A lag or a delay of the drive that is searched for with the parameters of the model.
 
 A loop is generated for one lag and one delay. About these its output is a straight line of either:
-to first order both take from a command its way of that time, ``-du/dt``, so that its slope is that
-by such an added control. Where a search ends, the loop is generated anew, until it is there.
+a delay takes from a command its way of that time, ``-du/dt``, and a lag that of what it has made of
+the command, so that the slope is that by such an added control. Where a search ends, the loop is
+generated anew, until it is there.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -70,10 +72,13 @@ class TimedPredictions:
         Of the parameters before the last one, which is the time.
     time : float
         Of the generated loops, s.
+    name : str
+        ``lag`` or ``delay``.
     """
 
-    def __init__(self, of_model: Predictions, time: float) -> None:
+    def __init__(self, of_model: Predictions, time: float, name: str) -> None:
         self._of_model, self._time = of_model, time
+        self._lag = time if name == "lag" else 0.0
         self._slope: Array | None = None
 
     @property
@@ -110,7 +115,7 @@ class TimedPredictions:
         """See `Predictions.settle`; the slope by the time is that of the first parameters."""
         self._of_model.settle(physical[:-1])
         if self._slope is None:
-            self._slope = _slope_by_time(self._of_model, physical[:-1])
+            self._slope = _slope_by_time(self._of_model, physical[:-1], self._lag)
 
     def __call__(self, physical: Array) -> Lanes:
         """See `Predictions.__call__`."""
@@ -141,17 +146,31 @@ class TimedPredictions:
         return self._of_model.slopes_by_added(physical[:-1], added)
 
 
-def _slope_by_time(predictions: Predictions, physical: Array) -> Array:
-    """Slope of the errors by a time of the drive, (n,)."""
+def _slope_by_time(predictions: Predictions, physical: Array, lag: float) -> Array:
+    """Slope of the errors by a time of the drive, (n,); by its lag where one is given."""
     slopes = None
     motions = predictions.motions(physical)
     if motions is not None:
-        ways = [np.diff(m.control, prepend=m.control[0]) for m in motions]
-        period = float(motions[0].time[1] - motions[0].time[0])
-        slopes = predictions.slopes_by_added(physical, [-way[:, None] for way in ways])
-    if slopes is None or not np.all(np.isfinite(slopes)):
+        slopes = predictions.slopes_by_added(physical, [-_way(m, lag)[:, None] for m in motions])
+    if motions is None or slopes is None or not np.all(np.isfinite(slopes)):
         raise EstimationError(
             "the loop cannot be simulated about the drive's time, which is to be found.",
             code=LANE_LOST,
         )
-    return np.asarray(slopes[:, 0] / period)
+    periods = [np.full(len(m.time), _period(m)) for m in motions]
+    return np.asarray(slopes[:, 0] / np.concatenate(periods))
+
+
+def _period(motion: Motion) -> float:
+    return float(motion.time[1] - motion.time[0])
+
+
+def _way(motion: Motion, lag: float) -> Array:
+    """By how much a command changes in each sample behind a lag, (N,)."""
+    way = np.diff(motion.control, prepend=motion.control[0])
+    if not lag:
+        return way
+    from scipy.signal import lfilter
+
+    stays = math.exp(-_period(motion) / lag)
+    return np.asarray(lfilter([1 - stays], [1, -stays], way))

@@ -125,6 +125,7 @@ class _Windows:
             position=position,
             velocity=velocity,
             control=self.control.T.ravel(),
+            windows=self.count,
         )
 
     def errors(

@@ -73,10 +73,10 @@ def _error(predictions: WindowPredictions, problem: Problem, estimate: Estimate)
 def _within(
     predictions: WindowPredictions, problem: Problem, rows: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
-    """Which predicted samples lie where the rows do."""
-    found = []
+    """Which predicted samples are measurements and lie where the rows do."""
+    found, counted = [], predictions.counted > 0
     for data, span, samples in zip(problem.data, problem.spans, predictions.samples, strict=True):
         own = rows[(rows >= span.start) & (rows < span.stop)] - span.start
         ends = data.row_numbers[own[[0, -1]]] if own.size else (0, -1)
         found.append((samples >= ends[0]) & (samples <= ends[1]))
-    return np.concatenate(found)
+    return np.concatenate(found) & counted

@@ -128,7 +128,7 @@ def _horizon(result: object, asked: object) -> float | None:
         raise UsageError(
             f"the result is {quoted(result)}; give what fit gave.", code="validated-fit-type"
         )
-    if result.local or len({axis.signature for axis in result.basis.axes}) > 1:
+    if result.local or result.basis.known:
         raise UsageError(
             "the fit has parameters or known values for each of its records, and nothing says "
             "which are those of another record; fit without them.",

@@ -76,7 +76,8 @@ class Autoregression:
 
         if not self.order or not self.variance > 0:
             return 2 / rows
-        size = next_fast_len(2 * max(map(len, pieces)), real=True)
+        longest = max(map(len, pieces))
+        size = next_fast_len(longest + max(longest, self.order + 1), real=True)
         power = sum((np.abs(rfft(piece, size)) ** 2 for piece in pieces), np.zeros(size // 2 + 1))
         answer = rfft(self.coefficients, size)
         power = power * self.variance / np.abs(answer) ** 2

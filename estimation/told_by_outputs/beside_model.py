@@ -98,6 +98,8 @@ def lacks_beside(
         values, slopes = _by_held(predictions, physical, held)
     whole = np.hstack([columns, slopes])
     found = lacking_of(left, whole, _MOST, LACKING_LEVEL.value, len(values))
+    if left.by_windows and not found:
+        return Missing("the motion is in too few windows to tell chance from what the model lacks")
     tests = whole.shape[1]
     return tuple(_told(each, numbers, values, held, tests) for each in found)
 

@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
+from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS
 from axisid.support.arrays import Array
 
 from .autoregression import Autoregression, autoregression_of
 
 _ALIKE = 0.05  # of a column: what parameters, or other columns, leave of one that is theirs
 _HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
-_FEWEST = 4.0  # degrees of freedom
+_FEWEST = 1.0  # degrees of freedom of slow errors, from which they tell what is chance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,7 +134,8 @@ def lacking_of(
     Returns
     -------
     tuple of Lacking
-        The first is given whatever its chance is; none where no column is any but the parameters'.
+        The first is given whatever its chance is; none where no column is any but the parameters',
+        or each is in too few windows to tell what is chance.
     """
     weighed = left.weights[:, None] * columns
     net, made = left.beside(weighed)
@@ -141,9 +143,12 @@ def lacking_of(
     there = [j for j in range(columns.shape[1]) if _is_own(net[:, j], sizes[j])]
     errors, found = left.errors, list[Lacking]()
     while there and len(found) < most:
-        tests = [_tested(left, errors, net[:, j], made[:, j], j) for j in there]
-        best = _strongest(tests, columns.shape[1] - held)
-        chance = min(1.0, best.chance * len(there))
+        every = (_tested(left, errors, net[:, j], made[:, j], j) for j in there)
+        tests = [each for each in every if each is not None]
+        if not tests:
+            break
+        best = _strongest(tests, columns.shape[1] - held, level / len(tests))
+        chance = min(1.0, best.chance * len(tests))
         best = Lacking(
             number=best.number, factor=best.factor, deviation=best.deviation, chance=chance
         )
@@ -159,24 +164,28 @@ def lacking_of(
     return tuple(found)
 
 
-def _strongest(tests: Sequence[Lacking], forces: int) -> Lacking:
+def _strongest(tests: Sequence[Lacking], forces: int, level: float) -> Lacking:
+    """Of all, or of what is held: where that is hardly less, and more than chance itself."""
     best = min(tests, key=lambda each: (each.chance, -each.ratio))
     of_held = [each for each in tests if each.number >= forces]
     own = max(of_held, key=lambda each: each.ratio, default=best)
-    return own if own.ratio >= _HARDLY * best.ratio else best
+    return own if own.chance <= level and own.ratio >= _HARDLY * best.ratio else best
 
 
 def _is_own(net: Array, size: float) -> bool:
     return bool(np.isfinite(size) and np.linalg.norm(net) > _ALIKE * size)
 
 
-def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> Lacking:
+def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> Lacking | None:
+    """A column; None where too few degrees of freedom are left to tell what is chance."""
     size = float(net @ net)
     told = float(net @ errors) / size
     beside = errors - told * net
     coloured, whole = _of_windows(left, beside, net) if left.by_windows else _of(left, beside, net)
-    freedom = max(whole - left.jacobian.shape[1] - 1, _FEWEST)  # of slow errors, with the column's
-    variance = coloured * max(whole / freedom, 1.0) + float(np.sum((left.known @ made) ** 2))
+    freedom = whole - left.jacobian.shape[1] - 1  # of slow errors, with the column's
+    if freedom < (FEWEST_WINDOWS.value - 1 if left.by_windows else _FEWEST):
+        return None
+    variance = coloured * _inflation(whole, freedom) + float(np.sum((left.known @ made) ** 2))
     if left.steps is not None:
         variance += float(np.mean((net @ left.steps) ** 2))
     deviation = np.sqrt(max(variance, 0.0)) / size
@@ -187,6 +196,10 @@ def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> 
         deviation=float(deviation),
         chance=2 * float(stdtr(freedom, -ratio)),
     )
+
+
+def _inflation(whole: float, freedom: float) -> float:
+    return whole / freedom if np.isfinite(whole) else 1.0
 
 
 def _of(left: Left, errors: Array, column: Array) -> tuple[float, float]:

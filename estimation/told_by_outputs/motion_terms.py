@@ -107,7 +107,7 @@ def _scaled(motions: Sequence[Motion]) -> list[Scaled]:
             time=m.time / last - 0.5,
             place=(m.position - middle) / reach,
             speed=m.velocity / fastest,
-            acceleration=np.gradient(m.velocity / fastest, m.time),
+            acceleration=m.rate_of(m.velocity / fastest),
             control=m.control,
             rising=np.gradient(m.control, m.time),
         )

@@ -1,6 +1,7 @@
 """A fit held against another record: frozen parameters, windows that start where that record is."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,15 @@ def test_a_loop_is_simulated_along_the_whole_record(
 def test_a_horizon_is_a_positive_time(opened: OutputFit, twin: Record, horizon: Any) -> None:
     with refuses("validated-fit-horizon-time"):
         validate_fit(opened, twin, horizon=horizon)
+
+
+def test_what_was_known_of_the_records_is_not_taken_for_another(
+    opened: OutputFit, twin: Record
+) -> None:
+    """Not even where it was the same of all of them."""
+    known = replace(opened, basis=replace(opened.basis, known=("payload",)))
+    with refuses("validated-fit-local"):
+        validate_fit(known, twin)
 
 
 def test_what_is_no_fit_is_refused(twin: Record) -> None:
