@@ -136,7 +136,7 @@ def _mark(name: str) -> str:
         return name  # of the library
     try:
         return f"{name}\0{hashlib.sha256(read_regular(file)).hexdigest()}"
-    except OSError:
+    except (OSError, ValueError):
         return name  # `load_axis` says what is wrong
 
 
