@@ -36,7 +36,11 @@ class Share:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Wilson's 95 % interval of the probability; 0 to 1 of no time.
+        """Wilson's 95 % interval of the probability; 0 to 1 of no time."""
+        return self.interval_at(INTERVAL_LEVEL.value)
+
+    def interval_at(self, level: float) -> tuple[float, float]:
+        """Wilson's interval of a level.
 
         References
         ----------
@@ -44,7 +48,7 @@ class Share:
         """
         if not self.of:
             return 0.0, 1.0
-        reach = float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
+        reach = float(ndtri((1 + level) / 2))
         n, share = self.of, self.value
         shrunk = 1 + reach**2 / n
         centre = (share + reach**2 / (2 * n)) / shrunk
@@ -94,5 +98,9 @@ class Mean:
 
     @property
     def distance(self) -> float:
-        """Of the value from 0, in its errors; 0 where neither is known."""
-        return abs(self.value) / self.error if self.error > 0 else 0.0
+        """Of the value from 0, in its errors; 0 where one is not known."""
+        if math.isnan(self.value) or math.isnan(self.error):
+            return 0.0
+        if not self.error:
+            return math.inf if self.value else 0.0
+        return abs(self.value) / self.error

@@ -89,7 +89,7 @@ def monte_carlo(
     progress : callable, optional
         Told how many runs are done.
     keep : callable, optional
-        Called with the runs that are done where something ends the study early, such as Ctrl-C.
+        Called with the runs that are done, whatever ends the study early, such as Ctrl-C.
 
     Returns
     -------
@@ -138,7 +138,7 @@ def _run(
     try:
         with contextlib.closing(spreading.numbers(plan)) as numbers:
             done.take(numbers)
-    except (KeyboardInterrupt, EstimationError):
+    except BaseException:
         if keep is not None and done.blocks:
             keep(MonteCarlo(plan=plan, numbers=joined(done.blocks)))
         raise

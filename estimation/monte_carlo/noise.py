@@ -12,7 +12,6 @@ from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted
 
 _POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _PHASE = range(5)  # each a stream of its own
-_SETTLING = 20  # correlation times, after which a correlated noise has forgotten its start
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,10 +125,12 @@ class DrawnNoise:
             return rng.normal(0.0, deviation, samples)
         from scipy.signal import lfilter
 
-        pole = math.exp(-self.plan.period / time)
-        before = math.ceil(_SETTLING * time / self.plan.period)
-        driven = rng.normal(0.0, deviation * math.sqrt(1 - pole**2), before + samples)
-        return np.asarray(lfilter([1.0], [1.0, -pole], driven)[before:], dtype=float)
+        log_pole = -self.plan.period / time
+        pole = math.exp(log_pole)
+        driven = rng.normal(0.0, deviation * math.sqrt(-math.expm1(2 * log_pole)), samples)
+        before = rng.normal(0.0, deviation)  # the sample before the first, of the stationary law
+        noise, _ = lfilter([1.0], [1.0, -pole], driven, zi=[pole * before])
+        return np.asarray(noise, dtype=float)
 
 
 def resolution_of(noise: TwinNoise, plan: TwinPlan) -> float:

@@ -1,18 +1,20 @@
 """What is done in every run: which twin is made, and how it is identified."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Experiment, Move
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .noise import TwinNoise
+from .noise import TwinNoise, resolution_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +65,12 @@ class MonteCarloPlan:
                 "of; leave it out, or declare a drive that logs its command.",
                 code="twin-disturbance",
             )
+        if self.noise.anywhere and not resolution_of(self.noise, twin_plan(self.twin)):
+            raise UsageError(
+                f"the twins of {self.twin.axis.name!r} are to begin anywhere in a count, and their "
+                "encoder has none; give its resolution, or leave it out.",
+                code="twin-anywhere",
+            )
         if not isinstance(self.prefilter, Prefilter):
             raise UsageError(
                 f"the prefilter is {quoted(self.prefilter)}; give a Prefilter, or leave it out.",
@@ -72,8 +80,15 @@ class MonteCarloPlan:
 
     @property
     def is_right(self) -> bool:
-        """Whether what is identified is what is simulated, apart from values."""
-        return self.axis.signature == self.twin.signature
+        """Whether what is identified is what is simulated, what is known exactly included."""
+        if self.axis.signature != self.twin.signature:
+            return False
+        true = twin_plan(self.twin).true_values
+        return all(
+            math.isclose(p.known, true.get(p.name, p.known))
+            for p in self.axis.base.known
+            if p.known is not None and not p.known_sd
+        )
 
     @property
     def chosen(self) -> str:

@@ -61,24 +61,22 @@ class Spreading:
         Raises
         ------
         EstimationError
-            Something failed in a worker that no twin is to blame for.
+            Something failed that no twin is to blame for.
         """
         blocks = [
             (start, min(start + self.block, plan.runs)) for start in range(0, plan.runs, self.block)
         ]
-        if self.executor is None and min(self.jobs, len(blocks)) == 1:
-            for block in blocks:
-                yield block_numbers(plan, *block)
-            return
-        work = partial(_of_worker, plan)
         jobs = min(self.jobs, len(blocks))
+        alone = self.executor is None and jobs == 1
+        # In one thread with others beside it: there are as many as processors can serve.
+        work = partial(_block_numbers, plan, None if alone else 1)
+        jobs = 0 if alone else jobs
         for outcome in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=self.executor):
             yield _numbers(outcome, blocks[outcome.place])
 
 
-def _of_worker(plan: MonteCarloPlan, block: Block) -> BlockNumbers:
-    # In one thread: there are as many workers as processors can serve.
-    return block_numbers(plan, *block, threads=1)
+def _block_numbers(plan: MonteCarloPlan, threads: int | None, block: Block) -> BlockNumbers:
+    return block_numbers(plan, *block, threads=threads)
 
 
 def _numbers(outcome: Outcome[BlockNumbers], block: Block) -> BlockNumbers:
@@ -88,7 +86,7 @@ def _numbers(outcome: Outcome[BlockNumbers], block: Block) -> BlockNumbers:
     reason = "" if outcome.failure is None else outcome.failure.reason
     if outcome.failure is not None and outcome.failure.kind == "error":
         raise EstimationError(
-            f"the runs {block[0]} to {block[1] - 1} failed in their worker: {reason}.",
+            f"the runs {block[0]} to {block[1] - 1} failed: {reason}.",
             code="monte-carlo-worker",
         )
     return lost_block(*block, reason)

@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +59,7 @@ def column_name(estimand: Estimand) -> str:
 
 
 def settings_text(result: MonteCarlo) -> str:
-    """What a file says of the study, as JSON: axis, seed, methods, true values."""
+    """What a file says of the study, as JSON: its axes, all that was asked for, true values."""
     plan = result.plan
     return json.dumps(
         {
@@ -70,6 +71,10 @@ def settings_text(result: MonteCarlo) -> str:
             "runs": plan.runs,
             "done": len(result),
             "methods": list(plan.methods),
+            "noise": asdict(plan.noise),
+            "prefilter": asdict(plan.prefilter),
+            "settings": dict(plan.settings),
+            "checks": plan.checks,
             "truth": {
                 column_name(each): truth
                 for each, truth in zip(result.estimands, result.truths.tolist(), strict=True)

@@ -108,9 +108,9 @@ def _together(plan: TwinPlan, drawn: Sequence[DrawnNoise], threads: int | None) 
 def _record(plan: TwinPlan, drawn: DrawnNoise, loop: Simulation, noise: TwinNoise) -> Record:
     """What is logged of a twin's loop, without what disturbs it."""
     sensed = plan.sensed(loop, drawn.sensors, noise.velocity, noise.acceleration)
-    disturbance, added = drawn.disturbance, drawn.control
-    if disturbance is not None:
-        loop = replace(loop, control=loop.control - disturbance)
+    added = drawn.control
+    if noise.disturbance:
+        loop = replace(loop, control=loop.control - plan.added["control"])
     source = f"twin {drawn.run + 1} of {plan.axis.axis.name}, seed {drawn.seed}"
     record = plan.record(loop, source, sensed)
     if added is None or record.control is None:

@@ -110,7 +110,7 @@ MIN_BIAS = Threshold(
     3.0,
     "1",
     "mean error over the twins of a study, in its standard errors, beyond which it is told as a "
-    "bias",
+    "bias; of few twins Student's quantile of the same probability",
     "chosen: chance exceeds it in 0.3 % of parameters",
 )
 FLEET_LEVEL = Threshold(

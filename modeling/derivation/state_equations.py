@@ -84,7 +84,8 @@ def _equation(axis: Axis, state: State) -> StateEquation:
             f"{state.following}; one with a limit follows the velocity {q.velocity}.",
             code="state-limit",
         )
-    return StateEquation(symbol=state.own, rate=rate, limit=limit, start=others[-1])
+    first = with_own_symbols(with_numbers(state.first))
+    return StateEquation(symbol=state.own, rate=rate, limit=limit, start=first)
 
 
 def _check_symbols(axis: Axis, state: State, value: sympy.Expr, allowed: set[sympy.Symbol]) -> None:

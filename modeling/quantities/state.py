@@ -59,7 +59,8 @@ class State(Symbolic):
         Where the state stays while the velocity drives it on, on either side, as a slider does that
         slips; of parameters and constants. `following` is then the velocity.
     start : expression
-        Where it is at the first sample of a simulation; of parameters and constants.
+        Where it is at the first sample of a simulation; of parameters and constants. One beyond the
+        limit begins at the limit.
     description : str
         A few words for tables.
 
@@ -110,6 +111,13 @@ class State(Symbolic):
         )
 
     @property
+    def first(self) -> sympy.Expr:
+        """Where it begins, which is nowhere beyond its limit."""
+        if self.limit is None or self.start == 0:
+            return expression(self.start, f"the start of {self.name!r}")
+        return sympy.Max(-self.limit, sympy.Min(self.limit, self.start))
+
+    @property
     def values(self) -> tuple[sympy.Expr, ...]:
         """The expressions that it is declared by."""
         limit = () if self.limit is None else (self.limit,)
@@ -144,7 +152,7 @@ def states_in(*values: sympy.Basic) -> tuple[State, ...]:
 def at_start(value: sympy.Expr) -> sympy.Expr:
     """An expression where its states start."""
     states = value.atoms(StateSymbol)
-    return value.xreplace({s: s.state.start for s in states}) if states else value
+    return value.xreplace({s: s.state.first for s in states}) if states else value
 
 
 def with_own_symbols(value: sympy.Expr) -> sympy.Expr:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +12,13 @@ from axisid import Record, UsageError
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import TwinNoise
 from axisid.estimation.monte_carlo.twins import twins
+from axisid.paper import encoder
 from axisid.paper.encoder import NOISE, REVOLUTION, EncoderStudy, run_encoder_study
 from axisid.paper.encoder_document import ENCODER_FILES, encoder_document, write_encoder_study
 from axisid.presentation.blocks import plain_text
+from axisid.support.errors import EstimationError
 from tests.estimation.monte_carlo.short import study as study_of
+from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -72,6 +76,15 @@ def test_runs_and_counts_are_whole_numbers(runs: int, counts: tuple[int, ...]) -
     with pytest.raises(UsageError) as refused:
         run_encoder_study(runs, counts)
     assert refused.value.code == "encoder-study"
+
+
+def test_what_no_twin_is_to_blame_for_ends_the_study(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(*_: Any, **__: Any) -> None:
+        raise EstimationError("the runs 0 to 1 failed.", code="monte-carlo-worker")
+
+    monkeypatch.setattr(encoder, "monte_carlo", failing)
+    with refuses("monte-carlo-worker"):
+        run_encoder_study(2, (1000,))
 
 
 def test_jobs_are_of_many_twins(run: Run) -> None:

@@ -188,7 +188,9 @@ def _case(
             seed=seed,
             jobs=jobs,
         )
-    except EstimationError:  # no method gives an estimate of any
+    except EstimationError as error:
+        if error.code != "no-twin-identified":
+            raise
         return EncoderCase(
             counts=counts,
             filter=name,

@@ -49,6 +49,22 @@ def test_figures_are_printed_and_everything_is_written(run: Run, tmp_path: Path)
 
 
 @pytest.mark.usefixtures("short")
+def test_numbers_are_written_though_nobody_reads_what_is_printed(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(*_: Any) -> None:
+        raise BrokenPipeError
+
+    monkeypatch.setattr(command, "put_result", gone)
+    file = tmp_path / "runs.npz"
+    arguments = ["--method", "idm-ls", "--lags", "3", "--loss", "huber", "--output", str(file)]
+    run("study", "emps2015", "--runs", "1", *arguments)
+    with np.load(file) as arrays:
+        settings = json.loads(str(arrays["axisid.monte_carlo"]))["settings"]
+    assert (settings["lags"], settings["loss"]) == (3, "huber")
+
+
+@pytest.mark.usefixtures("short")
 def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -74,6 +90,7 @@ def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
         (["--position-noise", "-1"], "0 or more"),
         (["--output", "runs.csv"], ".npz or .parquet"),
         (["--figure-format", "svg"], "--figures"),
+        (["--covariance", "iid", "--lags", "3"], "--lags is of HAC"),
     ],
 )
 def test_what_makes_no_sense_is_refused(run: Run, arguments: list[str], said: str) -> None:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import build, identify, load_axis, monte_carlo
+from axisid import build, fix, identify, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import MonteCarlo, TwinNoise
+from axisid.estimation.monte_carlo import spread
 from axisid.estimation.monte_carlo.figures import Share
 from axisid.estimation.monte_carlo.noise import DrawnNoise
 from axisid.estimation.monte_carlo.runs import BlockNumbers, Estimand, FailedRun, joined
@@ -142,6 +143,31 @@ def test_bias_scatter_and_coverage_are_those_of_the_numbers() -> None:
     assert made.objected == Share(1, 2)
 
 
+def test_bias_of_few_runs_is_judged_by_students_law() -> None:
+    few = numbers(100.2 + np.array([1.0, 1.3, 0.9, 1.2]), half=2.0)  # 12 standard errors
+    assert few.biased == few.figures
+    unsure = numbers(100.2 + np.array([1.0, 2.4, 0.6, 1.6]), half=2.0)  # 3.6, of 9.2 for so few
+    assert unsure.figures[0].bias.distance > 3
+    assert unsure.biased == ()
+    assert numbers(np.full(4, 100.2 * (1 + 1e-15)), half=2.0).biased == ()
+
+
+def test_the_more_intervals_there_are_the_further_one_must_be_off() -> None:
+    right, wrong = np.full(100, 0.0), np.where(np.arange(100) < 10, 3.0, 0.0)  # 90 % hold
+    alone = numbers(100.2 + wrong, half=2.0)
+    assert alone.miscovered(narrow=True) == alone.figures
+    assert alone.miscovered(narrow=False) == ()
+    block = alone.numbers
+    others = tuple(Estimand("idm-iv", "M", f"{i}") for i in range(9))
+    whole = np.concatenate(
+        [block.numbers, *[numbers(100.2 + right, half=2.0).numbers.numbers] * 9], 1
+    )
+    many = replace(
+        alone, numbers=replace(block, estimands=(*block.estimands, *others), numbers=whole)
+    )
+    assert many.miscovered(narrow=True) == ()
+
+
 def test_blocks_are_joined_in_the_order_of_their_runs_whatever_they_have() -> None:
     one, other = study(1, "idm-ls").numbers, judged().numbers
     later = BlockNumbers(
@@ -189,6 +215,20 @@ def test_another_axis_may_be_simulated_than_is_identified(emps: GeneratedAxis) -
     assert offset.coverage == {}
 
 
+def test_a_known_value_that_all_runs_share_has_no_coverage_and_may_be_wrong() -> None:
+    def known(**values: Any) -> MonteCarlo:
+        fixed = build(fix(load_axis("emps2015"), **values))
+        return monte_carlo(fixed, 1, "idm-ls", moves=MOVES, prefilter=FILTER)
+
+    unsure = known(M=(100.2, 0.5))
+    kinds = {each.estimand.kind: each.coverage for each in unsure}
+    assert kinds["physical"] == {}
+    assert kinds["parameter"]
+    assert unsure.plan.is_right
+    assert known(M=100.2).plan.is_right
+    assert not known(M=90.0).plan.is_right
+
+
 def test_other_true_values_are_simulated() -> None:
     made = study(1, "idm-ls", truth={"M": 150.0})
     assert made.of("idm-ls", "M").truth == 150.0
@@ -204,6 +244,7 @@ def test_other_true_values_are_simulated() -> None:
         ({"methods": "ols"}, "unknown-method"),
         ({"methods": ()}, "no-method"),
         ({"noise": 1e-6}, "twin-noise-type"),
+        ({"noise": TwinNoise(anywhere=True)}, "twin-anywhere"),
         ({"truth": {"m": 1.0}}, "unknown-truth"),
         ({"truth": {"M": "heavy"}}, "bad-truth"),
         ({"prefilter": 60.0}, "monte-carlo-prefilter"),
@@ -246,6 +287,28 @@ def test_what_is_done_is_kept_when_a_study_is_interrupted() -> None:
     (partial,) = kept
     assert len(partial) == 2
     assert np.array_equal(partial.values, study(2, "idm-ls").values)
+
+
+def test_what_is_done_is_kept_whatever_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = spread.block_numbers
+
+    def failing(plan: Any, start: int, stop: int, threads: int | None = None) -> BlockNumbers:
+        if start:
+            raise MemoryError
+        return whole(plan, start, stop, threads)
+
+    monkeypatch.setattr(spread, "block_numbers", failing)
+    kept: list[MonteCarlo] = []
+    with refuses("monte-carlo-worker"):
+        study(2, "idm-ls", block=1, keep=kept.append)
+    assert [len(partial) for partial in kept] == [1]
+
+    def confused(*_: Any) -> None:
+        raise KeyError
+
+    with pytest.raises(KeyError):
+        study(2, "idm-ls", block=1, keep=kept.append, progress=confused)
+    assert len(kept) == 2
 
 
 def test_progress_tells_how_many_runs_are_done() -> None:

@@ -41,6 +41,14 @@ def test_correlated_noise_forgets_within_its_time() -> None:
     assert after == pytest.approx(np.exp(-1), abs=0.12)
 
 
+def test_correlated_noise_is_stationary_from_the_first_sample_however_long_it_lasts() -> None:
+    for time in (0.02, 1e5):
+        one = drawn(control=0.5, correlation_time=time)
+        noises = [replace(one, run=run).control for run in range(200)]
+        ends = np.array([noise[[0, -1]] for noise in noises if noise is not None])
+        assert ends.std(axis=0) == pytest.approx(0.5, rel=0.2)
+
+
 @pytest.mark.parametrize(
     "given",
     [{"position": -1.0}, {"control": None}, {"correlation_time": "1"}, {"velocity": np.inf}],

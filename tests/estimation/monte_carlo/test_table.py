@@ -24,6 +24,10 @@ def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
         told = json.loads(str(arrays["axisid.monte_carlo"]))
     assert told["seed"] == 1
     assert told["truth"]["idm-iv.M"] == 100.2
+    assert told["noise"]["correlation_time"] == 0
+    assert told["prefilter"]["cutoff"] == 60
+    assert told["settings"]["covariance"] == "hac"
+    assert told["checks"] == 1
 
 
 def test_columns_are_named_for_method_parameter_and_interval() -> None:

@@ -30,10 +30,14 @@ def test_states_stand_in_the_force_and_bring_their_equations_along() -> None:
     assert model.at_start(model.force).free_symbols.isdisjoint({z})
 
 
-def test_limits_and_starts_are_those_that_were_declared() -> None:
-    preload = State("z", "m", dq, limit=Fc / s0, start=Fc / (2 * s0))
+@pytest.mark.parametrize(("start", "first"), [(0.5, 0.5), (2, 1), (-2, -1)])
+def test_a_state_starts_where_it_was_declared_but_not_beyond_its_limit(
+    start: float, first: float
+) -> None:
+    preload = State("z", "m", dq, limit=Fc / s0, start=start * Fc / s0)
     (state,) = derive(_with(preload)).states
-    assert (state.limit, state.start) == (Fc.symbol / s0.symbol, Fc.symbol / (2 * s0.symbol))
+    assert state.limit == Fc.symbol / s0.symbol
+    assert state.start.xreplace({Fc.symbol: 20.0, s0.symbol: 1e6}) == pytest.approx(first * 2e-5)
 
 
 @pytest.mark.parametrize("declare", [bristle, dahl_axis, stack])

@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.estimator_options import covariance_option
+from axisid.commands.options.estimator_options import (
+    check_estimator,
+    covariance_option,
+    lags_option,
+    loss_option,
+)
 from axisid.commands.options.filter_options import Filtering, filter_options
 from axisid.commands.options.inputs import leave_out_option
 from axisid.commands.options.option_checks import Command, check_needed
@@ -101,7 +106,9 @@ def _noise_options(command: Callable[..., None]) -> Callable[..., None]:
 @filter_options()
 @leave_out_option
 @covariance_option
+@lags_option
 @start_option()
+@loss_option
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
 @click.option(
     "--jobs",
@@ -135,7 +142,9 @@ def study(
     filtering: Filtering,
     left_out: tuple[str, ...],
     covariance: str,
+    lags: int | None,
     started_at: str,
+    loss: str,
     seed: int,
     jobs: int,
     no_native: bool,
@@ -152,6 +161,7 @@ def study(
     Bias and scatter of every estimate, how often its intervals hold the truth, and how often each
     check fails: on twins of the axis itself, or of another one (--twin).
     """
+    check_estimator(methods, covariance)
     check_needed(("--figure-format",), ("--figures",))
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
     outputs = _Outputs(output=output, report=report, figures=figures, form=figure_format)
@@ -172,13 +182,16 @@ def study(
             checks=checks,
             seed=seed,
             covariance=covariance,
+            lags=lags,
             start=started_at,
+            loss=loss,
             jobs=jobs,
             progress=line,
             keep=outputs.keep,
         )
+    written = outputs.write(result)  # before what is printed, whose reader may have gone
     put_result(result, json_file)
-    for path in outputs.write(result):
+    for path in written:
         click.echo(f"wrote {path}", err=json_file == "-")
 
 

@@ -58,9 +58,12 @@ def study_facts(result: MonteCarlo) -> dict[str, str]:
     if position is None:
         position = experiment.position_noise if experiment else 0.0
     about = [f"position noise {position:g} {unit}"]
-    if noise.resolution is not None:
+    resolution = noise.resolution
+    if resolution is None:
+        resolution = experiment.resolution if experiment else 0.0
+    if resolution or noise.resolution is not None:
         where = ", begun anywhere in a count" if noise.anywhere else ""
-        about.append(f"encoder of {noise.resolution:g} {unit}{where}")
+        about.append(f"encoder of {resolution:g} {unit}{where}")
     drive = plan.twin.axis.drive.unit
     told = {"velocity": f"{unit}/s", "acceleration": f"{unit}/s^2"}
     told |= {"control": drive, "disturbance": drive}
@@ -203,7 +206,8 @@ def findings(result: MonteCarlo) -> Paragraph:
         )
     if result.biased:
         said.append(
-            f"Bias beyond {MIN_BIAS.value:g} of its standard errors: {_listed(result.biased)}."
+            f"Bias beyond chance ({MIN_BIAS.value:g} standard errors of many twins, more of few): "
+            f"{_listed(result.biased)}."
         )
     if result.judged:
         share, interval = share_texts(result.objected)

@@ -109,7 +109,8 @@ def _coverage(result: MonteCarlo) -> Plot:
         name="coverage",
         title=TITLES["coverage"],
         caption="Share of the intervals of every level that hold the truth, with Wilson's 95 % "
-        "interval; dashed, as it should be. Below the line intervals are too narrow.",
+        "interval; dashed, as it should be. Below the line intervals are too narrow. Other levels "
+        "are those of a normal distribution with the stated 95 % interval.",
         x_label="level of the interval [%]",
         panels=_panels(result, lambda name, _: f"{name}, holds [%]", shares, ideal),
     )

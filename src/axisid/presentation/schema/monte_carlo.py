@@ -43,7 +43,10 @@ class WrittenEstimand(JsonObject, frozen=True, kw_only=True):
     ]
     coverage: Annotated[
         Mapping[str, WrittenShare],
-        about("How often the 95 % interval of each holds the truth; empty without a truth."),
+        about(
+            "How often the 95 % interval of each holds the truth; empty without a truth, and of "
+            "what follows from a known value with a deviation, whose error all runs share."
+        ),
     ]
 
 
