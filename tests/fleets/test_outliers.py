@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from scipy.stats import binom
 
 from axisid.estimation.thresholds.studies import FLEET_LEVEL
-from axisid.fleets import FleetRow
+from axisid.fleets import Fleet, FleetRow
 from axisid.fleets.outliers import groups_of
 from axisid.populations import Usual, robust_scatter
 from axisid.support.arrays import Array
@@ -71,6 +71,13 @@ def test_a_quarter_of_the_logs_that_lie_together_do_not_hide_one_another() -> No
 
 def _values(row: FleetRow) -> Array:
     return np.array([value.value for value in row.parameters.values()])
+
+
+def test_a_log_whose_values_are_not_finite_is_told_and_left_out() -> None:
+    rows = rows_of(20, 1)
+    odd = row_of("odd", np.array([np.nan, 200.0, 20.0]))
+    assert groups_of([*rows, odd]) == groups_of(rows)
+    assert "1 log has values that are not finite" in Fleet(folder="", rows=(*rows, odd)).summary()
 
 
 def test_of_few_logs_nothing_is_usual() -> None:

@@ -4,6 +4,7 @@ import copy
 import csv
 import io
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from axisid.fleets import FleetRow
 from axisid.fleets.ledger import ledger_of, write_row
 from axisid.support.missing import Missing
 from axisid.trends import Trend
+from axisid.trends.point import Point, place_of
 
 SHIFTED = 14  # results from which the mass is another one
 BEYOND = 5
@@ -43,7 +45,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
             (place / f"r{i:02}.json").write_text(json.dumps(made))
             conditions = {"date": f"2026-03-{i + 1:02}", "run": float(20 - i)}
             row = FleetRow(
-                name=f"r{i:02}", log="", axis="emps2015", conditions=conditions, status="ok"
+                name=f"r{i:02}",
+                log=f"r{i:02}.csv",
+                axis="emps2015",
+                conditions=conditions,
+                status="ok",
             )
             write_row(ledger, row)
     (place / "other.json").write_text("{}")  # none of the fleet's
@@ -130,3 +136,16 @@ def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> 
         trend([3])  # type: ignore[list-item]
     with pytest.raises(UsageError, match=r"ends in \.csv, \.html, \.json"):
         made.write(tmp_path / "t.pdf")
+
+
+@pytest.mark.skipif(not hasattr(time, "tzset"), reason="the zone cannot be set")
+def test_a_date_stands_at_the_same_place_in_every_zone(monkeypatch: pytest.MonkeyPatch) -> None:
+    point = Point(
+        name="r", axis="", serial="", conditions={"date": "1970-01-02"}, method="", parameters={}
+    )
+    with monkeypatch.context() as patch:
+        patch.setenv("TZ", "Asia/Tokyo")
+        time.tzset()
+        place = place_of(point, "date")
+    time.tzset()
+    assert place == 1.0

@@ -30,7 +30,7 @@ def fleet_document(folder: str, rows: Sequence[FleetRow], groups: Sequence[AxisG
         facts=(("status", told), ("results", folder), ("work", _work(rows))),
     )
     by_axis = (block for group in groups for block in _group_blocks(group))
-    return heading, *by_axis, *_checks(rows), *_failures(rows)
+    return heading, *by_axis, *_not_finite(rows), *_checks(rows), *_failures(rows)
 
 
 def _work(rows: Sequence[FleetRow]) -> str:
@@ -82,6 +82,14 @@ def _outliers(group: AxisGroup) -> Block:
         title=f"{group.axis}: {len(group.outliers)} stand out",
         said=_more(len(group.outliers)),
     )
+
+
+def _not_finite(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
+    """How many logs are held against no others, since there is nothing to compare."""
+    count = sum(row.has_result and not row.is_finite for row in rows)
+    logs = "1 log has" if count == 1 else f"{count} logs have"
+    said = f"{logs} values that are not finite, and no part in what is usual."
+    return (paragraph(said),) if count else ()
 
 
 def _checks(rows: Sequence[FleetRow]) -> tuple[Block, ...]:

@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from axisid.codegen.artefacts import as_declared
 from axisid.estimation.signals import Prefilter
 from axisid.fleets.items import FleetItem, gather_items, result_names
@@ -63,7 +65,7 @@ def fleet(
     executor : Executor, optional
         In place of processes: any of `concurrent.futures`, or Dask's ``client.get_executor()``.
     time_limit : float, optional
-        Seconds for one log.
+        Seconds for one log; of a process's first log of an axis, building the axis too.
     resume : bool
         Leave alone what was done with the same log, axis and options.
     prefilter : Prefilter, optional
@@ -104,10 +106,15 @@ def fleet(
         draws=draws,
     )
     named = [Named(name=n, item=i) for n, i in zip(result_names(items), items, strict=True)]
-    done = dict(_finished(settings, named)) if resume else {}
+    before = read_ledger(Path(settings.folder)) if resume else {}
+    done = dict(_finished(settings, named, before))
     todo = [each for each in named if each.name not in done]
-    made = _work(settings, todo, progress, resume, jobs=jobs, executor=executor, limit=time_limit)
-    rows = {**done, **{row.name: row for row in made}}
+    moved = [row for row in done.values() if row != before[row.name]]
+    made = _work(
+        settings, todo, moved, progress, resume, jobs=jobs, executor=executor, limit=time_limit
+    )
+    rows = {name: _skipped(row) for name, row in done.items()}
+    rows |= {row.name: row for row in made}
     return Fleet(folder=str(out), rows=tuple(rows[each.name] for each in named))
 
 
@@ -120,13 +127,16 @@ def written_files(items: Sequence[FleetItem]) -> dict[str, str]:
 def _work(
     settings: Settings,
     todo: Sequence[Named],
+    moved: Sequence[FleetRow],
     progress: Progress | None,
     resume: bool,
     **how: Any,
 ) -> Iterator[FleetRow]:
-    """Rows as they are done, each in the ledger before it is given."""
+    """Rows as they are done, each in the ledger before it is given, after those that moved."""
     function = partial(identify_log, settings)
     with ledger_of(Path(settings.folder), anew=not resume) as ledger:
+        for row in moved:
+            write_row(ledger, row)
         if not todo:
             return
         outcomes = run_jobs(
@@ -134,6 +144,8 @@ def _work(
         )
         for outcome in outcomes:
             row = _row(todo[outcome.place], outcome)
+            if not row.has_result:
+                _take_away(result_file(settings.folder, row.name), Path(row.log))
             write_row(ledger, row)
             yield row
 
@@ -147,22 +159,42 @@ def _row(named: Named, outcome: Outcome[FleetRow]) -> FleetRow:
     return named.row(status="failed", reason=f"{told.reason}.", code=code)
 
 
-def _finished(settings: Settings, named: Sequence[Named]) -> Iterator[tuple[str, FleetRow]]:
-    """Rows of what was done before with the same log, axis and options.
+def _take_away(result: Path, log: Path) -> None:
+    """Take away the result of an earlier run, which a log that now fails has no more."""
+    if result.is_file() and not (log.exists() and result.samefile(log)):
+        result.unlink()
 
-    What was killed or took too long has no key: another time it may not.
+
+def _finished(
+    settings: Settings, named: Sequence[Named], before: Mapping[str, FleetRow]
+) -> Iterator[tuple[str, FleetRow]]:
+    """Rows of what was done before with the same log, axis and options, by the items' names.
+
+    What was killed or took too long has no key: another time it may not. A row keeps the name of
+    its result, which is another one where another log of that name has come since.
     """
-    before = read_ledger(Path(settings.folder))
+    names = {each.name for each in named}
+    others = {_done_as(row.log, row.key): row for row in before.values() if row.name not in names}
     for each in named:
-        row = before.get(each.name)
-        if row is None or not row.key or row.key != _key_now(settings, each):
+        key, row = _key_now(settings, each), before.get(each.name)
+        if row is None or row.key != key:
+            row = others.pop(_done_as(each.item.log, key), None)
+        if row is None or not key:
             continue
-        if row.has_result and not result_file(settings.folder, each.name).is_file():
+        if row.has_result and not result_file(settings.folder, row.name).is_file():
             continue
-        kept = {name: getattr(row, name) for name in row.__struct_fields__}
-        said = {"serial": each.item.serial, "conditions": each.item.conditions}
-        status = "skipped" if row.has_result else "failed"
-        yield each.name, FleetRow(**{**kept, **said, "log": each.item.log, "status": status})
+        said = {"serial": each.item.serial, "conditions": dict(each.item.conditions)}
+        yield each.name, msgspec.structs.replace(row, log=each.item.log, **said)
+
+
+def _done_as(log: str, key: str) -> tuple[Path, str]:
+    """What tells a row by its log, axis and options."""
+    return Path(log).resolve(), key
+
+
+def _skipped(row: FleetRow) -> FleetRow:
+    """A row that was done before, as it is told."""
+    return msgspec.structs.replace(row, status="skipped") if row.has_result else row
 
 
 def _key_now(settings: Settings, named: Named) -> str:

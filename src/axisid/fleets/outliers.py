@@ -62,10 +62,10 @@ class AxisGroup:
 
 
 def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
-    """The rows with a result by axis and parameters."""
+    """The rows with a result by axis and parameters, without those that are not finite."""
     grouped: dict[tuple[str, tuple[str, ...]], list[FleetRow]] = {}
     for row in rows:
-        if row.has_result:
+        if row.has_result and row.is_finite:
             grouped.setdefault((row.axis, tuple(row.parameters)), []).append(row)
     return tuple(_group(axis, names, each) for (axis, names), each in grouped.items())
 

@@ -2,6 +2,8 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from itertools import chain
+from math import isfinite
 from typing import Annotated, Any, Literal
 
 from axisid.presentation.schema import JsonObject, Matrix, about
@@ -65,6 +67,12 @@ class FleetRow(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="a
     def has_result(self) -> bool:
         """Whether there is a result, from this run or an earlier one."""
         return self.status != "failed"
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether the values and their covariance are finite, so that they can be compared."""
+        found = chain((each.value for each in self.parameters.values()), *self.covariance)
+        return all(map(isfinite, found))
 
 
 def counts_of(rows: Iterable[FleetRow]) -> dict[str, int]:

@@ -13,6 +13,7 @@ from axisid.fleets.items import FleetItem
 from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.text import load_axis
 from axisid.support.errors import UsageError
+from axisid.support.files.regular_file import read_regular
 from axisid.support.version import __version__
 
 
@@ -76,6 +77,7 @@ class Settings:
             log,
             generated.signature,
             declared,
+            self.native,
             sorted({**self.reading, **({"columns": item.columns} if item.columns else {})}.items()),
             self.prefilter,
             sorted(self.identifying.items()),
@@ -91,7 +93,7 @@ class Settings:
                 code="no-axis-of-log",
             )
         source = axis if isinstance(axis, Axis) else str(axis)
-        mark = _canonical(source) if isinstance(source, Axis) else source
+        mark = _canonical(source) if isinstance(source, Axis) else _mark(source)
         fixed = tuple(sorted(self.fixed.items()))
         return _built(_Same(source, mark), fixed, self.left_out, self.drive_time, self.native)
 
@@ -124,6 +126,18 @@ def _built(
         axis = replace(axis, drive=axis.drive.estimating(drive_time))
     axis = leave_out(axis, *left_out)
     return build(axis, native=native), _digest(_canonical(axis))
+
+
+def _mark(name: str) -> str:
+    """What names an axis, with the bytes of its file, which may change while a process lives."""
+    path, python, _ = name.partition(".py:")
+    file = Path(f"{path}.py" if python else name)
+    if file.suffix not in (".py", ".toml"):
+        return name  # of the library
+    try:
+        return f"{name}\0{hashlib.sha256(read_regular(file)).hexdigest()}"
+    except (OSError, ValueError):
+        return name  # `load_axis` says what is wrong
 
 
 def _canonical(axis: Axis) -> str:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -93,9 +93,16 @@ def _saved(given: object) -> Iterator[SavedIdentification]:
         done = read_ledger(Path(given))
         files = sorted(Path(given).glob(_RESULTS))
         # What a fleet did not write in its folder may be anything.
-        yield from (_loaded(file) for file in files if not done or file.stem in done)
+        kept = last_results(done.values())
+        yield from (_loaded(file) for file in files if not done or file.stem in kept)
     else:
         yield _loaded(given)
+
+
+def last_results(rows: Iterable[FleetRow]) -> set[str]:
+    """Names of the results that are the last of their log and axis; of what failed since, none."""
+    last = {(row.log, row.axis): row for row in rows}
+    return {row.name for row in last.values() if row.has_result}
 
 
 def _loaded(file: str | Path) -> SavedIdentification:
@@ -113,9 +120,9 @@ def _point(
     saved: SavedIdentification, ledgers: dict[Path, dict[str, FleetRow]], method: str | None
 ) -> Point:
     file = Path(saved.file)
-    rows = ledgers.setdefault(file.parent, {}) or read_ledger(file.parent)
-    ledgers[file.parent] = rows
-    row = rows.get(file.stem)
+    if file.parent not in ledgers:
+        ledgers[file.parent] = read_ledger(file.parent)
+    row = ledgers[file.parent].get(file.stem)
     estimate = saved.preferred if method is None else saved[method]
     return Point(
         name=file.stem,
@@ -153,7 +160,9 @@ def place_of(point: Point, by: str) -> float:
         )
     if isinstance(told, str):
         try:
-            return datetime.fromisoformat(told).timestamp() / _DAY
+            date = datetime.fromisoformat(told)
+            # Without a zone it is taken as UTC, so that a place does not depend on the machine.
+            return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp() / _DAY
         except ValueError:
             told = math.nan
     if not math.isfinite(told):

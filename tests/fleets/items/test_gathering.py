@@ -69,6 +69,13 @@ def test_a_manifest_says_what_is_known_of_each_log(folder: Path, kind: str) -> N
     assert second.conditions == {"site": "south"}
 
 
+def test_a_condition_that_is_not_finite_is_missing(tmp_path: Path) -> None:
+    file = tmp_path / "manifest.csv"
+    file.write_text("log,temperature,load\na.csv,nan,2\n")
+    (item,) = gather_items(file, tmp_path)
+    assert item.conditions == {"load": 2.0}
+
+
 def test_results_of_logs_of_one_name_are_told_apart() -> None:
     items = [FleetItem(log=log) for log in ("x/a.csv", "y/A.csv", "b.csv.gz")]
     first, second, third = result_names(items)

@@ -67,6 +67,27 @@ def test_what_a_broken_pool_of_processes_left_is_done_and_the_killer_named() -> 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="an interrupt is a signal")
 def test_an_interrupt_ends_all_processes_within_two_seconds(root: Path) -> None:
+    run = _hanging(root)
+    begin = time.monotonic()
+    os.killpg(run.pid, signal.SIGINT)  # as a terminal does: to all processes
+    _, said = run.communicate(timeout=10)  # to the end of the pipes, which workers have too
+    assert time.monotonic() - begin < 2.0
+    assert said.count("Traceback") == 1, said  # ours, and none of a worker
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="it is killed by a signal")
+@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGKILL])
+def test_workers_end_with_a_process_that_is_killed(root: Path, by: signal.Signals) -> None:
+    run = _hanging(root)
+    begin = time.monotonic()
+    run.send_signal(by)  # to this process alone
+    run.communicate(timeout=10)  # to the end of the pipes, which workers have too
+    assert time.monotonic() - begin < 2.0
+
+
+def _hanging(root: Path) -> "subprocess.Popen[str]":
+    """A program whose two workers hang."""
     program = (
         "from axisid.support.jobs.run import run_jobs\n"
         "from tests.support.jobs.work import HANGS, double\n"
@@ -84,11 +105,7 @@ def test_an_interrupt_ends_all_processes_within_two_seconds(root: Path) -> None:
     )
     assert run.stdout is not None
     assert run.stdout.readline() == "begun\n"
-    begin = time.monotonic()
-    os.killpg(run.pid, signal.SIGINT)  # as a terminal does: to all processes
-    _, said = run.communicate(timeout=10)  # to the end of the pipes, which workers have too
-    assert time.monotonic() - begin < 2.0
-    assert said.count("Traceback") == 1, said  # ours, and none of a worker
+    return run
 
 
 @pytest.mark.parametrize(

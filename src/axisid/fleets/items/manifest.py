@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,7 @@ def manifest_items(file: Path) -> Iterator[FleetItem]:
     """
     for number, row in enumerate(_rows(file), 1):
         told = {k.strip(): v for k, v in row.items() if k and v not in (None, "")}
+        conditions = {k: _value(v) for k, v in told.items() if k not in _OWN}
         if not told.get(_LOG):
             raise DataError(
                 f"{file}: row {number} names no log; give its path in the column {_LOG!r}.",
@@ -57,7 +59,7 @@ def manifest_items(file: Path) -> Iterator[FleetItem]:
             axis=_axis(file, str(told.get("axis", ""))),
             serial=str(told.get("serial", "")),
             columns=_columns(file, number, str(told.get("columns", ""))),
-            conditions={k: _value(v) for k, v in told.items() if k not in _OWN},
+            conditions={k: v for k, v in conditions.items() if v is not None},
         )
 
 
@@ -106,11 +108,10 @@ def _columns(file: Path, number: int, text: str) -> dict[str, str]:
     return {role.strip(): name.strip() for role, _, name in pairs}
 
 
-def _value(given: Any) -> str | float:
-    """A condition: a number where it is one."""
-    if isinstance(given, (int, float)) and not isinstance(given, bool):
-        return float(given)
+def _value(given: Any) -> str | float | None:
+    """A condition: a number where it is one; none where that is not finite, as of an empty cell."""
     try:
-        return float(str(given))
+        number = float(str(given))
     except ValueError:
         return str(given)
+    return number if math.isfinite(number) else None

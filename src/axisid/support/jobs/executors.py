@@ -1,6 +1,5 @@
 """Jobs on any executor of `concurrent.futures`: threads, processes, a cluster of Dask."""
 
-import os
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
@@ -34,8 +33,8 @@ def on_executor(
 ) -> Generator[Outcome[Value], None, None]:
     """Outcomes of items, as they end.
 
-    What an executor of processes did not do when one of them died goes on processes of its own,
-    which tell the item that did it.
+    What an executor of processes did not do when one of them died goes on processes of our own, as
+    many as it had, which tell the item that did it.
 
     Parameters
     ----------
@@ -53,7 +52,8 @@ def on_executor(
         run.cancel()
     if run.left:
         rest = chain(sorted(run.left.items()), run.items)
-        yield from on_processes(function, rest, jobs=os.cpu_count() or 1, limit=limit)
+        jobs = getattr(executor, "_max_workers", 1)
+        yield from on_processes(function, rest, jobs=jobs, limit=limit)
 
 
 class _Submitted:

@@ -109,8 +109,8 @@ class _Processes:
     def _next(self, worker: Worker) -> None:
         """Give a worker its next job, or let it end."""
         if not self._has_more():
-            self.workers.remove(worker)
             worker.end()
+            self.workers.remove(worker)
             return
         place, item = self._ahead.popleft() if self._ahead else self._again.popleft()
         _, before = self._begun.get(place, (item, 0))
@@ -151,5 +151,5 @@ class _Processes:
         return Outcome(place=place, failure=timed_out(self._limit))
 
     def _leave(self, worker: Worker) -> None:
+        worker.kill()  # before it is removed: an interrupt between the two leaves none behind
         self.workers.remove(worker)
-        worker.kill()

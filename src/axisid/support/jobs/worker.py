@@ -4,8 +4,9 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from time import monotonic
 from typing import Any
@@ -90,6 +91,7 @@ class Worker:
 
 def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
     """What a worker does: jobs, until the other end of the pipe closes or says that it is all."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     pipe.send(READY)
     with contextlib.suppress(EOFError, OSError):
         while (item := pipe.recv()) is not None:
@@ -98,6 +100,14 @@ def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
                 pipe.send(made)
             except (TypeError, ValueError, AttributeError) as error:  # it cannot be pickled
                 pipe.send(failure_of(error))
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it is gone, whatever a job does meanwhile."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 @contextlib.contextmanager

@@ -1,0 +1,66 @@
+"""A fleet that goes on: it may have grown, and its logs may have changed."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from axisid import FleetItem, fleet
+from axisid.fleets import Fleet, read_ledger
+from axisid.fleets.one_log import Named, result_file
+from axisid.fleets.row import FleetRow
+from axisid.fleets.settings import Settings, log_digest
+from axisid.trends.point import last_results
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Logs, of which those that are empty fail."""
+
+    def identified(settings: Settings, named: Named) -> FleetRow:
+        log = Path(named.item.log)
+        if not log.read_text():
+            return named.row(status="failed", reason="empty.")
+        result_file(settings.folder, named.name).write_text("{}")
+        key = settings.key(named.item, log_digest(log))
+        return named.row(axis="emps2015", status="ok", key=key)
+
+    monkeypatch.setattr(sys.modules[fleet.__module__], "identify_log", identified)
+    for name in ("x", "y"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.csv").write_text(name)
+    return tmp_path
+
+
+def run(place: Path, *names: str, serial: str = "", resume: bool = True) -> Fleet:
+    items = [FleetItem(log=str(place / name / "a.csv"), serial=serial) for name in names]
+    return fleet(items, "emps2015", place / "out", jobs=0, native=False, resume=resume)
+
+
+def test_a_result_keeps_its_name_when_another_log_of_that_name_comes(place: Path) -> None:
+    run(place, "x")
+    grown = run(place, "x", "y")
+    assert [row.status for row in grown] == ["skipped", "ok"]
+    assert [row.name for row in run(place, "y", "x")] == [row.name for row in grown][::-1]
+    assert len(list((place / "out").glob("*.json"))) == 2
+
+
+def test_what_is_put_right_of_a_log_that_is_done_goes_into_the_ledger(place: Path) -> None:
+    run(place, "x")
+    assert run(place, "x", serial="17")["a"].status == "skipped"
+    row = read_ledger(place / "out")["a"]
+    assert (row.serial, row.status) == ("17", "ok")
+
+
+@pytest.mark.parametrize("resume", [True, False])
+def test_the_result_of_a_log_that_fails_now_is_taken_away(place: Path, resume: bool) -> None:
+    run(place, "x")
+    (place / "x" / "a.csv").write_text("")
+    assert run(place, "x", resume=resume)["a"].status == "failed"
+    assert not (place / "out" / "a.json").exists()
+
+
+def test_a_trend_takes_the_last_row_of_each_log() -> None:
+    told = [("a", "x", "ok"), ("b", "y", "ok"), ("a-1", "x", "ok"), ("b-1", "y", "failed")]
+    rows = [FleetRow(name=n, log=log, axis="s", status=s) for n, log, s in told]  # type: ignore[arg-type]
+    assert last_results(rows) == {"a-1"}
