@@ -25,9 +25,10 @@ OF_THE_USER = (
     "loaded.csv",
     "logs/*.csv",
     "manifest.csv",
+    "trend results",
 )  # examples with a record, which cannot run here
 
-WITH_LOGS_ALONE = ("fleet",)
+WITH_LOGS_ALONE = ("fleet", "trend")
 
 
 def examples(command: click.Command) -> list[str]:

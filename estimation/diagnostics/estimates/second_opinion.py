@@ -1,6 +1,6 @@
 """Instruments against DIDIM, and which of the two to believe, as a check."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, Value
@@ -63,12 +63,12 @@ def second_opinion_check(
 def prefers_instruments(found: Mapping[str, NoiseBias], iv: Estimate, didim: Estimate) -> bool:
     """Whether instruments are to be believed though the control is the law's: see `_whom`."""
     moved = _moved(found)
-    return _is_vaguer({name: (iv.parameters[name], didim.parameters[name]) for name in moved})
+    return bool(_vaguer({name: (iv.parameters[name], didim.parameters[name]) for name in moved}))
 
 
-def _is_vaguer(both: Mapping[str, tuple[Value, Value]]) -> bool:
-    """Whether didim, the second, knows less of a parameter that the two part in."""
-    return any(didim.deviation > iv.deviation for iv, didim in both.values())
+def _vaguer(both: Mapping[str, tuple[Value, Value]]) -> list[str]:
+    """What didim, the second, knows less of among the parameters that the two part in."""
+    return [name for name, (iv, didim) in both.items() if didim.deviation > iv.deviation]
 
 
 def _moved(found: Mapping[str, NoiseBias]) -> dict[str, NoiseBias]:
@@ -122,7 +122,7 @@ def _apart(
         f"({_percent(bias, both[name][1])}{bias.shift:.2g} deviations)"
         for name, bias in moved.items()
     )
-    vaguer = _is_vaguer(both)
+    vaguer = _vaguer(both)
     return f"idm-iv differs from didim, {listed}: {_whom(law_passed=law_passed, vaguer=vaguer)}"
 
 
@@ -130,12 +130,12 @@ def _percent(bias: NoiseBias, didim: Value) -> str:
     return f"{100 * bias.difference / didim.value:+.2g} %, " if didim.value else ""
 
 
-def _whom(*, law_passed: bool | None, vaguer: bool) -> str:
-    """Which of the two a control law speaks for, on which didim alone rests, `vaguer` or not."""
+def _whom(*, law_passed: bool | None, vaguer: Sequence[str]) -> str:
+    """Which of the two a control law speaks for, on which didim alone rests, `vaguer` of some."""
     if law_passed and vaguer:
         return (
             "the encoder's steps, or a force that the model lacks, move both, and didim is the "
-            "vaguer, so believe the instruments"
+            f"vaguer in {', '.join(vaguer)}, so the verdict is of the instruments"
         )
     if law_passed:
         return (

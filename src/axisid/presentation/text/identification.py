@@ -69,6 +69,7 @@ def identification_document(
         *shared_remarks(estimates, wording),
         *physical_notes(physical, wording),
         *noise_notes(diagnosis),
+        *_judged_note(diagnosis, estimates),
         *moves_notes(diagnosis),
         *several_notes(result),
         made,
@@ -84,6 +85,13 @@ def identification_document(
         *((draws_table(result.estimates, draws),) if not is_nothing(draws) else ()),
         *(details_document(result.estimates, diagnosis, wording) if full else ()),
     )
+
+
+def _judged_note(diagnosis: Diagnosis, estimates: Sequence[Estimate]) -> list[str]:
+    """Which of several estimates the verdict speaks of."""
+    if len(estimates) < 2:
+        return []
+    return [f"Verdict: of {diagnosis.preferred.upper()}, where a check is of one estimate."]
 
 
 def _side_by_side(estimates: Sequence[Estimate]) -> list[list[Estimate]]:
