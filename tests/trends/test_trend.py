@@ -26,6 +26,7 @@ from axisid.fleets.ledger import ledger_of, write_row
 from axisid.support.missing import Missing
 from axisid.trends import Trend
 from axisid.trends.point import Point, place_of
+from tests.refusals import refuses
 
 SHIFTED = 14  # results from which the mass is another one
 BEYOND = 5
@@ -139,6 +140,11 @@ def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> 
 
 
 @pytest.mark.skipif(not hasattr(time, "tzset"), reason="the zone cannot be set")
+def test_a_result_that_is_given_twice_is_refused(folder: Path) -> None:
+    with refuses("result-twice"):
+        trend([folder, folder])
+
+
 def test_a_date_stands_at_the_same_place_in_every_zone(monkeypatch: pytest.MonkeyPatch) -> None:
     point = Point(
         name="r", axis="", serial="", conditions={"date": "1970-01-02"}, method="", parameters={}

@@ -41,13 +41,16 @@ def trend_document(series: Sequence[Series], by: str) -> Document:
 
 def _series_blocks(series: Series) -> tuple[Block, ...]:
     said = [line for chart in series.charts for line in _changes(series, chart)]
+    methods = dict.fromkeys(point.method.upper() for point in series.points)
     table = Table(
         columns=text_columns(
             ("parameter", "unit", "centre", "sd between", "sd of a result", "limits of the last")
         ),
         rows=tuple(map(_row, series.charts)),
-        title=f"{series.title}, {len(series.points)} results",
+        title=f"{series.title}, {len(series.points)} results by {' and '.join(methods)}",
     )
+    if len(methods) > 1:
+        said.append("The results are judged by different methods, which may differ: choose one.")
     return table, paragraph(*(said or ["Nothing beyond the limits, and no step."]))
 
 

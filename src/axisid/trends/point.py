@@ -1,7 +1,8 @@
 """One result of a series, and where it is read from."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -74,7 +75,9 @@ def points_of(results: object, method: str | None) -> list[Point]:
     if not isinstance(listed, Iterable):
         raise UsageError(f"the results are {quoted(results)}; give files, or folders of them.")
     ledgers: dict[Path, dict[str, FleetRow]] = {}
-    found = [_point(saved, ledgers, method) for each in listed for saved in _saved(each)]
+    every = [saved for each in listed for saved in _saved(each)]
+    _check_once(every)
+    found = [_point(saved, ledgers, method) for saved in every]
     if not found:
         raise UsageError(
             f"there is no result in {quoted(results)}; give files that identify --json or a fleet "
@@ -82,6 +85,16 @@ def points_of(results: object, method: str | None) -> list[Point]:
             code="no-results",
         )
     return found
+
+
+def _check_once(results: Sequence[SavedIdentification]) -> None:
+    """A result that counts twice moves limits and hides steps."""
+    files = Counter(Path(saved.file).resolve() for saved in results)
+    if twice := [str(file) for file, times in files.items() if times > 1]:
+        raise UsageError(
+            f"{quoted(twice[0])} is given {files[Path(twice[0])]} times; give each result once.",
+            code="result-twice",
+        )
 
 
 def _saved(given: object) -> Iterator[SavedIdentification]:

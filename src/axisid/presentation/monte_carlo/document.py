@@ -202,7 +202,8 @@ def findings(result: MonteCarlo) -> Paragraph:
         said.append(f"Intervals that are wider than they need be: {_listed(many)}.")
     if not few and not many and any(each.coverage for each in result.figures):
         said.append(
-            "Every interval holds the truth as often as it says, within the Monte-Carlo error."
+            f"No interval holds the truth more or less often than it says, as far as {len(result)} "
+            "runs tell."
         )
     if result.biased:
         said.append(
