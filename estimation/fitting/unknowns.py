@@ -131,7 +131,7 @@ def unknowns_of(
 
     _with_declared(found, form, names)
     _with_bounds(found, bounds, places)
-    _with_priors(found, prior, places)
+    _with_priors(found, prior, fixed, places)
     _with_fixed(found, fixed, places)
     if not found.free.any():
         raise UsageError(
@@ -182,9 +182,17 @@ def _with_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places:
 
 
 def _with_priors(
-    found: Unknowns, prior: Mapping[str, tuple[float, float]], places: _Places
+    found: Unknowns,
+    prior: Mapping[str, tuple[float, float]],
+    fixed: Mapping[str, float],
+    places: _Places,
 ) -> None:
     for name, given in prior.items():
+        if name in fixed:
+            raise UsageError(
+                f"{quoted(name)} is fixed, and something is known of it; give one of the two.",
+                code="fixed-and-known",
+            )
         pair = given if isinstance(given, (tuple, list)) else ()
         sound = len(pair) == 2 and all(is_real(x) and math.isfinite(x) for x in pair)
         if not sound or pair[1] <= 0:

@@ -463,6 +463,7 @@ def test_a_fit_is_equal_after_a_pickle(found: OutputFit) -> None:
         ("fit-bounds-empty", {"bounds": {"M": (None, -1.0)}}),
         ("fit-prior", {"prior": {"M": (5.0, 0.0)}}),
         ("fit-prior", {"prior": {"M": 5.0}}),
+        ("fixed-and-known", {"prior": {"M": (95.0, 2.0)}, "fixed": {"M": 95.0}}),
         ("fit-fixed", {"fixed": {"M": "five"}}),
         ("fit-fixed-bounds", {"fixed": {"M": -5.0}}),
         ("nothing-free", {"fixed": dict(TRUTH)}),
