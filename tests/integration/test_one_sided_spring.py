@@ -66,7 +66,7 @@ def test_a_potential_with_a_kink_is_shown_generated_and_identified(
     code, out, err = run("identify", file, "--json", "-")
     assert code == 0, err
     estimates = json.loads(out)["estimates"]
-    assert len(estimates) == 4
+    assert len(estimates) == 5
     for estimate in estimates:
         found = {name: p["value"] for name, p in estimate["parameters"].items()}
         assert found["k"] == pytest.approx(truth, rel=0.01), estimate["method"]

@@ -86,7 +86,7 @@ def test_unseen_axis_is_identified_from_its_twin_within_one_percent(axis: Axis) 
     )
     assert axis.experiment is not None
     truth = [axis.experiment.truth[p.name] for p in axis.parameters]
-    assert set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
+    assert set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv", "didim"}
     for method in ("idm-ls", "idm-iv", "ddm-iv"):
         assert result[method].physical == pytest.approx(truth, rel=0.01), method
 
@@ -159,7 +159,7 @@ def test_axis_without_law_is_identified_by_least_squares_and_says_what_it_left_o
     record = twin_record(BELT)
     result = identify(replace(BELT, control=None), record, Prefilter(cutoff=100.0, decimate=5))
     assert set(result.estimates) == {"idm-ls", "ddm-ls"}
-    assert set(result.skipped) == {"idm-iv", "ddm-iv"}
+    assert set(result.skipped) == {"idm-iv", "ddm-iv", "didim"}
     assert "no control law" in result.skipped["idm-iv"].text
     assert result["idm-ls"].simulation_error_percent is None
     assert "without idm-iv, ddm-iv: axis" in result.summary()

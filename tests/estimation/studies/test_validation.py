@@ -230,7 +230,7 @@ def test_command_line_prints_and_writes_the_validation(
     assert "Frozen estimates on" in done.output
     assert "of the tracking error" in done.output
     methods = json.loads(out.read_text())["validation"]["methods"]
-    assert [m["method"] for m in methods] == ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"]
+    assert [m["method"] for m in methods] == ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv", "didim"]
     assert all(m["tracking_error_percent"] > 0 for m in methods)
     assert "idm-ls" not in " ".join(
         str(v.reason) for v in validate(identify(emps2015, twin_record(emps2015)), bare(emps2015))
