@@ -348,8 +348,6 @@ def test_the_command_runs_it_where_it_is_named(run: Run, tmp_path: Path) -> None
     code, out, _ = run("identify", "emps2015", "--method", "didim", "--start", "nominal")
     assert code == 0
     assert "from nominal" in out
-    code, out, _ = run("identify", "emps2015")
-    assert "DIDIM" not in out
     code, _, err = run("identify", "emps2015", "--method", "all", "--method", "didim")
     assert code == 2
     assert "--method all is by itself" in err
@@ -357,4 +355,4 @@ def test_the_command_runs_it_where_it_is_named(run: Run, tmp_path: Path) -> None
         "identify", "emps2015", str(tmp_path / "x.csv"), "--stream", "--method", "didim"
     )
     assert code == 2
-    assert "idm-ls alone" in err
+    assert "--method" in err
