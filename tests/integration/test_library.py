@@ -29,7 +29,7 @@ def test_least_squares_and_instruments_recover_the_twin(name: str) -> None:
     """
     result = identified(name)
     direct = [] if name in NO_DIRECT_MODEL else ["ddm-ls", "ddm-iv"]
-    assert set(result.estimates) == {"idm-ls", "idm-iv", *direct}
+    assert set(result.estimates) == {"idm-ls", "idm-iv", "didim", *direct}
     truth = result.record.provenance.truth
     for method, estimate in result.estimates.items():
         for p, value in estimate.parameters.items():

@@ -187,6 +187,6 @@ def test_crank_is_identified_by_the_inverse_model_only() -> None:
     result = identify(
         build(crank), twin_record(crank), Prefilter(cutoff=150.0, decimate=3, hold="zoh")
     )
-    assert set(result.estimates) == {"idm-ls", "idm-iv"}
+    assert set(result.estimates) == {"idm-ls", "idm-iv", "didim"}
     assert "depends on phi" in result.skipped["ddm-iv"].text
     assert result["idm-iv"].physical == pytest.approx([0.12, 0.05, 0.3], rel=0.01)

@@ -45,7 +45,7 @@ def test_every_method_finds_the_parameters_and_nothing_speaks_against_them(
 ) -> None:
     axis = build(recorded_axis(kind, between))
     result = identify(axis, twin(axis, kind, 1))
-    assert set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
+    assert set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv", "didim"}
     for estimate in result.estimates.values():
         for name, value in estimate.parameters.items():
             centre = sum(value.interval) / 2

@@ -52,7 +52,7 @@ def _values(result: Identification) -> dict[str, float]:
 @pytest.mark.slow
 def test_three_records_agree_with_each_and_are_more_precise(plain, three) -> None:  # type: ignore[no-untyped-def]
     together = identify(plain, three)
-    assert set(together.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
+    assert set(together.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv", "didim"}
     alone = [identify(plain, record, methods=METHOD) for record in three]
     for name in ("M", "Fv", "Fc"):
         value = together["idm-iv"].parameters[name]

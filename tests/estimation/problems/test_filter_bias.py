@@ -47,7 +47,7 @@ def valve() -> Identification:
         experiment=replace(declared, moves=moves, truth=truth),
     )
     made = build(leave_out(quick, "Fs"))
-    return identify(made, twin_record(made))
+    return identify(made, twin_record(made), methods=["idm-ls", "idm-iv"])
 
 
 def _truth(result: Identification) -> Array:
