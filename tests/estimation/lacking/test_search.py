@@ -1,5 +1,6 @@
 """What a model lacks is named with its size; where it lacks nothing, nothing is."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -33,7 +34,7 @@ def of_plant(kind: str) -> Record:
     return twin_record(replace(AXIS, name="plant", force=AXIS.force + force))
 
 
-def found(record: Record, methods: list[str] | None = None) -> tuple[Lack, ...]:
+def found(record: Record, methods: Sequence[str] = ("idm-ls", "idm-iv")) -> tuple[Lack, ...]:
     result = identify(AXIS, record, methods=methods)
     lacks = lacking(result.data, result.preferred)
     assert not isinstance(lacks, Missing)
