@@ -1,5 +1,6 @@
 """What the four estimators do with known terms, force columns, alignment and odd records."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -195,7 +196,8 @@ def test_failed_instruments_do_not_lose_least_squares() -> None:
     assert set(result.estimates) == {"idm-ls", "ddm-ls"}
     assert set(result.failed) == {"idm-iv", "ddm-iv"}
     assert "positive nominal value" in result.failed["idm-iv"].text
-    assert "without idm-iv, ddm-iv: iterate 0: axis" in " ".join(result.summary().split())
+    said = " ".join(result.summary().split())
+    assert re.search(r"without [\w, -]*idm-iv, ddm-iv[\w, -]*: iterate 0: axis", said)
     named = identify(massless, twin_record(axis), methods=["idm-iv", "idm-ls"], start="nominal")
     assert set(named.estimates) == {"idm-ls"}
     assert set(named.failed) == {"idm-iv"}
