@@ -35,7 +35,9 @@ def of_plant(kind: str) -> Record:
 
 
 def found(record: Record, methods: Sequence[str] = ("idm-ls", "idm-iv")) -> tuple[Lack, ...]:
-    result = identify(AXIS, record, methods=methods)
+    """What is found lacking, with least squares alone where the record has no loop."""
+    without_loop = record.reference is None
+    result = identify(AXIS, record, methods=["idm-ls"] if without_loop else methods)
     lacks = lacking(result.data, result.preferred)
     assert not isinstance(lacks, Missing)
     return lacks
