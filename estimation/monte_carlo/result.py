@@ -76,8 +76,10 @@ class CheckFigures:
     Attributes
     ----------
     name : str
-    fails, notes, passes, missing : Share
-        The last where it could not be evaluated, or the run has no such check.
+    fails, notes, passes : Share
+        Of the runs in which it was evaluated: what nobody looked at has not passed.
+    missing : Share
+        Of all that were judged: it could not be evaluated, or the run has no such check.
     """
 
     name: str
@@ -363,8 +365,8 @@ def _is_biased(each: EstimandFigures) -> bool:
 
 
 def _check(name: str, statuses: NDArray[np.int8]) -> CheckFigures:
-    passes, notes, fails = (
-        Share.of_truths(statuses == STATUSES.index(status)) for status in ("pass", "note", "fail")
-    )
-    missing = Share(len(statuses) - passes.count - notes.count - fails.count, len(statuses))
+    ended = [STATUSES.index(status) for status in ("pass", "note", "fail")]
+    evaluated = statuses[np.isin(statuses, ended)]
+    passes, notes, fails = (Share.of_truths(evaluated == each) for each in ended)
+    missing = Share(len(statuses) - len(evaluated), len(statuses))
     return CheckFigures(name=name, fails=fails, notes=notes, passes=passes, missing=missing)

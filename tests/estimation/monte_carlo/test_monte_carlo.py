@@ -14,7 +14,7 @@ from axisid.estimation import MonteCarlo, TwinNoise
 from axisid.estimation.monte_carlo import spread
 from axisid.estimation.monte_carlo.figures import Share
 from axisid.estimation.monte_carlo.noise import DrawnNoise
-from axisid.estimation.monte_carlo.runs import BlockNumbers, Estimand, FailedRun, joined
+from axisid.estimation.monte_carlo.runs import STATUSES, BlockNumbers, Estimand, FailedRun, joined
 from axisid.estimation.monte_carlo.twins import twins
 from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
@@ -141,6 +141,17 @@ def test_bias_scatter_and_coverage_are_those_of_the_numbers() -> None:
     (check,) = made.checks
     assert (check.fails, check.passes, check.missing) == (Share(1, 2), Share(1, 2), Share(0, 2))
     assert made.objected == Share(1, 2)
+
+
+def test_a_check_is_counted_where_it_was_evaluated_alone() -> None:
+    made = numbers(100.2 + np.array([-1.0, 0.5]), half=2.0)
+    for second, shares in {
+        STATUSES.index("not evaluated"): (Share(0, 1), Share(1, 1), Share(1, 2)),
+        -1: (Share(0, 1), Share(1, 1), Share(1, 2)),
+    }.items():
+        unseen = replace(made.numbers, statuses=np.array([[0], [second]], dtype=np.int8))
+        (check,) = replace(made, numbers=replace(unseen, judged=np.array([True, True]))).checks
+        assert (check.fails, check.passes, check.missing) == shares
 
 
 def test_bias_of_few_runs_is_judged_by_students_law() -> None:

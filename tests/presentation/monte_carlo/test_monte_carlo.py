@@ -7,7 +7,9 @@ import jsonschema
 import numpy as np
 import pytest
 
+from axisid.estimation.monte_carlo import Mean, Share
 from axisid.presentation.drawing.matplotlib import draw
+from axisid.presentation.monte_carlo.document import mean_cell, share_texts
 from axisid.presentation.monte_carlo.page import monte_carlo_page
 from axisid.presentation.monte_carlo.plots import PLOTS, monte_carlo_plot, monte_carlo_plots
 from axisid.presentation.plots.plot import Plot
@@ -26,8 +28,38 @@ def test_text_tells_every_estimate_with_its_errors_and_what_was_found() -> None:
     assert "on the right model" in text
     assert "nan" not in text
     share = judged().of("idm-iv", "M").coverage["hac"]
-    low, high = (100 * bound for bound in share.interval)
-    assert f"{low:.3g} to {high:.3g}" in text
+    assert share_texts(share)[1] in text
+
+
+@pytest.mark.parametrize(
+    ("share", "told"),
+    [
+        (Share(20, 20), ("100", "84 to 100")),
+        (Share(2886, 3000), ("96.2", "95.5 to 96.8")),
+        (Share(110_000, 1_000_000), ("11.00", "10.94 to 11.06")),
+        (Share(0, 0), ("-", "-")),
+        (None, ("-", "-")),
+    ],
+)
+def test_shares_have_the_digits_that_their_intervals_tell(
+    share: Share | None, told: tuple[str, str]
+) -> None:
+    assert share_texts(share) == told
+
+
+@pytest.mark.parametrize(
+    ("mean", "told"),
+    [
+        (Mean(0.000113, 0.0013), ("0.0001", "0.0013")),
+        (Mean(101.4, 130.2), ("101", "130")),
+        (Mean(2e-9, 1e-9), ("2e-09", "1e-09")),
+        (Mean(float("nan"), float("nan")), ("-", "-")),
+        (Mean(2.5, float("nan")), ("2.5", "-")),
+    ],
+)
+def test_means_have_the_digits_of_their_errors(mean: Mean, told: tuple[str, str]) -> None:
+    cell = mean_cell(mean)
+    assert (cell.value, cell.deviation) == told
 
 
 def test_json_is_what_the_schema_says(root: Path) -> None:

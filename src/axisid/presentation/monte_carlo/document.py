@@ -29,9 +29,11 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.presentation.formulas import decimals
 from axisid.support.remedy import Wording, as_arguments
 
 _MOST_REASONS = 5  # that are told of what came to nothing
+_PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 _TITLES = {
     PARAMETER: "Estimates without the filter's own bias",
     DIRECT: "Parameters of the direct model",
@@ -145,23 +147,27 @@ def _number(value: float, digits: int) -> str:
 
 
 def mean_cell(mean: Mean) -> Quantity:
-    """A figure with its Monte-Carlo error."""
+    """A figure with its Monte-Carlo error, to the digits that the error tells."""
     if math.isnan(mean.value):
         return Quantity("-", "-")
-    return Quantity(f"{mean.value:.3g}", _number(mean.error, 2))
+    if not _PLAIN[0] <= mean.error < _PLAIN[1]:
+        return Quantity(f"{mean.value:.3g}", _number(mean.error, 2))
+    places = decimals(mean.error)
+    return Quantity(f"{mean.value:.{places}f}", f"{mean.error:.{places}f}")
 
 
 def share_texts(share: Share | None) -> tuple[str, str]:
-    """A share in percent, and Wilson's interval; dashes of none."""
+    """A share in percent, and Wilson's interval to two digits of its width; dashes of none."""
     if share is None or not share.of:
         return "-", "-"
-    low, high = share.interval
-    return f"{100 * share.value:.3g}", f"{100 * low:.3g} to {100 * high:.3g}"
+    low, value, high = (100 * each for each in (share.interval[0], share.value, share.interval[1]))
+    places = decimals(high - low)
+    return f"{value:.{places}f}", f"{low:.{places}f} to {high:.{places}f}"
 
 
 def checks_table(result: MonteCarlo) -> Table:
-    """How often each check fails; of those that do not pass in every run."""
-    beyond = [each for each in result.checks if each.passes.count < each.passes.of]
+    """How often each check fails; of those that do not pass in every run, and were evaluated."""
+    beyond = [each for each in result.checks if each.passes.of > 0 and not _is_silent(each)]
     shares = [
         Column(head, "%", group=group)
         for group in ("fails", "notes")
@@ -180,6 +186,11 @@ def _check_row(check: CheckFigures) -> tuple[Cell, ...]:
     return check.name, *fails, *notes, share_texts(check.missing)[0]
 
 
+def _is_silent(check: CheckFigures) -> bool:
+    """Whether it was evaluated in every run and passed."""
+    return check.passes.count == check.missing.of
+
+
 def legend(result: MonteCarlo) -> Paragraph:
     """What the columns are."""
     said = [
@@ -187,8 +198,10 @@ def legend(result: MonteCarlo) -> Paragraph:
         f"errors. stated: deviation, {_label(result.plan.chosen)}. holds: share of its intervals "
         "that hold the truth, with Wilson's 95 % interval; after it that of other deviations."
     ]
-    if silent := [each.name for each in result.checks if each.passes.count == each.passes.of]:
+    if silent := [each.name for each in result.checks if _is_silent(each)]:
         said.append(f"Passed in every run: {', '.join(silent)}.")
+    if unseen := [each.name for each in result.checks if not each.passes.of]:
+        said.append(f"Evaluated in no run, so that nothing is known of them: {', '.join(unseen)}.")
     return paragraph(*said)
 
 

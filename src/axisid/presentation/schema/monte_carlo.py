@@ -54,10 +54,10 @@ class WrittenCheckFigures(JsonObject, frozen=True, kw_only=True):
     """How often a check ended in each way, of the runs that were judged."""
 
     name: str
-    fails: WrittenShare
+    fails: Annotated[WrittenShare, about("Of the runs in which it was evaluated.")]
     notes: WrittenShare
     passes: WrittenShare
-    not_evaluated: WrittenShare
+    not_evaluated: Annotated[WrittenShare, about("Of all that were judged.")]
 
 
 class WrittenFailedRun(JsonObject, frozen=True, kw_only=True):
