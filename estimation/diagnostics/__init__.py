@@ -12,7 +12,7 @@ from .diagnose import diagnose as diagnose
 from .diagnosis import Case as Case
 from .diagnosis import Diagnosis as Diagnosis
 from .diagnosis import RecordDiagnosis as RecordDiagnosis
-from .preferred import preferred_method as preferred_method
+from .preferred import Choice as Choice
 from .records_alike import Alike as Alike
 from .records_alike import Apart as Apart
 from .records_alike import records_alike as records_alike

@@ -51,8 +51,6 @@ from axisid.estimation.diagnostics.remainder import (
     tails_as_measured,
     terms_check,
 )
-from axisid.estimation.estimates import Estimate
-from axisid.estimation.problems import Problem
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
@@ -60,6 +58,7 @@ from axisid.support.missing import Missing
 from .beside import without_instruments
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .joined import joined
+from .preferred import Choice
 from .records_alike import alike_check
 from .repeated_samples import repeated_check
 
@@ -335,10 +334,10 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 }
 
 
-def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
-    """What every diagnostic finds in a result."""
-    case = Case(problem=problem, estimates=estimates)
-    names = record_labels([data.record for data in problem.data])
+def diagnose(choice: Choice) -> Diagnosis:
+    """What every diagnostic finds in a result of which an estimate was chosen."""
+    case = Case.of(choice)
+    names = record_labels([data.record for data in case.problem.data])
     made = {d.name: _of_parts(d, case) for d in DIAGNOSTICS.values() if d.by_record}
     checks = (_checked(diagnostic, case, made, names) for diagnostic in DIAGNOSTICS.values())
     law, alignment, velocity = (
@@ -355,7 +354,7 @@ def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=None if case.has_parts else case.lack_of_fit,
         bands={} if case.has_parts else case.bands,
-        records=_of_records(case, made) if len(problem.data) > 1 else (),
+        records=_of_records(case, made) if len(names) > 1 else (),
         noise_biases=case.noise_biases,
         attenuation=case.attenuation,
     )

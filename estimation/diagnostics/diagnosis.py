@@ -17,7 +17,7 @@ from axisid.estimation.diagnostics.estimates import (
     instrument_tests,
     strength_check,
 )
-from axisid.estimation.diagnostics.law import LawCheck, check_law
+from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import (
     Alignment,
     ForceTiming,
@@ -41,7 +41,6 @@ from axisid.estimation.noise import (
     NoiseBias,
     attenuation,
     noise_biases,
-    second_opinion,
 )
 from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import (
@@ -56,7 +55,7 @@ from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
 from .beside import instruments_beside, without_instruments
-from .preferred import preferred_method
+from .preferred import Choice
 from .records_alike import Alike, Apart, records_alike
 
 
@@ -144,13 +143,21 @@ class Case:
         What the estimates were made from.
     estimates : mapping of str to Estimate
         By method.
-    whole : Case, optional
-        The case of all records that this one is a part of, which decides what is judged.
+    choice : Choice
+        Of what is judged: of all records where the case is of one of several.
+    number : int
+        The record among these.
     """
 
     problem: Problem
     estimates: Mapping[str, Estimate]
-    whole: "Case | None" = None
+    choice: Choice
+    number: int = 0
+
+    @classmethod
+    def of(cls, choice: Choice) -> "Case":
+        """The case of all records."""
+        return cls(problem=choice.problem, estimates=choice.estimates, choice=choice)
 
     @property
     def data(self) -> FilteredRecord:
@@ -166,7 +173,8 @@ class Case:
             Case(
                 problem=Problem(axis=data.axis, data=(data,)),
                 estimates={n: part_of(e, self.problem, i) for n, e in self.estimates.items()},
-                whole=self,
+                choice=self.choice,
+                number=i,
             )
             for i, data in enumerate(self.problem.data)
         )
@@ -186,12 +194,10 @@ class Case:
         """The estimate that checks of one estimate are of."""
         return self.estimates[self.judged]
 
-    @cached_property
+    @property
     def judged(self) -> str:
         """The method of that estimate."""
-        if self.whole is not None:
-            return self.whole.judged
-        return preferred_method(self.problem, self.estimates)
+        return self.choice.method
 
     @property
     def direct(self) -> Estimate | None:
@@ -201,7 +207,7 @@ class Case:
     @cached_property
     def law(self) -> LawCheck | Missing:
         """The control law against the record, or why it cannot be checked."""
-        found = check_law(self.data.axis, self.data.record)
+        found = self.choice.laws[self.number]
         if isinstance(found, Missing) or not found.delay:
             return found
         return law_in_time(found, self.data.axis.axis.control, self.timing)
@@ -379,13 +385,11 @@ class Case:
     @cached_property
     def second_opinion(self) -> Mapping[str, NoiseBias] | Missing | None:
         """Instruments less DIDIM by parameter, or why not; None where they are not there both."""
-        iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
-        if iv is None or didim is None:
+        if not {"idm-iv", "didim"} <= self.estimates.keys():
             return None
         if self.weak_beside:
             return Missing("the instruments are too weak to tell")
-        found = second_opinion(iv, didim)
-        return found or Missing("the two are not of the same rows")
+        return self.choice.apart or Missing("the two are not of the same rows")
 
     @cached_property
     def attenuation(self) -> Attenuation | Missing:

@@ -1,38 +1,67 @@
 """Which of several estimates is judged: the one to believe."""
 
 from collections.abc import Mapping
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property
 
 from axisid.estimation.diagnostics.estimates import prefers_instruments
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.noise import second_opinion
+from axisid.estimation.noise import NoiseBias, second_opinion
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import DirectForm
+from axisid.support.missing import Missing
 
 
-def preferred_method(problem: Problem, estimates: Mapping[str, Estimate]) -> str:
-    """The method that is judged: output error or instruments, else least squares; inverse first.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Choice:
+    """Which estimate of a result is judged, and what was measured to tell, each thing once.
 
-    Output error where every record's control is the declared law's, on which it rests, but where
-    instruments differ from it and are the more precise; where the control is not the law's, or that
-    cannot be told, instruments.
+    Attributes
+    ----------
+    problem : Problem
+        What the estimates were made from.
+    estimates : mapping of str to Estimate
+        By method.
     """
 
-    def preference(method: str, *, by_law: bool = False) -> tuple[bool, bool, bool]:
-        estimate = estimates[method]
-        measured = estimate.loop_rows is None
-        return measured, estimate.by_output_error != by_law, isinstance(estimate.form, DirectForm)
+    problem: Problem
+    estimates: Mapping[str, Estimate]
 
-    first = min(estimates, key=preference)
-    by_law = min(estimates, key=partial(preference, by_law=True))
-    if by_law == first or not _laws_hold(problem):
-        return first
-    iv, didim = estimates[first], estimates[by_law]
-    apart = second_opinion(iv, didim) if iv.Z is not None else {}
-    return first if prefers_instruments(apart, iv, didim) else by_law
+    @cached_property
+    def method(self) -> str:
+        """The method that is judged: output error or instruments, else least squares.
 
+        Output error where every record's control is the declared law's, on which it rests, but
+        where instruments differ from it and are the more precise; where the control is not the
+        law's, or that cannot be told, instruments. The inverse model before the direct one.
+        """
+        first, by_law = self._best(by_law=False), self._best(by_law=True)
+        if by_law == first or not self.laws_hold:
+            return first
+        iv, didim = self.estimates[first], self.estimates[by_law]
+        return first if prefers_instruments(self.apart, iv, didim) else by_law
 
-def _laws_hold(problem: Problem) -> bool:
-    laws = (check_law(data.axis, data.record) for data in problem.data)
-    return all(isinstance(law, LawCheck) and law.passed for law in laws)
+    @cached_property
+    def laws(self) -> tuple[LawCheck | Missing, ...]:
+        """The control law against each record, or why it cannot be checked."""
+        return tuple(check_law(data.axis, data.record) for data in self.problem.data)
+
+    @property
+    def laws_hold(self) -> bool:
+        """Whether every record's control is the declared law's."""
+        return all(isinstance(law, LawCheck) and law.passed for law in self.laws)
+
+    @cached_property
+    def apart(self) -> Mapping[str, NoiseBias]:
+        """IDM-IV less DIDIM by parameter; empty where they are not both there, of the same rows."""
+        iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
+        return {} if iv is None or didim is None else second_opinion(iv, didim)
+
+    def _best(self, *, by_law: bool) -> str:
+        def preference(method: str) -> tuple[bool, bool, bool]:
+            estimate = self.estimates[method]
+            other = estimate.by_output_error != by_law
+            return estimate.loop_rows is None, other, isinstance(estimate.form, DirectForm)
+
+        return min(self.estimates, key=preference)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import STARTS
-from axisid.estimation.diagnostics import Diagnosis, diagnose, preferred_method
+from axisid.estimation.diagnostics import Choice, Diagnosis, diagnose
 from axisid.estimation.estimates import Estimate, Physical, Value, part_of, physical_parameters
 from axisid.estimation.problems import Held, Problem
 from axisid.estimation.records import Record, record_labels
@@ -237,16 +237,17 @@ class Identification(Presentable, Exact):
         differ from it and are the more precise; else by instruments where there are, inverse model
         first.
         """
-        return self.estimates[self._judged]
+        return self.estimates[self.choice.method]
 
     @cached_property
-    def _judged(self) -> str:
-        return preferred_method(self.problem, self.estimates)
+    def choice(self) -> Choice:
+        """Which estimate is judged, and what was measured to tell."""
+        return Choice(problem=self.problem, estimates=self.estimates)
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
         """What the tests of the result measured, computed once."""
-        return diagnose(self.problem, self.estimates)
+        return diagnose(self.choice)
 
     @property
     def verdict(self) -> tuple[Check, ...]:

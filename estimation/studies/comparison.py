@@ -13,7 +13,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import STARTS, comparing, is_output_error
 from axisid.estimation.diagnostics import Case
-from axisid.estimation.diagnostics.law import LawCheck, first_law
+from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.identification import (
     Identification,
     Shared,
@@ -217,7 +217,7 @@ def compare(
         recommended=recommended,
         tied=tied,
         reason=reason,
-        law=first_law([(d.axis, d.record) for d in next(iter(fits.values())).problem.data]),
+        law=first_failing(next(iter(fits.values())).choice.laws),
         noise_biases={} if recommended is None else _noise_biases(fits[recommended], method),
         set_aside=shared.set_aside,
     )
@@ -235,8 +235,7 @@ def _with_own(
 
 def _noise_biases(fit: Identification, method: str) -> Mapping[str, NoiseBias]:
     """What noise does to least squares, as instruments tell; nothing of a method with these."""
-    case = Case(problem=fit.problem, estimates=fit.estimates)
-    return case.noise_biases.get(method, {})
+    return Case.of(fit.choice).noise_biases.get(method, {})
 
 
 def _fits(

@@ -13,7 +13,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import STARTS, same_estimates
-from axisid.estimation.diagnostics.law import LawCheck, check_law
+from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.joint import Told
@@ -174,7 +174,7 @@ def sweep(
         failures=failures,
         recommended=recommended,
         reason=reason,
-        law=_law(results[0]),
+        law=first_failing(results[0].choice.laws),
     )
 
 
@@ -186,13 +186,6 @@ def _checked(cutoffs: Sequence[float]) -> Sequence[float]:
     if not len(cutoffs):
         raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
     return cutoffs
-
-
-def _law(result: Identification) -> LawCheck | Missing:
-    """The declared law against the records, each of which may have gains of its own."""
-    found = [check_law(data.axis, data.record) for data in result.problem.data]
-    failing = (each for each in found if isinstance(each, LawCheck) and not each.passed)
-    return next(failing, found[0])
 
 
 def default_cutoffs(

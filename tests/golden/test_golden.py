@@ -3,9 +3,10 @@
 ``AXISID_GOLDEN=record pytest tests/golden`` writes what the program says now; commit it with the
 reason. On a machine whose processor or NumPy differs sums are rounded otherwise, and some figures
 are rounding alone: there what is computed is skipped; record it on the revision before a change,
-then hold the change against that.
+then hold the change against that. ``OPENBLAS_CORETYPE`` chooses the kernels of another processor.
 """
 
+import ctypes
 import json
 import math
 import os
@@ -28,12 +29,23 @@ ROUNDING = 1e-12
 PASSED_OVER = frozenset({"source", "given", "path"})
 
 
+def _blas_core() -> str:
+    """The processor whose kernels NumPy's BLAS chose, which differs under the same features."""
+    for file in (Path(np.__file__).parents[1] / "numpy.libs").glob("*openblas*"):
+        core = getattr(ctypes.CDLL(str(file)), "scipy_openblas_get_corename64_", None)
+        if core is not None:
+            core.restype = ctypes.c_char_p
+            return str(core().decode())
+    return ""
+
+
 def _machine() -> dict[str, str]:
     """What decides how rounding falls."""
     features = np._core._multiarray_umath.__cpu_features__  # type: ignore[attr-defined]
     return {
         "machine": platform.machine(),
         "numpy": np.__version__,
+        "blas": _blas_core(),
         "features": " ".join(sorted(name for name, there in features.items() if there)),
     }
 
