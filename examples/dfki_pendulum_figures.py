@@ -16,7 +16,7 @@ from dfki_pendulum_data import (
 )
 from dfki_pendulum_study import shown
 from dfki_pendulum_twins import DELAYS, delay_profile, twin_delays
-from matplotlib.axes import Axes
+from drawn_pages import figure_of, written
 from matplotlib.figure import Figure
 
 from axisid import Identification, simulate
@@ -36,27 +36,12 @@ def draw(
         "dfki_delay": _delay(data, twins),
         "dfki_motion": _motion(data, results),
     }
-    paths = []
-    for name, figure in figures.items():
-        path = folder / f"{name}.png"
-        settings = {"optimize": True}
-        figure.savefig(path, dpi=100, metadata={"Software": "axisid"}, pil_kwargs=settings)
-        paths.append(path)
-    return tuple(paths)
-
-
-def _panels(rows: int, height: float, **settings: object) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(8.0, height), layout="constrained")
-    panels = list(np.atleast_1d(figure.subplots(rows, 1, **settings)))  # type: ignore[arg-type]
-    for axes in panels:
-        axes.grid(visible=True, color="#e3e5e8", linewidth=0.6)
-        axes.spines[["top", "right"]].set_visible(False)
-    return figure, panels
+    return written(figures, folder)
 
 
 def _torque(data: Data, results: Sequence[Identification]) -> Figure:
     """As recorded, and low-passed beside what two estimates reconstruct on two records."""
-    figure, (raw, *compared) = _panels(3, 7.5)
+    figure, (raw, *compared) = figure_of(3, 7.5)
     raw.plot(data.run.time, np.asarray(data.run.control), color=_GREY, linewidth=0.6)
     raw.set_title("identification run: torque as recorded", loc="left", fontsize=10)
     estimate = shown(results)["idm-iv"].physical
@@ -80,7 +65,7 @@ def _torque(data: Data, results: Sequence[Identification]) -> Figure:
 
 def _sweep(data: Data, results: Sequence[Identification]) -> Figure:
     """J and mc over the cut-off by three methods, with 95 % bands."""
-    figure, panels = _panels(2, 7.0, sharex=True)
+    figure, panels = figure_of(2, 7.0, sharex=True)
     styles = {"idm-ls": (_RED, "IDM-LS"), "ddm-ls": (_GREY, "DDM-LS"), "idm-iv": (_BLUE, "IDM-IV")}
     edges = np.array([0.02, 0.033, 0.05, 0.075, 0.1, 0.15, 0.2])
     velocity = data.velocity["identification run"]
@@ -116,7 +101,7 @@ def _sweep(data: Data, results: Sequence[Identification]) -> Figure:
 
 def _delay(data: Data, twins: Sequence[Data]) -> Figure:
     """Equation error over the delay of the torque, of records and of twins without any."""
-    figure, panels = _panels(2, 5.6, sharex=True)
+    figure, panels = figure_of(2, 5.6, sharex=True)
     colors = dict(zip(data.records, (_RED, _BLUE, _GREEN), strict=True))
     for axes, cutoff in zip(panels, (_SMOOTH, 15.0), strict=True):
         _, profiles = twin_delays(twins, cutoff)
@@ -139,7 +124,7 @@ def _delay(data: Data, twins: Sequence[Data]) -> Figure:
 
 def _motion(data: Data, results: Sequence[Identification]) -> Figure:
     """Recorded and simulated motion, and what the loop leaves of the reference."""
-    figure, (motion, error, close) = _panels(3, 8.0)
+    figure, (motion, error, close) = figure_of(3, 8.0)
     run, reference = data.run, np.asarray(data.run.reference)
     estimate, start = shown(results)["idm-iv"].physical, float(data.run.position[0])
     motion.plot(

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from drawn_pages import figure_of, written
 from emps_ladder_data import STEP, TURNS, Array, Data, Model, left
 from emps_ladder_models import GAIN
 from emps_ladder_tables import Scored
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.signal import butter, sosfiltfilt
 
@@ -37,27 +37,12 @@ def draw(
         "emps_whole": whole_record(data, cases),
         "emps_force": force_over_position(data),
     }
-    paths = []
-    for name, figure in figures.items():
-        path = folder / f"{name}.png"
-        settings = {"optimize": True}
-        figure.savefig(path, dpi=100, metadata={"Software": "axisid"}, pil_kwargs=settings)
-        paths.append(path)
-    return tuple(paths)
-
-
-def _panels(rows: int, height: float, **settings: object) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(8.0, height), layout="constrained")
-    panels = list(np.atleast_1d(figure.subplots(rows, 1, **settings)))  # type: ignore[arg-type]
-    for axes in panels:
-        axes.grid(visible=True, color="#e3e5e8", linewidth=0.6)
-        axes.spines[["top", "right"]].set_visible(False)
-    return figure, panels
+    return written(figures, folder)
 
 
 def rungs(labels: Sequence[str], errors: Mapping[str, tuple[list[float], list[float]]]) -> Figure:
     """Held-out errors of the rungs, and those of what was fitted, um, by length of the windows."""
-    figure, (axes,) = _panels(1, 4.6)
+    figure, (axes,) = figure_of(1, 4.6)
     places = np.arange(len(labels))
     for (name, (held, fitted)), color in zip(errors.items(), _COLORS, strict=False):
         for values, style, words in ((held, "o-", "held out"), (fitted, "x:", "fitted")):
@@ -73,7 +58,7 @@ def rungs(labels: Sequence[str], errors: Mapping[str, tuple[list[float], list[fl
 
 def whole_record(data: Data, cases: Sequence[tuple[str, Model, Mapping[str, float]]]) -> Figure:
     """What is left of the whole record in one window, over time."""
-    figure, (axes,) = _panels(1, 3.6)
+    figure, (axes,) = figure_of(1, 3.6)
     for (label, model, values), color in zip(cases, _COLORS, strict=False):
         record = data.record(model)
         errors = 1e3 * left(model, record, values, TURNS[-1])
@@ -107,7 +92,7 @@ def steady_force(data: Data) -> tuple[Array, Array, Array, Array]:
 def force_over_position(data: Data) -> Figure:
     """What the published model leaves of the force, over the position, cycle by cycle."""
     q, v, force, time = steady_force(data)
-    figure, panels = _panels(2, 5.4, sharex=True)
+    figure, panels = figure_of(2, 5.4, sharex=True)
     for axes, sign, words in zip(panels, (1, -1), ("forward", "back"), strict=True):
         for k, color in enumerate(_COLORS[:4]):
             own = (np.sign(v) == sign) & (time >= TURNS[k]) & (time < TURNS[k + 1])

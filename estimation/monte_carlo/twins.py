@@ -7,6 +7,7 @@ import numpy as np
 
 from axisid.estimation.records import Record
 from axisid.estimation.simulation import (
+    SIMULATED,
     Simulation,
     TwinPlan,
     measured_positions,
@@ -19,17 +20,6 @@ from axisid.support.remedy import Note
 
 from .noise import DrawnNoise, TwinNoise, resolution_of
 from .plan import MonteCarloPlan
-
-#: What of a simulated lane there is in a `Simulation`.
-_WANTED = (
-    "position",
-    "velocity",
-    "acceleration",
-    "force",
-    "control",
-    "direction",
-    "direction_before",
-)
 
 
 def twins(
@@ -86,7 +76,7 @@ def _together(plan: TwinPlan, drawn: Sequence[DrawnNoise], threads: int | None) 
         injected=np.column_stack(disturbed) if disturbed else None,
         signals=plan.signals,
         resolution=resolution,
-        wanted=_WANTED,
+        wanted=SIMULATED,
         threads=threads,
     )
     time = plan.period * np.arange(samples, dtype=np.float64)

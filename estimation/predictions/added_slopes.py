@@ -77,6 +77,16 @@ def slopes_by_added(
     (N, k) array or None
         None where a loop cannot be simulated.
     """
+    slopes = injected_slopes(stretch, own, signal, substeps, added)
+    if slopes is None:
+        return None
+    return slopes - np.where(stretch.counted[:, None], own_part(stretch, signal) * added, 0.0)
+
+
+def injected_slopes(
+    stretch: Stretch, own: Array, signal: str, substeps: int | None, added: Array
+) -> Array | None:
+    """Slopes as the loop has them, with what is added in its control; None without a loop."""
     inputs = stretch.inputs
     lanes = ADDED_SHARE * np.hstack([added, -added])
     if inputs.injected is not None:
@@ -91,8 +101,7 @@ def slopes_by_added(
     if found.failures:
         return None
     more, less = np.split(found[signal], 2, axis=1)
-    slopes = (more - less) / (2 * ADDED_SHARE) - own_part(stretch, signal) * added
-    return np.where(stretch.counted[:, None], slopes, 0.0)
+    return np.where(stretch.counted[:, None], (more - less) / (2 * ADDED_SHARE), 0.0)
 
 
 def own_part(stretch: Stretch, signal: str) -> float:

@@ -9,9 +9,8 @@ from axisid.estimation.loops import LawTicks, applied_terms, law_memory, state_a
 from axisid.estimation.simulation import simulate_lanes
 from axisid.support.arrays import Array
 
+from .added_slopes import injected_slopes
 from .stretch import Stretch
-
-_SHARE = 1e-3  # of a term, by which it is made larger and smaller
 
 
 def slopes_by_law(
@@ -50,19 +49,8 @@ def slopes_by_law(
     terms = applied_terms(stretch.axis, ticks, start)
     # They are those that are applied; what is injected is applied as late as they are.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
-    lanes = _SHARE * np.column_stack([terms, -terms])
-    if inputs.injected is not None:
-        lanes = lanes + inputs.injected[:, None]
-    found = simulate_lanes(
-        stretch.axis,
-        np.tile(own, (lanes.shape[1], 1)),
-        replace(inputs, injected=lanes),
-        substeps=substeps,
-        wanted=[signal],
-    )
-    if found.failures:
+    slopes = injected_slopes(stretch, own, signal, substeps, terms)
+    if slopes is None:
         return {}
-    more, less = np.split(found[signal], 2, axis=1)
-    slopes = np.where(stretch.counted[:, None], (more - less) / (2 * _SHARE), 0.0)
     names = [str(product) for product, _ in law.terms]
     return dict(zip(names, slopes.T, strict=True))

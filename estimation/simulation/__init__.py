@@ -27,6 +27,7 @@ from .recorded import first_values as first_values
 from .recorded import lines as lines
 from .runaway import allowed_distance as allowed_distance
 from .runaway import widened_distance as widened_distance
+from .simulated import SIMULATED as SIMULATED
 from .simulated import Simulation as Simulation
 from .simulated import logged_control as logged_control
 from .simulated import signals_about as signals_about

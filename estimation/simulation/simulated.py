@@ -10,6 +10,17 @@ from axisid.support.arrays import Array, Exact
 
 from .recorded import before
 
+#: Signals of a loop that a `Simulation` and the rows of a regressor are made of.
+SIMULATED = (
+    "position",
+    "velocity",
+    "acceleration",
+    "force",
+    "control",
+    "direction",
+    "direction_before",
+)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Simulation(Exact):

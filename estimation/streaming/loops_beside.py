@@ -6,22 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.simulation import Simulation
+from axisid.estimation.simulation import SIMULATED, Simulation
 from axisid.support.arrays import Array
 
 from .carried_loop import CarriedLoop
 
 TURNING, INSTRUMENTS = "turning", "instruments"
-#: Signals of a simulated loop that its rows are made of.
-_SIGNALS = (
-    "position",
-    "velocity",
-    "acceleration",
-    "force",
-    "control",
-    "direction",
-    "direction_before",
-)
 
 
 def commanded(block: Mapping[str, Array], injected_at: str | None) -> Array:
@@ -58,8 +48,8 @@ class LoopsBeside:
     def _all(self) -> list[tuple[str, CarriedLoop, tuple[str, ...]]]:
         """Name, loop and the signals that are wanted of it."""
         named = (
-            (INSTRUMENTS, self.instruments, _SIGNALS),
-            (TURNING, self.turning, _SIGNALS[:1]),
+            (INSTRUMENTS, self.instruments, SIMULATED),
+            (TURNING, self.turning, SIMULATED[:1]),
         )
         return [(name, loop, wanted) for name, loop, wanted in named if loop is not None]
 
@@ -100,7 +90,7 @@ def simulation_of(
     columns: Mapping[str, Array], recorded: tuple[Array, ...], period: float
 ) -> Simulation:
     """The simulated loop of the instruments, from its columns."""
-    signals = {signal: columns[f"{INSTRUMENTS}.{signal}"] for signal in _SIGNALS}
+    signals = {signal: columns[f"{INSTRUMENTS}.{signal}"] for signal in SIMULATED}
     return Simulation(
         time=period * np.arange(len(signals["position"]), dtype=np.float64),
         measured_position=signals["position"],
