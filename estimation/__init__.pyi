@@ -32,6 +32,7 @@ from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit
 from .records import LogBlocks as LogBlocks
 from .records import Repairs as Repairs
+from .reducers import LaneBlock as LaneBlock
 from .regression import Classical as Classical
 from .regression import DrawSummary as DrawSummary
 from .regression import Hac as Hac

@@ -34,6 +34,7 @@ FLOORS = (
     ("estimation.records.columns", "estimation.records.faults", "estimation.records.times"),
     ("estimation.records",),
     ("estimation.signals",),
+    ("estimation.reducers",),
     ("estimation.simulation",),
     ("estimation.loops",),
     ("estimation.regression",),

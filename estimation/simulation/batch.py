@@ -1,16 +1,24 @@
 """Many closed loops side by side, across processors."""
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.codegen.lowering import SIGNALS, STATUSES, LoopSettings, LoopStart
+from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
+from axisid.estimation.reducers import (
+    LaneBlock,
+    Reducer,
+    checked_reducers,
+    joined,
+    needed_signals,
+    reduced,
+)
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.real_numbers import real_array
@@ -47,6 +55,7 @@ from .two_clocks import TwoClocks, at_log_samples, clocks_of
 
 #: What is needed between the evaluations of a law.
 _OF_THE_LAW = ("position", "velocity", "acceleration", "force", "direction", "before")
+_KEPT = 2**23  # values of signals that lie in memory while a batch is reduced
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,16 +66,19 @@ class BatchSimulation(Exact):
     ----------
     signals : dict of str to (N, B) array
         The signals that were asked for, by name as in `Simulation`; NaN from the sample on at which
-        a simulation ended early.
+        a simulation ended early. None where they were reduced.
     failures : dict of int to str
         Why and where, by lane, for those that ended early.
+    reduced : dict of str to (B, ...) array
+        What was kept in place of the signals, by name.
     """
 
     signals: dict[str, Array]
     failures: dict[int, str]
+    reduced: dict[str, Array] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
-        return self.signals[name]
+        return self.reduced[name] if name in self.reduced else self.signals[name]
 
 
 def simulate_batch(
@@ -85,6 +97,7 @@ def simulate_batch(
     resolution: float = 0.0,
     substeps: int | None = None,
     wanted: Sequence[str] = SIGNALS[:5],
+    reduce: str | Reducer | Sequence[str | Reducer] | None = None,
     threads: int | None = None,
 ) -> BatchSimulation:
     """Simulate many parameter sets, references or noises side by side.
@@ -116,7 +129,15 @@ def simulate_batch(
     resolution, substeps
         As in `simulate`.
     wanted : sequence of str
-        Signals of the simulation that are given back, each N x B floats. Names as in `Simulation`.
+        Signals of the simulation that are given back, each N x B floats, or reduced. Names as in
+        `Simulation`.
+    reduce : str, callable or sequence of them, optional
+        What is kept of each lane in place of its signals, so that memory does not grow by N x B:
+        lanes are simulated and reduced block by block. ``"final"``, ``"mean"``, ``"rms"``,
+        ``"peak"`` (the largest amount) and ``"span"`` (from the least to the largest) of every
+        signal that is wanted, under names such as ``"rms_force"``; ``"max_tracking_error"`` and
+        ``"rms_tracking_error"``, of the position from the reference. A callable takes a `LaneBlock`
+        and gives arrays by name, (b, ...), a row for each of its lanes. NaN for a lane that failed.
     threads : int, optional
         1 to 1024; as many as there are processors by default.
 
@@ -139,7 +160,10 @@ def simulate_batch(
     check_lanes(theta, ref)
     noise = lane_noise(position_noise, (len(ref), lanes))
     added = lane_injected(injected, (len(ref), lanes))
+    reducers = None if reduce is None else checked_reducers(reduce)
     names = wanted_names(wanted)
+    beside = () if reducers is None else needed_signals(reducers)
+    logged = ref, period
     given_signals = checked_signals(axis, signals, len(ref), lanes)
     clocks = clocks_of(axis.axis.control, len(ref), period)
     if clocks is not None:
@@ -167,36 +191,48 @@ def simulate_batch(
         period=period,
         resolution=resolution,
         allowed=np.array([allowed_distance(*each) for each in zip(spans, away, strict=True)]),
-        wanted=list(dict.fromkeys([*names, *looked_at, *between])),
+        wanted=list(dict.fromkeys([*names, *beside, *looked_at, *between])),
         threads=threads,
         signals=given_signals,
         recorded=recorded,
         gains=by_lane,
     )
-    out, failures = batch.run(substeps)
-    if clocks is not None:
-        out = _at_log_samples(batch, out, clocks)
+    given_names = dict(zip(wanted, names, strict=True))
+    if reducers is not None:
+        return _reduced(batch, reducers, given_names, logged, substeps, clocks)
+    out, failures = batch.at_log_samples(substeps, clocks)
     return BatchSimulation(
-        signals=dict(zip(wanted, (out[name] for name in names), strict=True)),
+        signals={given: out[name] for given, name in given_names.items()},
         failures=dict(sorted(failures.items())),
     )
 
 
-def _at_log_samples(
-    batch: "_Batch", signals: Mapping[str, Array], clocks: TwoClocks
-) -> dict[str, Array]:
-    """The signals of all lanes, (M, B) as the law runs, at the samples of the reference, (N, B)."""
-    lanes = [
-        at_log_samples(
-            batch.axis,
-            batch.parameters[lane],
-            {name: values[:, lane] for name, values in signals.items()},
-            clocks,
-            _lines_of(batch.recorded, lane),
+def _reduced(
+    batch: "_Batch",
+    reducers: Sequence[str | Reducer],
+    names: Mapping[str, str],
+    logged: tuple[Array, float],
+    substeps: int | None,
+    clocks: TwoClocks | None,
+) -> BatchSimulation:
+    """Simulate and reduce block by block; `logged` are the reference and its period as given."""
+    failures: dict[int, str] = {}
+    blocks = []
+    for chosen in batch.blocks():
+        own = batch.of(chosen)
+        out, failed = own.at_log_samples(substeps, clocks)
+        failures |= {chosen.start + lane: why for lane, why in failed.items()}
+        block = LaneBlock(
+            first=chosen.start,
+            parameters=own.parameters,
+            reference=logged[0] if logged[0].ndim == 1 else logged[0][:, chosen],
+            period=logged[1],
+            signals={given: out[name] for given, name in names.items()},
         )
-        for lane in range(len(batch.parameters))
-    ]
-    return {name: np.column_stack([lane[name] for lane in lanes]) for name in signals}
+        blocks.append(reduced(reducers, block, out))
+    return BatchSimulation(
+        signals={}, failures=dict(sorted(failures.items())), reduced=joined(blocks)
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -217,6 +253,48 @@ class _Batch:
     signals: tuple[Array, ...]
     recorded: Array | None
     gains: Array | None
+
+    def blocks(self) -> Iterator[slice]:
+        """The lanes in parts whose signals lie in memory together."""
+        blocks = _KEPT // (BLOCK * len(self.reference) * len(self.wanted))
+        size = BLOCK * max(blocks, self._count())
+        for first in range(0, len(self.parameters), size):
+            yield slice(first, min(first + size, len(self.parameters)))
+
+    def of(self, lanes: slice) -> "_Batch":
+        """The same of some of its lanes."""
+        chosen = np.arange(lanes.start, lanes.stop)
+        return replace(
+            self,
+            parameters=self.parameters[lanes],
+            reference=self.reference if self.reference.ndim == 1 else self.reference[:, lanes],
+            noise=_of_lanes(self.noise, chosen),
+            injected=_of_lanes(self.injected, chosen),
+            start=_start_of(self.start, chosen),
+            allowed=self.allowed[lanes],
+            signals=tuple(v if v.ndim == 1 else v[:, lanes] for v in self.signals),
+            recorded=_lines_of(self.recorded, chosen),
+            gains=None if self.gains is None else self.gains[lanes],
+        )
+
+    def at_log_samples(
+        self, substeps: int | None, clocks: TwoClocks | None
+    ) -> tuple[dict[str, Array], dict[int, str]]:
+        """Simulate every lane; the signals at the samples of the reference, and the failures."""
+        out, failures = self.run(substeps)
+        if clocks is None:
+            return out, failures
+        lanes = [
+            at_log_samples(
+                self.axis,
+                self.parameters[lane],
+                {name: values[:, lane] for name, values in out.items()},
+                clocks,
+                _lines_of(self.recorded, lane),
+            )
+            for lane in range(len(self.parameters))
+        ]
+        return {name: np.column_stack([lane[name] for lane in lanes]) for name in out}, failures
 
     def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
         """Simulate every lane; returns the signals, (N, B) each, and the failures."""
@@ -343,8 +421,7 @@ class _Batch:
             code.native.warn_once()
             status, stopped, out = _virtual_batch(code.functions, *arguments, recorded)
         else:
-            count = _processors() if self.threads is None else int(self.threads)
-            status, stopped, out = library.simulate_batch(*arguments, count, recorded)
+            status, stopped, out = library.simulate_batch(*arguments, self._count(), recorded)
         again = self._widened(status, chosen)
         for i in np.flatnonzero(status):
             lane, sample = int(chosen[i]), int(stopped[i])
@@ -358,6 +435,10 @@ class _Batch:
             for name, values in self._lanes(chosen[again], substeps, failures).items():
                 out[name][:, again] = values
         return out
+
+    def _count(self) -> int:
+        """Threads."""
+        return _processors() if self.threads is None else int(self.threads)
 
     def _theta(self, group: NDArray[np.intp] | None) -> Array:
         """Parameters of a group of lanes, or of all, behind them gains of their own."""

@@ -49,6 +49,7 @@ from axisid.estimation import (
     Classical,
     FailedRun,
     Hac,
+    LaneBlock,
     LogBlocks,
     PublishedCovariance,
     RecordLanes,
@@ -164,6 +165,13 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "comparison": compare(ladder, record, FILTER),
         "simulation": simulate(axis, axis.nominal, reference, record.period),
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
+        "lane block": LaneBlock(
+            first=0,
+            parameters=axis.nominal[None, :],
+            reference=reference,
+            period=record.period,
+            signals={"force": reference[:, None]},
+        ),
         "lanes": (lanes, identify_lanes(axis, lanes)),
         "law check": check_law(axis, record),
         "law search": find_law(axis, record),
@@ -213,7 +221,7 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "fit,fit on another record,comparison,simulation,batch,lanes,law check,study,"
+    "fit,fit on another record,comparison,simulation,batch,lane block,lanes,law check,study,"
     "law search,block,drive timing,drive time,fleet,fleet item,trend,"
     "streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"
