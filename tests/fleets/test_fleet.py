@@ -113,9 +113,11 @@ def test_the_text_tells_counts_and_reasons(made: Fleet) -> None:
     assert "corrupt.npz" in said
 
 
-def test_a_log_of_no_axis_is_told(logs: Path, tmp_path: Path) -> None:
-    (row,) = fleet([FleetItem(log=str(logs / "axis00000.npz"))], out=tmp_path, jobs=0)
-    assert (row.status, row.code) == ("failed", "no-axis-of-log")
+def test_a_log_of_no_axis_is_told_beside_others(logs: Path, tmp_path: Path) -> None:
+    log = str(logs / "corrupt.npz")
+    made = fleet([FleetItem(log=log), FleetItem(log=log, axis=AXIS)], out=tmp_path, jobs=0)
+    assert next(iter(made)).code == "no-axis-of-log"
+    assert made.counts["failed"] == 2
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,8 @@ _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
 
 _NO_MEMORY = (
     "there is not enough memory for this record and these options. Take a piece of the record, "
-    "decimate more, ask for fewer draws, or read the log in blocks (--stream)."
+    "decimate more, ask for fewer draws, or give it to axisid identify --stream, which reads it in "
+    "blocks."
 )
 
 

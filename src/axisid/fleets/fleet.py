@@ -1,8 +1,10 @@
 """Many logs, one by one or side by side."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import closing
 from functools import partial
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +22,12 @@ from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
 from .ledger import LEDGER, ledger_of, read_ledger, write_row
-from .one_log import Named, identify_log, result_file
+from .one_log import Named, identify_log, result_file, result_of
 from .result import Fleet
 from .row import FleetRow
 from .settings import Settings, log_digest
 from .table import TABLES
+from .wrong_in_all import OF_SEVERAL, check_settings, checked
 
 
 def fleet(
@@ -89,7 +92,10 @@ def fleet(
     Raises
     ------
     UsageError
-        There is no log, or an option is wrong in itself; what is wrong with one log is in its row.
+        There is no log, or an option is wrong in itself.
+    ModelError, DataError
+        The axis of all logs is wrong, or all logs are without a column; what is wrong with one log
+        is in its row.
     """
     _check(jobs, time_limit, identifying)
     items = gather_items(logs, Path(out))
@@ -105,13 +111,22 @@ def fleet(
         identifying=identifying,
         draws=draws,
     )
+    check_settings(settings, items)
     named = [Named(name=n, item=i) for n, i in zip(result_names(items), items, strict=True)]
     before = read_ledger(Path(settings.folder)) if resume else {}
     done = dict(_finished(settings, named, before))
     todo = [each for each in named if each.name not in done]
     moved = [row for row in done.values() if row != before[row.name]]
     made = _work(
-        settings, todo, moved, progress, resume, jobs=jobs, executor=executor, limit=time_limit
+        settings,
+        todo,
+        moved,
+        resume=resume,
+        trusted=any(row.has_result for row in done.values()),
+        progress=progress,
+        jobs=jobs,
+        executor=executor,
+        limit=time_limit,
     )
     rows = {name: _skipped(row) for name, row in done.items()}
     rows |= {row.name: row for row in made}
@@ -128,26 +143,40 @@ def _work(
     settings: Settings,
     todo: Sequence[Named],
     moved: Sequence[FleetRow],
-    progress: Progress | None,
+    *,
     resume: bool,
+    trusted: bool,
     **how: Any,
 ) -> Iterator[FleetRow]:
-    """Rows as they are done, each in the ledger before it is given, after those that moved."""
+    """Rows as they are done, each in the ledger before it is given, after those that moved.
+
+    The options are `trusted` where a log was done with them before.
+    """
     function = partial(identify_log, settings)
-    with ledger_of(Path(settings.folder), anew=not resume) as ledger:
-        for row in moved:
-            write_row(ledger, row)
-        if not todo:
-            return
-        outcomes = run_jobs(
-            function, todo, total=len(todo), progress=progress, said="identifying logs", **how
-        )
-        for outcome in outcomes:
-            row = _row(todo[outcome.place], outcome)
-            if not row.has_result:
-                _take_away(result_file(settings.folder, row.name), Path(row.log))
-            write_row(ledger, row)
-            yield row
+    Path(settings.folder).mkdir(parents=True, exist_ok=True)
+    with closing(_rows(function, todo, **how)) as made:
+        told = partial(checked, total=len(todo), again=partial(result_of, settings))
+        rows = (row for _, row in made) if trusted else told(made)
+        first = list(islice(rows, 1))  # what is refused leaves the ledger as it is
+        with ledger_of(Path(settings.folder), anew=not resume) as ledger:
+            for row in moved:
+                write_row(ledger, row)
+            for row in chain(first, rows):
+                if not row.has_result:
+                    _take_away(result_file(settings.folder, row.name), Path(row.log))
+                write_row(ledger, row)
+                yield row
+
+
+def _rows(
+    function: Callable[[Named], FleetRow], todo: Sequence[Named], **how: Any
+) -> Generator[tuple[FleetItem, FleetRow], None, None]:
+    """Items with what became of them, as they end."""
+    if not todo:
+        return
+    for outcome in run_jobs(function, todo, total=len(todo), said="identifying logs", **how):
+        named = todo[outcome.place]
+        yield named.item, _row(named, outcome)
 
 
 def _row(named: Named, outcome: Outcome[FleetRow]) -> FleetRow:
@@ -217,7 +246,7 @@ def _check(jobs: object, limit: object, identifying: Mapping[str, Any]) -> None:
         raise UsageError(f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides.")
     if limit is not None and not (is_real(limit) and limit > 0):
         raise UsageError(f"the time limit is {quoted(limit)}; give a positive number of seconds.")
-    several = sorted({"local", "known", "gain", "skip_bad"} & identifying.keys())
+    several = sorted({*OF_SEVERAL} & identifying.keys())
     if several:
         raise UsageError(
             f"{', '.join(several)} is of several records together, and a fleet identifies each "

@@ -6,7 +6,7 @@ from time import process_time
 from typing import Any
 
 from axisid.codegen.artefacts import replace_file
-from axisid.estimation.identification import identify
+from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import read_record
 from axisid.fleets.items import FleetItem
 from axisid.support.errors import AxisidError, DataError
@@ -73,10 +73,20 @@ def _key(settings: Settings, item: FleetItem) -> str:
 
 def _identified(settings: Settings, named: Named) -> dict[str, Any]:
     """The result as data, written to its file whole or not at all."""
-    generated, item = settings.generated(named.item), named.item
-    reading = {**settings.reading, **({"columns": item.columns} if item.columns else {})}
-    record = read_record(item.log, generated, **reading)
-    result = identify(generated, record, settings.prefilter, **settings.identifying)
-    document = result.to_dict(settings.draws)
+    document = result_of(settings, named.item).to_dict(settings.draws)
     replace_file(result_file(settings.folder, named.name), json_text(document))
     return document
+
+
+def result_of(settings: Settings, item: FleetItem) -> Identification:
+    """What is identified from a log.
+
+    Raises
+    ------
+    AxisidError
+        As `read_record` and `identify`.
+    """
+    generated = settings.generated(item)
+    reading = {**settings.reading, **({"columns": item.columns} if item.columns else {})}
+    record = read_record(item.log, generated, **reading)
+    return identify(generated, record, settings.prefilter, **settings.identifying)

@@ -20,7 +20,7 @@ from axisid.presentation.console import ProgressLine, print_document
     cls=Command,
     short_help="Follow parameters over results.",
     epilog="Example: axisid identify emps2015 --json a.json && axisid trend a.json, or "
-    "axisid trend results --by date --page trend.html --csv trend.csv",
+    "axisid trend results --by date --report trend.html --csv trend.csv",
 )
 @click.argument("results", nargs=-1, required=True, shell_complete=complete_file)
 @click.option(
@@ -33,7 +33,7 @@ from axisid.presentation.console import ProgressLine, print_document
     "--method", metavar="METHOD", help="Whose estimates are taken.  [default: the judged one]"
 )
 @click.option("--csv", "table", metavar="FILE", help="Write a row for each value of each result.")
-@click.option("--page", metavar="FILE", help="Write a page of HTML with a figure of each series.")
+@click.option("--report", metavar="FILE", help="Write a page of HTML with a figure of each series.")
 @json_option("Write the trend as JSON; - for stdout.")
 @force_option
 def trend(
@@ -41,7 +41,7 @@ def trend(
     by: str | None,
     method: str | None,
     table: str | None,
-    page: str | None,
+    report: str | None,
     json_file: str | None,
     force: bool,
 ) -> None:
@@ -53,17 +53,17 @@ def trend(
     """
     targets = (
         Target("--csv", table, "trend-table"),
-        Target("--page", page, "report"),
+        Target("--report", report, "report"),
         Target("--json", json_file, "trend"),
     )
     check_targets(targets, results, force=force)
-    _check_endings(("--csv", table, ".csv"), ("--page", page, ".html"))
+    _check_endings(("--csv", table, ".csv"), ("--report", report, ".html"))
 
     from axisid.trends import trend as run
 
     with ProgressLine("reading results"):
         result = run(results, by=by, method=method)
-    for file in filter(None, (table, page)):
+    for file in filter(None, (table, report)):
         click.echo(f"wrote {result.write(Path(file))}", err=json_file == "-")
     if json_file is not None:
         put_json(json_file, result.to_dict())

@@ -20,7 +20,9 @@ GIGABYTE = 1e9
 MEMORY = "memory"
 #: How to read what memory cannot hold, the end of a sentence.
 IN_BLOCKS = Remedy.of(
-    "delimited text, Parquet, MATLAB v7.3, MDF or TDMS in blocks (", Setting("stream"), ")"
+    "delimited text, Parquet, MATLAB v7.3, MDF or TDMS in blocks, as identify does (",
+    Setting("stream"),
+    ")",
 )
 _SHARE = 0.5  # of the machine's memory, which reads no log alone
 _UNKNOWN = 8 * GIGABYTE  # taken for a machine that does not tell

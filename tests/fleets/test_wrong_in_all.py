@@ -1,0 +1,93 @@
+"""What is wrong with all logs of a fleet is refused once; what is wrong with some is theirs."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fleet_logs import AXIS, write_logs
+
+from axisid import DataError, EstimationError, FleetItem, fleet
+from axisid.fleets.row import FleetRow
+from axisid.fleets.wrong_in_all import checked
+from tests.refusals import refuses
+
+
+@pytest.mark.parametrize(
+    ("how", "code"),
+    [
+        ({"axis": "nosuch"}, "unknown-axis"),
+        ({"axis": None}, "no-axis-of-log"),
+        ({"fixed": {"K": 3.0}}, "fix-unknown"),
+        ({"left_out": ["K"]}, "leave-out-unknown"),
+        ({"methods": ["nosuch"]}, "unknown-method"),
+        ({"covariance": "nosuch"}, "unknown-covariance"),
+        ({"method": ["idm-ls"]}, "fleet-argument"),
+        ({"reading": {"column": {}}}, "fleet-argument"),
+    ],
+)
+def test_what_no_log_can_be_identified_with_is_refused_before_any_is_read(
+    tmp_path: Path, how: dict[str, Any], code: str
+) -> None:
+    with refuses(code):
+        fleet(["a.csv", "b.csv"], out=tmp_path / "out", jobs=0, **{"axis": AXIS, **how})
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_column_that_no_log_has_is_refused_once_and_nothing_is_written(tmp_path: Path) -> None:
+    logs, out = write_logs(tmp_path, 2, cycles=1), tmp_path / "out"
+    reading = {"columns": {"position": "nosuch"}}
+    with refuses("no-column", "all 2 logs fail alike.*'nosuch'"):
+        fleet(logs, AXIS, out, jobs=0, reading=reading)
+    assert not list(out.iterdir())
+    named = FleetItem(log=str(logs[1]), columns={"position": "position"})
+    made = fleet([logs[0], named], AXIS, out, jobs=0, reading=reading, methods=["idm-ls"])
+    assert [row.code for row in made] == ["no-column", ""]
+
+
+def rows(codes: list[str], begun: list[str]) -> Iterator[tuple[FleetItem, FleetRow]]:
+    for i, code in enumerate(codes):
+        begun.append(code)
+        status: Any = "failed" if code else "ok"
+        yield (
+            FleetItem(log=f"{i}"),
+            FleetRow(name=f"{i}", log=f"{i}", axis="", status=status, code=code),
+        )
+
+
+def refusing(error: Exception) -> Any:
+    def again(_: FleetItem) -> None:
+        raise error
+
+    return again
+
+
+NO_COLUMN = refusing(DataError("no column.", code="no-column"))
+
+
+def test_many_logs_are_not_all_tried() -> None:
+    begun: list[str] = []
+    with refuses("no-column", "the first 20 of 1000 logs"):
+        list(checked(rows(["no-column"] * 1000, begun), 1000, NO_COLUMN))
+    assert len(begun) == 20
+
+
+@pytest.mark.parametrize(
+    "codes",
+    [
+        ["no-column"] * 19 + [""] + ["no-column"] * 30,
+        ["no-column"] * 3 + ["empty"],
+        ["internal"] * 3,
+        [""] * 3,
+    ],
+)
+def test_logs_that_do_not_fail_alike_are_rows(codes: list[str]) -> None:
+    found = checked(rows(codes, []), len(codes), NO_COLUMN)
+    assert [row.code for row in found] == codes
+
+
+@pytest.mark.parametrize(
+    "error", [DataError("cut off.", code="cut-off"), EstimationError("none.", code="none")]
+)
+def test_logs_that_are_bad_alike_are_rows(error: Exception) -> None:
+    assert len(list(checked(rows(["bad"] * 3, []), 3, refusing(error)))) == 3
