@@ -58,6 +58,7 @@ class Native:
         self.refusal = "" if enabled else "it was switched off"
         self._to_warn = enabled
         self._looked = False
+        self._served: dict[str, bool] = {}
         self._lanes: LaneLibrary | None = None
         self._looked_for_lanes = False
 
@@ -132,7 +133,10 @@ class Native:
             path = cached_library(self.text)
             with contextlib.suppress(OSError):
                 self._library = None if path is None else self._load(path)
-        return self._library if f"void {function}_rows(" in self.text else None
+        served = self._served.get(function)
+        if served is None:
+            served = self._served[function] = f"void {function}_rows(" in self.text
+        return self._library if served else None
 
     def _check(self, workshop: Workshop) -> None:
         """Compare a fresh library with the virtual machine, in the process that tries it."""

@@ -22,6 +22,9 @@ def slices(samples: int) -> Iterator[slice]:
 
     The signals of the operating system are looked at between the parts.
     """
+    if 0 < samples <= _FIRST:
+        yield slice(0, samples)
+        return
     begin, length = 0, _FIRST
     while begin < samples:
         end = min(begin + length, samples)

@@ -116,14 +116,22 @@ def checked_arguments(
             f"{shape.name} takes {len(shape.arguments)} arguments, not {len(arguments)}.",
             code="argument-count",
         )
-    arrays = [_floats(a, shape, i) for i, a in enumerate(arguments)]
-    own = [a.ndim == 2 or not vector for a, vector in zip(arrays, shape.vectors, strict=True)]
-    samples = max((len(a) for a, each in zip(arrays, own, strict=True) if each), default=1)
+    arrays, own, samples = [], [], 0
+    for i, vector in enumerate(shape.vectors):
+        array = _floats(arguments[i], shape, i)
+        alone = array.ndim == 2 or not vector
+        arrays.append(array)
+        own.append(alone)
+        if alone and len(array) > samples:
+            samples = len(array)
+    samples = samples or int(not any(own))
     for i, array in enumerate(arrays):
         wanted = samples if own[i] else shape.lengths[i]
-        if not shape.vectors[i] and len(array) == 1 != wanted:
+        if len(array) == wanted:
+            continue
+        if not shape.vectors[i] and len(array) == 1:
             arrays[i] = np.full(wanted, array[0])
-        elif len(array) != wanted:
+        else:
             raise UsageError(
                 f"{shape.name}: {shape.arguments[i]} has {len(array)} values, not {wanted}.",
                 code="argument-length",
@@ -134,6 +142,8 @@ def checked_arguments(
 def _floats(values: ArrayLike, shape: FunctionShape, index: int) -> Array:
     if not (type(values) is np.ndarray and values.dtype == np.float64):
         values = real_array(values, f"{shape.name}: {shape.arguments[index]}")
+    elif values.ndim == 1 and values.flags.c_contiguous:
+        return values
     array = np.ascontiguousarray(values)
     # Only vectors of which there is one a sample stay as they are.
     own = shape.vectors[index] and array.ndim == 2 and len(array) > 1

@@ -42,8 +42,7 @@ from .steps import (
     check_loop,
     failure,
     has_constant_substeps,
-    has_inertia,
-    holds,
+    inertia_and_hold,
     no_inertia,
     pushes,
     substeps_along,
@@ -336,7 +335,7 @@ class _Batch:
         """What to say of lanes that no simulation starts from."""
         first = self._first(np.arange(len(self.parameters)))
         place, refused = (self.axis, self.parameters, self.start.position, first), {}
-        has_mass, held = has_inertia(*place), holds(*place)
+        has_mass, held = inertia_and_hold(*place)
         low, high = np.array([(p.lower, p.upper) for p in self.axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
         for lane in map(int, np.flatnonzero(~(inside & has_mass & held))):

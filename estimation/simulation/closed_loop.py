@@ -9,6 +9,7 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,7 +33,6 @@ from .steps import (
     diverged,
     first_substeps,
     further_substeps,
-    holds,
     pushes,
 )
 from .two_clocks import TwoClocks, at_log_samples, clocks_of
@@ -215,7 +215,10 @@ def simulate_sampled(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Loop:
-    """What one simulation is given, checked: where its law is evaluated, but for the last three."""
+    """What one simulation is given, checked: where its law is evaluated, but for the last three.
+
+    `held` is whether no friction drives the axis from where it starts.
+    """
 
     axis: GeneratedAxis
     parameters: Array
@@ -223,6 +226,7 @@ class _Loop:
     noise: Array | None
     injected: Array | None
     start: LoopStart
+    held: bool
     period: float
     resolution: float
     signals: tuple[Array, ...]
@@ -235,8 +239,7 @@ class _Loop:
         """Refuse parameters beyond their bounds, and friction that drives the axis."""
         if refusal := bounds_refusal(self.axis, self.parameters):
             raise UsageError(refusal)
-        first, start = first_values(self.recorded), np.array([self.start.position])
-        if not holds(self.axis, self.parameters[None, :], start, first).all():
+        if not self.held:
             raise EstimationError(pushes(self.axis, self.parameters))
 
     def simulated(self, substeps: int | None) -> Simulation:
@@ -253,7 +256,7 @@ class _Loop:
         settings = LoopSettings(
             period=self.period,
             resolution=self.resolution,
-            allowed=allowed_distance(np.ptp(self.reference), away),
+            allowed=allowed_distance(self.reference.max() - self.reference.min(), away),
             substeps=self._steps_at_start() if substeps is None else substeps,
         )
         settings, status, stopped, out = self._settled(settings, fixed=substeps is not None)
@@ -277,7 +280,7 @@ class _Loop:
             period = self.clocks.log_period
             out = at_log_samples(self.axis, self.parameters, out, self.clocks, self.recorded)
         return Simulation(
-            time=period * np.arange(len(out["position"]), dtype=np.float64),
+            time=period * _counted(len(out["position"])),
             direction_before=out.pop("before"),
             measured_position=measured_positions(
                 out["position"], self.logged_noise, self.resolution
@@ -370,7 +373,7 @@ def _loop(
     recorded = lines(axis, signals, period)
     at_first = first_values(recorded)
     first = single_start(axis, theta, float(ref[0]), off, start, start_velocity, memory, at_first)
-    check_inertia(axis, theta, first.position, at_first)
+    held = check_inertia(axis, theta, first.position, at_first)
     return _Loop(
         axis=axis,
         parameters=theta,
@@ -378,6 +381,7 @@ def _loop(
         noise=noise,
         injected=added,
         start=first,
+        held=held,
         period=period,
         resolution=resolution,
         signals=signals,
@@ -386,6 +390,12 @@ def _loop(
         logged_noise=logged_noise,
         logged_signals=logged_signals,
     )
+
+
+@lru_cache(maxsize=8)
+def _counted(samples: int) -> Array:
+    """0, 1, 2 and so on; making them takes longer than what is made of them."""
+    return np.arange(samples, dtype=np.float64)
 
 
 def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Array | None:
@@ -403,7 +413,9 @@ def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Arr
 
 
 def _vector(values: ArrayLike, what: str) -> Array:
-    vector = np.require(real_array(values, what), requirements=["C", "A"])
+    vector = real_array(values, what)
+    if not (vector.flags.c_contiguous and vector.flags.aligned):
+        vector = np.require(vector, requirements=["C", "A"])
     if vector.ndim != 1 or not len(vector):
         raise UsageError(
             f"{what}: the shape is {vector.shape}; give one row of numbers.", code="not-one-row"

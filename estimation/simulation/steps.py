@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,10 @@ _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywh
 _ROUNDING = 1e-9
 _EPSILON = float(np.finfo(float).eps)
 MOST_SUBSTEPS = 1024
+_REMEMBERED = 64  # parameter sets whose start was looked at
+#: Force and friction direction: pushed, left alone, held by friction forward and backward.
+_PUSHES = np.array([1.0, 0.0, 0.0, 0.0])
+_DIRECTIONS = np.array([0.0, 0.0, 1.0, -1.0])
 _VISITED = ("position", "velocity", "force", "direction")
 
 
@@ -109,38 +114,42 @@ def has_inertia(
 
     Recorded signals are (s,) or (s, B).
     """
-    push, rest = _from_rest(axis, parameters, position, ((1.0, 0.0), (0.0, 0.0)), recorded)
-    with np.errstate(invalid="ignore"):
-        finite = np.isfinite(push - rest) & np.isfinite(parameters).all(axis=1)
-        return np.asarray((push - rest > 0) & finite)
+    return inertia_and_hold(axis, parameters, position, recorded)[0]
 
 
-def holds(
+def inertia_and_hold(
     axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
-) -> NDArray[np.bool_]:
-    """Which parameter sets, (B, p), have no friction that drives the axis from rest there, (B,)."""
-    forward, backward = _from_rest(axis, parameters, position, ((0.0, 1.0), (0.0, -1.0)), recorded)
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """As `has_inertia`; and which have no friction that drives the axis from rest there, (B,)."""
+    push, rest, forward, backward = _from_rest(axis, parameters, position, recorded)
     with np.errstate(invalid="ignore"):
-        rounding = _ROUNDING * (np.abs(forward) + np.abs(backward))
-        return np.asarray(~(forward - backward > rounding))
+        pushed, rounding = push - rest, _ROUNDING * (np.abs(forward) + np.abs(backward))
+        finite = (pushed < math.inf) & np.isfinite(parameters).all(axis=1)
+        return (pushed > 0) & finite, ~(forward - backward > rounding)
 
 
 def _from_rest(
     axis: GeneratedAxis,
     parameters: Array,
     position: Array,
-    cases: Sequence[tuple[float, float]],
     recorded: Recorded,
 ) -> list[Array]:
-    """Accelerations at rest for pairs of force and friction direction, (B,) each."""
+    """Accelerations at rest for each of the cases, (B,) each."""
     signals = standing_in(axis, recorded)
-    lanes, repeated = len(position), len(cases)
-    forces, directions = np.repeat(np.array(cases).T, lanes, axis=1)
-    motion = (np.tile(position, repeated), 0.0, forces, directions)
-    beside = (np.tile(np.broadcast_to(s, lanes), repeated) for s in signals)
-    sets = np.tile(parameters, (repeated, 1))
+    lanes, repeated = len(position), len(_PUSHES)
+    forces, directions = _PUSHES, _DIRECTIONS
+    if lanes > 1:
+        forces, directions = np.repeat(forces, lanes), np.repeat(directions, lanes)
+    motion = (_often(position, repeated), np.zeros(len(forces)), forces, directions)
+    beside = (_often(np.broadcast_to(s, lanes), repeated) for s in signals)
+    sets = parameters[0] if lanes == 1 else _often(parameters, repeated)
     accelerations = axis.evaluate("direct_dynamics", *motion, *beside, sets)[0]
     return list(accelerations.reshape(repeated, lanes))
+
+
+def _often(values: Array, times: int) -> Array:
+    """One after the other, as by ``np.tile``, in a fraction of its time."""
+    return np.concatenate([values] * times)
 
 
 def no_inertia(
@@ -213,9 +222,9 @@ def substeps_at_start(
         still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
         rates = _rates_with_states(axis, parameters, still)
         return _steps(axis, rates, np.zeros(lanes), period)
-    q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
+    q, s = _often(start, 2), np.repeat([-1.0, 1.0], lanes)
     shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
-    signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
+    signals = [_often(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
     rates = _probed(axis, q, np.zeros(2 * lanes), s, shared, None, signals).reshape(2, lanes)
     return np.asarray(_steps(axis, rates, np.zeros((2, lanes)), period).max(axis=0))
 
@@ -286,15 +295,15 @@ def _probed(
     way = np.full(len(q), PROBE) if waves is None else PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
     speeds = np.concatenate([dq, dq + PROBE, dq])
-    directions = np.tile(s, 3)
+    directions = _often(s, 3)
     sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
     with np.errstate(all="ignore"):
         if force is not None and not (_is_continuous(axis) or axis.axis.drives_by_motion):
-            beside = (np.tile(values, 3) for values in signals)
-            arguments = (positions, speeds, np.tile(force, 3), directions, *beside, sets)
+            beside = (_often(values, 3) for values in signals)
+            arguments = (positions, speeds, _often(force, 3), directions, *beside, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
         else:
-            held = np.tile(_held(axis, q, signals), (3, 1))  # it stays while positions are probed
+            held = _often(_held(axis, q, signals), 3)  # it stays while positions are probed
             arguments = (positions, speeds, held, directions, sets)
             accelerations = axis.evaluate("held_acceleration", *arguments)[0]
         here, faster, further = accelerations.reshape(3, -1)
@@ -326,13 +335,19 @@ def _rates_with_states(
 
 def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Array:
     """No force, or the reference of a continuous law at the positions, and signals, (n, size)."""
-    size = axis.functions["held_acceleration"].size1_in("held")
+    size = _held_values(axis)
     held = np.zeros((len(position), size))
     for i, values in enumerate(signals):
         held[:, size - 2 * len(signals) + 2 * i] = values
     if _is_continuous(axis):
         held[:, 0] = position
     return held
+
+
+@lru_cache(maxsize=64)
+def _held_values(axis: GeneratedAxis) -> int:
+    """How many numbers are held over a sample; asking CasADi takes long."""
+    return int(axis.functions["held_acceleration"].size1_in("held"))
 
 
 def _is_continuous(axis: GeneratedAxis) -> bool:
@@ -349,8 +364,10 @@ def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> 
     by_rate = rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
     by_wave = passing * period / PASSED
     wanted = np.maximum(by_rate, by_wave)
-    # A little slack, so that rounding does not decide for round numbers.
-    powers = np.ceil(np.log2(np.clip(wanted * (1 - _SLACK), 1, MOST_SUBSTEPS)))
+    wanted = wanted * (1 - _SLACK)  # so that rounding does not decide for round numbers
+    if (wanted <= 1).all():
+        return np.ones(wanted.shape, dtype=np.int64)
+    powers = np.ceil(np.log2(np.clip(wanted, 1, MOST_SUBSTEPS)))
     beyond = (by_rate > MAX_STIFFNESS_RATIO.value * MOST_SUBSTEPS) | (
         by_wave > MAX_WAVE_RATIO.value * MOST_SUBSTEPS
     )
@@ -359,16 +376,54 @@ def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> 
 
 def check_inertia(
     axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded
-) -> None:
+) -> bool:
     """Refuse parameters, (p,), with which no motion starts at a position.
+
+    Returns
+    -------
+    bool
+        Whether no friction drives the axis from rest there.
 
     Raises
     ------
     EstimationError
         There is no inertia, or no force.
     """
-    if not has_inertia(axis, parameters[None, :], np.array([position]), recorded).all():
+    has_mass, held = _inertia_and_hold(axis, parameters.tobytes(), position, _kept(recorded))
+    if not has_mass:
         raise EstimationError(no_inertia(axis, parameters, position, recorded), code="no-inertia")
+    return held
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _inertia_and_hold(
+    axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...] | None
+) -> tuple[bool, bool]:
+    """Of one parameter set; a loop is often simulated again with other noise or reference."""
+    theta = np.frombuffer(parameters)[None, :]
+    signals = None if recorded is None else np.array(recorded)
+    (has_mass,), (held,) = inertia_and_hold(axis, theta, np.array([position]), signals)
+    return bool(has_mass), bool(held)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _substeps_at_start(
+    axis: GeneratedAxis,
+    parameters: bytes,
+    position: float,
+    period: float,
+    recorded: tuple[float, ...] | None,
+) -> int:
+    """Of one parameter set, likewise."""
+    theta = np.frombuffer(parameters)[None, :]
+    signals = None if recorded is None else np.array(recorded)
+    (steps,) = substeps_at_start(axis, theta, np.array([position]), period, signals)
+    return int(steps)
+
+
+def _kept(recorded: Recorded) -> tuple[float, ...] | None:
+    """Recorded signals of one simulation, (s,), as what is remembered is found by."""
+    return None if recorded is None else tuple(float(np.ravel(value)[0]) for value in recorded)
 
 
 def first_substeps(
@@ -381,11 +436,11 @@ def first_substeps(
     EstimationError
         It would need more wherever it goes.
     """
-    start = np.array([position])
-    (steps,) = substeps_at_start(axis, parameters[None, :], start, period, recorded)
+    place = (axis, parameters.tobytes(), position, period, _kept(recorded))
+    steps = _substeps_at_start(*place)
     if steps > MOST_SUBSTEPS and has_constant_substeps(axis):
         raise EstimationError(too_stiff(axis, parameters), code="too-stiff")
-    return min(int(steps), MOST_SUBSTEPS)
+    return min(steps, MOST_SUBSTEPS)
 
 
 def further_substeps(
