@@ -1,10 +1,11 @@
 """Fits of the loop's output on twins with known truth: bias, scatter, coverage, verdict, time.
 
-The machine, its records and the laws are those of `output_error`. Of each output there is the bias
-of the mean, the scatter over the runs, the mean of the claimed deviation, the share of 95 %
-intervals that hold the truth, and how often each check fails. With a log of the EMPS record there
-are its numbers and the time of a fit, and how far slopes by differences are from the derivative of
-a loop in closed form, in complex numbers, through reversals and rests.
+The machine, its records and the laws are those of `output_error`. Of each output, and of both
+together, there is the bias of the mean, the scatter over the runs, the mean of the claimed
+deviation, the share of 95 % intervals that hold the truth, and how often each check fails. With a
+log of the EMPS record there are its numbers and the time of a fit, and how far slopes by
+differences are from the derivative of a loop in closed form, in complex numbers, through reversals
+and rests.
 
     python benchmarks/fits.py                              a table
     python benchmarks/fits.py --json -                     one JSON object
@@ -30,7 +31,11 @@ from axisid.estimation.predictions import LoopPredictions, slopes_of
 from axisid.estimation.regression import InverseForm
 
 ROOT = Path(__file__).resolve().parents[1]
-OUTPUTS = ("control", "position")
+OUTPUTS = {
+    "control": "control",
+    "position": "position",
+    "both": ("control", "position"),
+}
 _AT_ONCE, _TIMED = 50, 7
 _NAMES = ("white noise", "coarse encoder", "kp +1 %", "plain difference", "one sample late")
 
@@ -88,7 +93,7 @@ def figures_of(name: str, *, runs: int, seed: int) -> dict[str, dict[str, object
             record = read_record(columns, axis)
             for output, figures in found.items():
                 try:
-                    figures.count(fit(axis, record, output))
+                    figures.count(fit(axis, record, OUTPUTS[output]))
                 except AxisidError as error:
                     figures.failed[str(error)[:80]] += 1
     return {output: figures.written() for output, figures in found.items()}
@@ -114,11 +119,11 @@ def on_record(file: str) -> dict[str, dict[str, object]]:
     axis = build(load_axis("emps"))
     record = read_record(file, axis)
     found: dict[str, dict[str, object]] = {}
-    for output in OUTPUTS:
+    for output, followed in OUTPUTS.items():
         seconds = []
         for _ in range(_TIMED):
             begin = time.process_time()
-            result = fit(axis, record, output)
+            result = fit(axis, record, followed)
             seconds.append(time.process_time() - begin)
         begin = time.process_time()
         _ = result.checks

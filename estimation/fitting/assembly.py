@@ -15,7 +15,7 @@ from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.predictions import Predictions, axis_at
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
-from axisid.estimation.told_by_outputs import Autoregression, Left, Unseen, unseen_directions
+from axisid.estimation.told_by_outputs import Colour, Left, Unseen, unseen_directions
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
@@ -38,7 +38,7 @@ class Ended:
     axis: GeneratedAxis
     records: tuple[Record, ...]
     whose: Searched
-    output: str
+    outputs: tuple[str, ...]
     loss: str
     unknowns: Unknowns
     predictions: Predictions
@@ -81,7 +81,7 @@ class Ended:
         )
 
     @property
-    def autoregressions(self) -> tuple[Autoregression, ...]:
+    def autoregressions(self) -> tuple[Colour, ...]:
         """Of the errors, by record."""
         return self.scores.autoregressions
 
@@ -138,6 +138,7 @@ class Ended:
             counted=s.counted,
             spans=s.spans,
             periods=s.periods,
+            outputs=s.outputs,
             steps=None if steps is None else weights[:, None] * steps,
             by_windows=self.horizon is not None,
         )
@@ -240,8 +241,8 @@ def assembled(ended: Ended) -> OutputFit:
     return OutputFit(
         axis=ended.axis,
         records=ended.records,
-        output=ended.output,
-        unit=ended.predictions.unit,
+        outputs=ended.outputs,
+        units=ended.predictions.units,
         loss=ended.loss,
         quantities=ended.unknowns.quantities,
         physical=ended.best.physical,
@@ -300,24 +301,29 @@ def _of_records(ended: Ended) -> tuple[RecordError, ...]:
     errors, measured = ended.best.slopes.errors, ended.predictions.measured
     counted, found = ended.predictions.counted > 0, []
     for spans, model in zip(ended.predictions.spans, ended.autoregressions, strict=True):
-        rows = slice(spans[0].start, spans[-1].stop)
-        used = counted[rows]
-        e, y = errors[rows][used], measured[rows][used]
-        size = float(np.linalg.norm(y))
-        found.append(
-            RecordError(
-                rows=int(used.sum()),
-                error=float(np.sqrt(np.mean(e**2))),
-                percent=100 * float(np.linalg.norm(e)) / size if size else float("inf"),
-                order=model.order,
+        for place, output in enumerate(ended.outputs):
+            rows = slice(spans[0].start + place, spans[-1].stop, len(ended.outputs))
+            used = counted[rows]
+            e, y = errors[rows][used], measured[rows][used]
+            size = float(np.linalg.norm(y))
+            found.append(
+                RecordError(
+                    output=output,
+                    unit=ended.predictions.units[place],
+                    weight=float(ended.weighing.weights[rows].max()),
+                    rows=int(used.sum()),
+                    error=float(np.sqrt(np.mean(e**2))),
+                    percent=100 * float(np.linalg.norm(e)) / size if size else float("inf"),
+                    order=model.order,
+                )
             )
-        )
     return tuple(found)
 
 
 def _errors(ended: Ended) -> tuple[Array, ...]:
-    errors = ended.best.slopes.errors
-    return tuple(errors[s[0].start : s[-1].stop] for s in ended.predictions.spans)
+    errors, count = ended.best.slopes.errors, len(ended.outputs)
+    whole = (errors[s[0].start : s[-1].stop] for s in ended.predictions.spans)
+    return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
 
 
 def _pairs(names: tuple[str, ...], lower: Array, upper: Array) -> Mapping[str, tuple[float, float]]:

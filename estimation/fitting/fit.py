@@ -48,7 +48,7 @@ _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and th
 def fit(
     axis: Axis | GeneratedAxis,
     record: Record | Sequence[Record],
-    output: str = "control",
+    output: str | Sequence[str] = "control",
     *,
     start: StartLike = FIT_STARTS[0],
     local: str | Sequence[str] = (),
@@ -63,6 +63,7 @@ def fit(
     bootstrap: int = 0,
     seed: int = 0,
     horizon: float = 1.0,
+    weights: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> OutputFit:
     """Fit the simulated loop's output to that of a record, or of several of them together.
@@ -77,10 +78,11 @@ def fit(
         With a control law.
     record : Record or sequence of Record
         Each with a reference and the output. A loop starts as its record does, segment by segment.
-    output : {"control", "position", "force", "open-loop"}
-        What is followed: ``control`` is little moved by a law that is a little wrong, ``position``
-        much, see `OutputFit.law_moves`; ``open-loop`` is the position under the recorded control,
-        without any law, in windows that each start where the record is.
+    output : {"control", "position", "force", "open-loop"}, or sequence of them
+        What is followed, several outputs together: ``control`` is little moved by a law that is a
+        little wrong, ``position`` much, see `OutputFit.law_moves`; ``open-loop`` is the position
+        under the recorded control, without any law, in windows that each start where the record is,
+        and stands alone.
     start : str, mapping of str to float, or Estimate
         ``instruments`` (or least squares, or nominal values, where these come to nothing),
         ``least-squares``, ``nominal``, values by name, or an estimate of the same records.
@@ -109,6 +111,9 @@ def fit(
         Of further starts and of the bootstrap's noise.
     horizon : float
         Length of the windows of an open loop, s.
+    weights : mapping of str to float
+        Of an output, by which its errors count: the inverse of their deviation, in its unit. Each
+        other output is weighted by what is left of it in each record.
     progress : callable, optional
         Told before each step how many are done, of how many at most, and how far it is.
 
@@ -121,18 +126,20 @@ def fit(
 
     References
     ----------
-    [Ljung1999]_, [Gautier2013]_.
+    [Ljung1999]_, [Gautier2013]_, [Whittle1963]_.
     """
-    _check(output, loss, starts, bootstrap, seed)
+    outputs = _outputs(output)
+    _check(loss, starts, bootstrap, seed)
     if not (is_real(horizon) and 0 < horizon < math.inf):
         raise UsageError(
             f"the horizon is {quoted(horizon)}; give a positive time, s.", code="fit-horizon"
         )
     generated, given = as_generated(axis), records_of(record)
-    gains, time = split_free(free, generated, given, output)
+    gains, time = split_free(free, generated, given, outputs)
     asked = _Asked(
         records=tuple(given),
-        output=output,
+        outputs=outputs,
+        weights=_weights(weights, outputs),
         local=local,
         known=known,
         gain=gain,
@@ -155,7 +162,8 @@ class _Asked:
     """What is asked of a fit, as `fit` takes it."""
 
     records: tuple[Record, ...]
-    output: str
+    outputs: tuple[str, ...]
+    weights: tuple[float, ...]
     local: str | Sequence[str]
     known: Mapping[str, Sequence[Told]] | None
     gain: str
@@ -177,21 +185,23 @@ class _Asked:
             generated, self.records, default, self.local, self.known, self.gain, skip_bad=False
         )
         whose, records = searched(shared), shared.records
-        model, whose = whose.form, with_free(whose, self.free, self.output, self.known or {})
+        model, whose = whose.form, with_free(whose, self.free, self.outputs, self.known or {})
         predictions = self._predictions(whose, records)
         if time is not None:
             predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
             whose = replace(whose, form=FormByTime.of(whose.form, generated, time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
-        run = _Run(whose.axes, records, predictions, unknowns, self.loss, self.progress)
+        run = _Run(
+            whose.axes, records, predictions, unknowns, self.loss, self.weights, self.progress
+        )
         first, begun, lost = run.first(begins)
         ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))
         return Ended(
             axis=generated,
             records=records,
             whose=whose,
-            output=self.output,
+            outputs=self.outputs,
             loss=self.loss,
             unknowns=unknowns,
             predictions=predictions,
@@ -204,14 +214,14 @@ class _Asked:
             ends=ends,
             bootstrap=self.bootstrap,
             seed=self.seed,
-            horizon=self.horizon if self.output == OPEN_LOOP else None,
+            horizon=self.horizon if OPEN_LOOP in self.outputs else None,
             known=tuple(self.known or ()),
         )
 
     def _predictions(self, whose: Searched, records: Sequence[Record]) -> Predictions:
-        if self.output == OPEN_LOOP:
+        if OPEN_LOOP in self.outputs:
             return WindowPredictions(whose.form, whose.axes, records, self.horizon)
-        return LoopPredictions(whose.form, whose.axes, records, self.output)
+        return LoopPredictions(whose.form, whose.axes, records, self.outputs)
 
 
 @dataclass
@@ -223,6 +233,7 @@ class _Run:
     predictions: Predictions
     unknowns: Unknowns
     loss: str
+    given: tuple[float, ...]  # weights of the outputs, NaN where they are found
     progress: Progress | None
 
     def __post_init__(self) -> None:
@@ -280,8 +291,8 @@ class _Run:
         for _ in range(_PASSES):
             before = self.weighing.weights
             self._weigh(found.slopes.errors, self._effects(found))
-            change = np.abs(self.weighing.weights - before).max() / before.max()
-            if not self._needs_weights or change < _SETTLED:
+            moved = np.abs(self.weighing.weights - before)
+            if not self._needs_weights or np.all(moved <= _SETTLED * before):
                 return found
             inside = self.unknowns.inside(found.physical, self.scale * _SETTLED)
             again = Search(*self._searching).run(inside)
@@ -291,7 +302,7 @@ class _Run:
     @property
     def _needs_weights(self) -> bool:
         """Whether it matters how large the noise is: of one record by squares alone it does not."""
-        several = len(self.predictions.spans) > 1
+        several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
         return several or self.loss != SQUARES or bool(self.unknowns.has_prior.any())
 
     def _effects(self, found: Found) -> Array | None:
@@ -302,23 +313,32 @@ class _Run:
         return scores_of(found, *known, self.unknowns.free).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
-        """Weigh the rows of each record by the inverse of what is left of them.
+        """Weigh the rows of each output of each record by the inverse of what is left of them.
+
+        Outputs are not weighted by how their errors go together: of a control, which the law makes
+        of the position, that is nearly everything, and what is then left counts for most.
 
         Beside what was known before, a record whose errors follow one another counts for less.
         """
         weights, shares = self.predictions.counted.copy(), np.ones(len(errors))
         for r, rows in enumerate(self._by_record()):
-            own = errors[rows][weights[rows] > 0]
-            noise = float(np.sqrt(np.mean(own**2))) if len(own) else 0.0
-            if self.loss != SQUARES:
-                noise = deviation_by_median(own) or noise
-            weights[rows] /= noise or 1.0
+            for place, given in enumerate(self.given):
+                of_one = slice(rows.start + place, rows.stop, len(self.given))
+                own = errors[of_one][weights[of_one] > 0]
+                weights[of_one] *= self._weight(own) if np.isnan(given) else given
             shares[rows] = 1.0 if effects is None else 1 / effects[r]
         tuning = 1.0 if self.loss == SQUARES else HUBER_TUNING.value
         loss = LOSS_FUNCTIONS[self.loss]
         if effects is not None:
             weights, loss = weights * np.sqrt(shares), counting_for(loss, shares)
         self.weighing = Weighing(weights=weights, loss=loss, tuning=tuning)
+
+    def _weight(self, errors: Array) -> float:
+        """The inverse of the errors' deviation."""
+        noise = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
+        if self.loss != SQUARES:
+            noise = deviation_by_median(errors) or noise
+        return 1 / (noise or 1.0)
 
     def _by_record(self) -> Iterator[slice]:
         for spans in self.predictions.spans:
@@ -332,16 +352,52 @@ def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note
     return Note.of(" The control law: ", law.note, ".") if failed else None
 
 
-def _check(output: object, loss: object, starts: object, bootstrap: object, seed: object) -> None:
-    for value, names, what in (
-        (output, tuple(OUTPUTS), "output"),
-        (loss, tuple(LOSSES), "loss"),
-    ):
-        if not is_among(value, names):
-            raise UsageError(
-                f"there is no {what} {quoted(value)}; choose from {', '.join(names)}.",
-                code="fit-choice",
-            )
+def _outputs(given: object) -> tuple[str, ...]:
+    """What is followed, once each."""
+    names = tuple(given) if isinstance(given, (tuple, list)) else (given,)
+    for name in names:
+        _check_choice(name, tuple(OUTPUTS), "output")
+    found = tuple(dict.fromkeys(map(str, names)))
+    if not found:
+        raise UsageError(
+            f"there is no output to follow; choose from {', '.join(OUTPUTS)}.",
+            code="fit-no-output",
+        )
+    if OPEN_LOOP in found and len(found) > 1:
+        raise UsageError(
+            f"{', '.join(found)} cannot be followed together: an open loop has the recorded "
+            "control, and the others are of a loop with its law. Leave open-loop out, or fit it "
+            "by itself.",
+            code="fit-outputs-apart",
+        )
+    return found
+
+
+def _weights(given: object, outputs: Sequence[str]) -> tuple[float, ...]:
+    """Weights of the outputs, NaN where none is given."""
+    told = {} if given is None else given
+    sound = isinstance(told, Mapping) and all(
+        name in outputs and is_real(w) and 0 < float(w) < math.inf for name, w in told.items()
+    )
+    if not (isinstance(told, Mapping) and sound):
+        raise UsageError(
+            f"the weights are {quoted(given)}; give positive numbers by output, of "
+            f"{', '.join(outputs)}: the inverse of the deviation that its errors have.",
+            code="fit-weights",
+        )
+    return tuple(float(told.get(name, math.nan)) for name in outputs)
+
+
+def _check_choice(value: object, names: tuple[str, ...], what: str) -> None:
+    if not is_among(value, names):
+        raise UsageError(
+            f"there is no {what} {quoted(value)}; choose from {', '.join(names)}.",
+            code="fit-choice",
+        )
+
+
+def _check(loss: object, starts: object, bootstrap: object, seed: object) -> None:
+    _check_choice(loss, tuple(LOSSES), "loss")
     for number, least, most, what in (
         (starts, 1, _MOST_STARTS, "starts"),
         (bootstrap, 0, 100_000, "twins of the bootstrap"),

@@ -34,7 +34,7 @@ _SURE = 1e-2  # of a variance: the least by which what was known is moved
 class Judged:
     """What a fit is judged by."""
 
-    output: str
+    outputs: tuple[str, ...]
     names: tuple[str, ...]
     physical: Array
     deviations: Array
@@ -44,8 +44,9 @@ class Judged:
     law: LawCheck | Missing
     law_moves: Mapping[str, Array]
     law_move: tuple[Array, Array] | None
-    percent: float
-    beyond_noise: float
+    percents: tuple[float, ...]
+    beyond_noise: tuple[float, ...]
+    followed: tuple[str, ...]
     lacks: tuple[Lack, ...] | Missing
     prior: Mapping[str, tuple[float, float]]
 
@@ -90,7 +91,7 @@ def _moved(of: Judged) -> Iterator[Check]:
         f"{share:.2g} % ({far[worst]:.2g} deviations)"
     )
     if beyond:
-        instead = ", follow the control" if of.output == POSITION else ""
+        instead = ", follow the control" if of.outputs == (POSITION,) else ""
         said += (
             f": correct the gains of the declared law, free them{instead}, or identify by "
             "instruments, which ask for no exact law"
@@ -117,7 +118,7 @@ def _sensitive(of: Judged) -> Iterator[Check]:
     share, most = float(shares[term][j]), MAX_LAW_SENSITIVITY.value
     said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
     if share > most:
-        exact = "the law must be exact" if of.output == POSITION else "the law must be right"
+        exact = "the law must be exact" if of.outputs == (POSITION,) else "the law must be right"
         said += f": {exact}, or the numbers are its error"
     yield Check(
         name="exact law",
@@ -132,16 +133,19 @@ def _sensitive(of: Judged) -> Iterator[Check]:
 def _follows(of: Judged) -> Check:
     """What is left beyond noise: noise may be most of an output that is small, or noisy."""
     most = MAX_BEYOND_NOISE.value
-    good = of.beyond_noise < most
+    worst = int(np.argmax(of.beyond_noise))
+    beyond, output = of.beyond_noise[worst], of.followed[worst]
+    percent = max(p for p, name in zip(of.percents, of.followed, strict=True) if name == output)
+    good = beyond < most
     said = (
-        f"the simulated {of.output} leaves {of.percent:.3g} % of the recorded one, "
-        f"{of.beyond_noise:.2g} % beyond noise"
+        f"the simulated {output} leaves {percent:.3g} % of the recorded one, "
+        f"{beyond:.2g} % beyond noise"
     )
     more = "" if good else ": it does not follow it; check the model, the law, units and signs"
     return Check(
         name="simulation",
         status=passed(good),
-        figure=of.beyond_noise,
+        figure=beyond,
         threshold=most,
         source=MAX_BEYOND_NOISE.source,
         meaning=said + more,
@@ -219,10 +223,12 @@ def _ended(of: Judged) -> Check:
 
 
 def _shown(of: Judged) -> Check:
-    said = f"the {of.output} shows every parameter"
+    several = len(of.outputs) > 1
+    said = f"the {' and '.join(of.outputs)} show{'' if several else 's'} every parameter"
     remedy = None
     if of.unseen:
-        said = f"the {of.output} does not show {'; nor '.join(of.unseen)}; "
+        no = "do not" if several else "does not"
+        said = f"the {' and '.join(of.outputs)} {no} show {'; nor '.join(of.unseen)}; "
         remedy = Remedy.of(
             "hold one with ",
             Setting("fix", f"{of.unseen[0].split()[0]}=VALUE"),

@@ -29,10 +29,13 @@ from .search import FitStep
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecordError:
-    """What a fit leaves of one record.
+    """What a fit leaves of an output of one record.
 
     Attributes
     ----------
+    output, unit : str
+    weight : float
+        By which its errors count, in the inverse of its unit.
     rows : int
         Samples that count.
     error : float
@@ -40,9 +43,12 @@ class RecordError:
     percent : float
         Of the recorded output's.
     order : int
-        Of the autoregression of the errors.
+        Of the autoregression of the errors, of all outputs together.
     """
 
+    output: str
+    unit: str
+    weight: float
     rows: int
     error: float
     percent: float
@@ -57,10 +63,10 @@ class OutputFit(Presentable, Exact):
     ----------
     axis : GeneratedAxis
     records : tuple of Record
-    output : str
-        ``control``, ``position``, ``force`` or ``open-loop``.
-    unit : str
-        Of the output.
+    outputs : tuple of str
+        What is followed: ``control``, ``position``, ``force``, or ``open-loop`` alone.
+    units : tuple of str
+        Of the outputs.
     loss : str
         ``squares``, ``soft-l1`` or ``huber``.
     quantities : tuple of Quantity
@@ -95,8 +101,9 @@ class OutputFit(Presentable, Exact):
     ends : tuple of (float, Array)
         Cost and parameters (P,) of each search, where several were asked for.
     of_records : tuple of RecordError
+        By record, and in each by output.
     errors : tuple of (N,) array
-        Simulated less recorded output, by record.
+        Simulated less recorded output, by record; of m outputs (N, m).
     samples : tuple of (N,) array of int
         Of the record, that the errors are at.
     horizon : float or None
@@ -107,8 +114,8 @@ class OutputFit(Presentable, Exact):
 
     axis: GeneratedAxis
     records: tuple[Record, ...]
-    output: str
-    unit: str
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
     loss: str
     quantities: tuple[Quantity, ...]
     physical: Array
@@ -170,7 +177,9 @@ class OutputFit(Presentable, Exact):
 
     @cached_property
     def noise(self) -> tuple[float, ...]:
-        """Root mean square of what is noise in what is left, by record, in the output's unit.
+        """Root mean square of what is noise in what is left, in the output's unit.
+
+        As in `of_records`.
 
         What white noise of the position makes in the loop, as the record has it, or what nothing
         before it tells of an error, whichever is more.
@@ -182,7 +191,7 @@ class OutputFit(Presentable, Exact):
         """Whether to believe it."""
         return judged(
             Judged(
-                output=self.output,
+                outputs=self.outputs,
                 names=self.names,
                 physical=self.physical,
                 deviations=np.array([value.deviation for value in self.values.values()]),
@@ -192,8 +201,9 @@ class OutputFit(Presentable, Exact):
                 law=self.law,
                 law_moves=self.law_moves,
                 law_move=self._law_move,
-                percent=self.error_percent,
-                beyond_noise=self.percent_beyond_noise,
+                beyond_noise=self._beyond_noise,
+                percents=tuple(each.percent for each in self.of_records),
+                followed=tuple(each.output for each in self.of_records),
                 lacks=self.lacks,
                 prior=self.prior,
             )
@@ -201,7 +211,7 @@ class OutputFit(Presentable, Exact):
 
     @cached_property
     def _laws(self) -> tuple[LawCheck | Missing, ...]:
-        if self.output == OPEN_LOOP:
+        if self.outputs == (OPEN_LOOP,):
             return (Missing("no law is simulated: the control is the recorded one"),)
         return tuple(map(check_law, self.basis.axes, self.records))
 
@@ -224,24 +234,38 @@ class OutputFit(Presentable, Exact):
         return tuple(q.name for q in self.quantities)
 
     @property
+    def output(self) -> str:
+        """What is followed, in words."""
+        return " and ".join(self.outputs)
+
+    @property
+    def unit(self) -> str:
+        """Of the first output."""
+        return self.units[0]
+
+    @property
     def error(self) -> float:
-        """Root mean square of what is left of all records, in the output's unit."""
-        squares = sum(each.rows * each.error**2 for each in self.of_records)
-        return float(np.sqrt(squares / sum(each.rows for each in self.of_records)))
+        """Root mean square of what is left of all records, of the first output, in its unit."""
+        own = self.of_records[:: len(self.outputs)]
+        squares = sum(each.rows * each.error**2 for each in own)
+        return float(np.sqrt(squares / sum(each.rows for each in own)))
 
     @property
     def error_percent(self) -> float:
-        """Of the recorded output; of several records the largest."""
+        """Of the recorded output; of several records or outputs the largest."""
         return max(each.percent for each in self.of_records)
 
     @property
     def percent_beyond_noise(self) -> float:
-        """What is left beyond noise, of the recorded output; of several records the largest."""
-        shares = (
+        """What is left beyond noise, of the recorded output; of several the largest."""
+        return max(self._beyond_noise)
+
+    @property
+    def _beyond_noise(self) -> tuple[float, ...]:
+        return tuple(
             each.percent * math.sqrt(max(1 - (noise / each.error) ** 2, 0.0)) if each.error else 0.0
             for each, noise in zip(self.of_records, self.noise, strict=True)
         )
-        return max(shares)
 
     @property
     def step(self) -> float:

@@ -34,7 +34,7 @@ class FitStep:
     ----------
     physical : (P,) array
     error : float
-        Root mean square of the errors, in the output's unit.
+        Root mean square of the errors, in the output's unit; of several outputs the first's.
     """
 
     physical: Array
@@ -226,7 +226,8 @@ class Search:
         self._largest = self._largest or max(
             float(np.abs(self._rows(at, slopes.errors)).max()), 1.0
         )
-        error = float(np.sqrt(np.mean(slopes.errors**2)))
+        first = slopes.errors[:: len(self._predictions.units)]
+        error = float(np.sqrt(np.mean(first**2)))
         self._steps.append(FitStep(physical=at.copy(), error=error))
         if self._progress is not None:
             told = f"step {len(self._steps)}, error {error:.4g}"

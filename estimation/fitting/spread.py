@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError, beyond_shown
-from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
+from axisid.estimation.told_by_outputs import Colour, autoregression_of
 from axisid.support.arrays import Array
 
 from .search import Found, Weighing
@@ -47,6 +47,8 @@ class Scores:
         Stretches by record.
     periods : tuple of float
         By record, s.
+    outputs : int
+        Whose rows of a sample are neighbours.
     """
 
     jacobian: Array
@@ -56,6 +58,7 @@ class Scores:
     counted: NDArray[np.bool_]
     spans: tuple[tuple[slice, ...], ...]
     periods: tuple[float, ...]
+    outputs: int = 1
 
     @cached_property
     def inverse(self) -> Array:
@@ -67,18 +70,19 @@ class Scores:
         return np.asarray(factor @ factor.T)
 
     @cached_property
-    def autoregressions(self) -> tuple[Autoregression, ...]:
+    def autoregressions(self) -> tuple[Colour, ...]:
         """Of the errors, by record."""
         return tuple(
             autoregression_of(
                 [self.errors[rows] for rows in spans],
                 period,
                 [self.counted[rows] for rows in spans],
+                self.outputs,
             )
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
 
-    def coloured(self, models: Sequence[Autoregression]) -> Array:
+    def coloured(self, models: Sequence[Colour]) -> Array:
         """Covariance for errors that follow these autoregressions, (k, k)."""
         pairs = zip(models, self.spans, strict=True)
         return self._sandwich(sum((self._coloured(*pair) for pair in pairs), self._of_known))
@@ -108,7 +112,7 @@ class Scores:
     def _of_known(self) -> Array:
         return np.asarray(self.known.T @ self.known)
 
-    def _coloured(self, model: Autoregression, spans: Sequence[slice]) -> Array:
+    def _coloured(self, model: Colour, spans: Sequence[slice]) -> Array:
         pieces = (model.coloured(self.jacobian[rows]) for rows in spans)
         return sum(pieces, np.zeros_like(self._of_known))
 
@@ -143,6 +147,7 @@ def scores_of(
         counted=predictions.counted > 0,
         spans=predictions.spans,
         periods=tuple(record.period for record in records),
+        outputs=len(predictions.units),
     )
 
 

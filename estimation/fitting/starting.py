@@ -78,7 +78,7 @@ def searched(shared: Shared) -> Searched:
 
 
 def with_free(
-    whose: Searched, names: Sequence[str], output: str, known: Mapping[str, object]
+    whose: Searched, names: Sequence[str], outputs: Sequence[str], known: Mapping[str, object]
 ) -> Searched:
     """The same with gains of the law that are free.
 
@@ -92,7 +92,7 @@ def with_free(
     """
     if not names:
         return whose
-    if output == OPEN_LOOP:
+    if OPEN_LOOP in outputs:
         raise UsageError(
             f"{', '.join(names)} cannot be free in an open loop, which has no law; follow the "
             "control or the position.",

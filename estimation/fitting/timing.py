@@ -27,7 +27,7 @@ Search = Callable[[GeneratedAxis, StartLike, Parameter | None], Ended]
 
 
 def split_free(
-    free: object, axis: GeneratedAxis, records: Sequence[Record], output: str
+    free: object, axis: GeneratedAxis, records: Sequence[Record], outputs: Sequence[str]
 ) -> tuple[Sequence[str], Parameter | None]:
     """What is free of the law, and of the drive: its lag or its delay, or neither.
 
@@ -59,7 +59,7 @@ def split_free(
         )
     name = times[0]
     for record in records:
-        check_time(axis.declared, record, name, by_law=output != OPEN_LOOP)
+        check_time(axis.declared, record, name, by_law=OPEN_LOOP not in outputs)
     value = max(float(getattr(drive, name)), _LEAST * records[0].period)
     parameter = declared[1] if declared is not None else Parameter(name, "s", lower=0.0)
     return [n for n in names if n != name], replace(parameter, name=name, nominal=value)

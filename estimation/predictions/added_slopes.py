@@ -60,13 +60,13 @@ def motion_of(stretch: Stretch, own: Array, time: Array, substeps: int | None) -
 
 
 def slopes_by_added(
-    stretch: Stretch, own: Array, signal: str, substeps: int | None, added: Array
+    stretch: Stretch, own: Array, substeps: int | None, added: Array
 ) -> Array | None:
-    """Slopes of a stretch's output by factors of what acts with its control, (N, k).
+    """Slopes of a stretch's outputs by factors of what acts with its control, (n, k).
 
     Parameters
     ----------
-    stretch, signal, substeps
+    stretch, substeps
         As in `slopes_by_law`.
     own : (p,) array
     added : (N, k) array
@@ -74,17 +74,18 @@ def slopes_by_added(
 
     Returns
     -------
-    (N, k) array or None
+    (n, k) array or None
         None where a loop cannot be simulated.
     """
-    slopes = injected_slopes(stretch, own, signal, substeps, added)
+    slopes = injected_slopes(stretch, own, substeps, added)
     if slopes is None:
         return None
-    return slopes - np.where(stretch.counted[:, None], own_part(stretch, signal) * added, 0.0)
+    alone = stretch.rows(lambda name: own_part(stretch, name) * added)
+    return slopes - np.where(stretch.counted[:, None], alone, 0.0)
 
 
 def injected_slopes(
-    stretch: Stretch, own: Array, signal: str, substeps: int | None, added: Array
+    stretch: Stretch, own: Array, substeps: int | None, added: Array
 ) -> Array | None:
     """Slopes as the loop has them, with what is added in its control; None without a loop."""
     inputs = stretch.inputs
@@ -96,11 +97,11 @@ def injected_slopes(
         np.tile(own, (lanes.shape[1], 1)),
         replace(inputs, injected=lanes),
         substeps=substeps,
-        wanted=[signal],
+        wanted=stretch.outputs,
     )
     if found.failures:
         return None
-    more, less = np.split(found[signal], 2, axis=1)
+    more, less = np.split(stretch.rows(found.__getitem__), 2, axis=1)
     return np.where(stretch.counted[:, None], (more - less) / (2 * ADDED_SHARE), 0.0)
 
 

@@ -19,10 +19,9 @@ def changed_by_noise(
     *,
     count: int,
     random: np.random.Generator,
-    signal: str,
     substeps: int | None,
 ) -> Array:
-    """What white noise in the loop changes, (N, B), in so many twins.
+    """What white noise in the loop changes, (n, B), in so many twins.
 
     Parameters
     ----------
@@ -31,11 +30,9 @@ def changed_by_noise(
         Parameters of its axis.
     count : int
     random : Generator
-    signal : str
-        The output.
     substeps : int or None
     """
-    noise = random.normal(scale=stretch.noise, size=(len(stretch.measured), count + 1))
+    noise = random.normal(scale=stretch.noise, size=(stretch.samples, count + 1))
     noise[:, -1] = 0.0
     clocks = stretch.inputs.clocks
     batch = simulate_lanes(
@@ -43,26 +40,27 @@ def changed_by_noise(
         np.tile(own, (count + 1, 1)),
         stretch.inputs,
         substeps=substeps,
-        wanted=[signal],
+        wanted=stretch.outputs,
         position_noise=noise if clocks is None else clocks.held(noise),
     )
-    out = batch[signal] + (noise if signal == "position" else 0.0)
+    out = stretch.rows(lambda name: batch[name] + (noise if name == "position" else 0.0))
     return np.where(stretch.counted[:, None], out[:, :-1] - out[:, -1:], 0.0)
 
 
-def changed_by_steps(stretch: Stretch, own: Array, *, signal: str, substeps: int | None) -> Array:
-    """What the encoder's steps change, (N, B), begun at so many shares of one.
+def changed_by_steps(stretch: Stretch, own: Array, *, substeps: int | None) -> Array:
+    """What the encoder's steps change, (n, B), begun at so many shares of one.
 
     Parameters
     ----------
-    stretch, own, signal, substeps
+    stretch, own, substeps
         As in `changed_by_noise`.
     """
     step, inputs = stretch.step, stretch.inputs
-    wanted = [*dict.fromkeys([signal, "position"])]
-    quiet = simulate_lanes(stretch.axis, own[None, :], inputs, substeps=substeps, wanted=wanted)
     if not step:
         return np.zeros((len(stretch.measured), len(STEP_SHARES)))
+    quiet = simulate_lanes(
+        stretch.axis, own[None, :], inputs, substeps=substeps, wanted=stretch.outputs
+    )
     away = step * np.array(STEP_SHARES)
     first = [float(values[0]) for values in inputs.signals]
     starts = [
@@ -76,11 +74,15 @@ def changed_by_steps(stretch: Stretch, own: Array, *, signal: str, substeps: int
         np.tile(own, (len(away), 1)),
         replace(inputs, reference=inputs.reference[:, None] + away, start=start),
         substeps=substeps,
-        wanted=wanted,
+        wanted=stretch.outputs,
         position_noise=np.tile(away, (len(inputs.reference), 1)),
         resolution=step,
     )
-    out = batch[signal]
-    if signal == "position":
-        out = np.floor((out + away) / step + 0.5) * step - away
-    return np.where(stretch.counted[:, None], out - quiet[signal], 0.0)
+
+    def changed(name: str) -> Array:
+        out = batch[name]
+        if name == "position":
+            out = np.floor((out + away) / step + 0.5) * step - away
+        return out - quiet[name]
+
+    return np.where(stretch.counted[:, None], stretch.rows(changed), 0.0)

@@ -92,9 +92,9 @@ class TimedPredictions:
         return self._of_model.samples
 
     @property
-    def unit(self) -> str:
-        """See `Predictions.unit`."""
-        return self._of_model.unit
+    def units(self) -> tuple[str, ...]:
+        """See `Predictions.units`."""
+        return self._of_model.units
 
     @property
     def step(self) -> float:
@@ -157,7 +157,8 @@ def _slope_by_time(predictions: Predictions, physical: Array, lag: float) -> Arr
             "the loop cannot be simulated about the drive's time, which is to be found.",
             code=LANE_LOST,
         )
-    periods = [np.full(len(m.time), _period(m)) for m in motions]
+    width = len(predictions.units)
+    periods = [np.full(width * len(m.time), _period(m)) for m in motions]
     return np.asarray(slopes[:, 0] / np.concatenate(periods))
 
 

@@ -40,11 +40,11 @@ class Predictions(Protocol):
 
     @property
     def samples(self) -> tuple[NDArray[np.intp], ...]:
-        """Which sample of its record each row is, by record."""
+        """Which sample of its record each row is, or each of several outputs' rows, by record."""
 
     @property
-    def unit(self) -> str:
-        """Of the output."""
+    def units(self) -> tuple[str, ...]:
+        """Of each output; the rows of a sample are neighbours, one of each."""
 
     @property
     def step(self) -> float:

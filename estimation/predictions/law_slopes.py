@@ -13,23 +13,19 @@ from .added_slopes import injected_slopes
 from .stretch import Stretch
 
 
-def slopes_by_law(
-    stretch: Stretch, own: Array, signal: str, substeps: int | None
-) -> Mapping[str, Array]:
-    """Slopes of a stretch's output, (N,), by the gains of the term.
+def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping[str, Array]:
+    """Slopes of a stretch's outputs, (n,), by the gains of the term.
 
     Parameters
     ----------
     stretch : Stretch
     own : (p,) array
         Parameters of its axis.
-    signal : str
-        The output.
     substeps : int or None
 
     Returns
     -------
-    mapping of str to (N,) array
+    mapping of str to (n,) array
         Empty of a continuous law, and where a loop cannot be simulated.
     """
     law, inputs = stretch.axis.axis.control, stretch.inputs
@@ -49,7 +45,7 @@ def slopes_by_law(
     terms = applied_terms(stretch.axis, ticks, start)
     # They are those that are applied; what is injected is applied as late as they are.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
-    slopes = injected_slopes(stretch, own, signal, substeps, terms)
+    slopes = injected_slopes(stretch, own, substeps, terms)
     if slopes is None:
         return {}
     names = [str(product) for product, _ in law.terms]

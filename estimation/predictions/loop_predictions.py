@@ -1,4 +1,8 @@
-"""Outputs of the simulated loop of each record, for many parameter sets in one batch."""
+"""Outputs of the simulated loop of each record, for many parameter sets in one batch.
+
+Several outputs are of one simulation, and the rows of a sample are neighbours: control, position,
+control, position, and so on.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -20,8 +24,8 @@ from .disturbed import changed_by_noise, changed_by_steps
 from .free_gains import axis_at, gains_in, inputs_at
 from .lanes import Lanes
 from .law_slopes import slopes_by_law
-from .measured_output import measured_output
-from .stretch import Stretch
+from .measured_output import MeasuredOutput, measured_output
+from .stretch import Stretch, interleaved
 from .unrounded import unrounded
 
 _TWINS_AT_ONCE = 256
@@ -37,7 +41,7 @@ class LoopPredictions:
     axes : sequence of GeneratedAxis
         By record. Their drives are simulated without rounding, see `unrounded`.
     records : sequence of Record
-    output : str
+    outputs : str or sequence of str
         Of `axisid.estimation.choices.outputs.OUTPUTS`.
 
     Raises
@@ -47,15 +51,23 @@ class LoopPredictions:
     """
 
     def __init__(
-        self, form: Form, axes: Sequence[GeneratedAxis], records: Sequence[Record], output: str
+        self,
+        form: Form,
+        axes: Sequence[GeneratedAxis],
+        records: Sequence[Record],
+        outputs: str | Sequence[str],
     ) -> None:
         self._form, self._records = form, tuple(records)
         self.samples = tuple(np.concatenate([np.arange(*s) for s in r.spans]) for r in records)
-        found = [measured_output(output, *pair) for pair in zip(axes, records, strict=True)]
-        self.unit, self._signal = found[0].unit, found[0].signal
+        names = (outputs,) if isinstance(outputs, str) else outputs
+        found = [
+            [measured_output(name, *pair) for name in names]
+            for pair in zip(axes, records, strict=True)
+        ]
+        self.units = tuple(each.unit for each in found[0])
         every = enumerate(zip(map(unrounded, axes), records, found, strict=True))
         self.stretches = tuple(
-            stretch for i, (a, r, m) in every for stretch in _stretches(a, r, i, m.values)
+            stretch for i, (a, r, m) in every for stretch in _stretches(a, r, i, m)
         )
         self._substeps: list[int | None] = [None] * len(self.stretches)
         ends = np.cumsum([0, *(len(each.measured) for each in self.stretches)])
@@ -102,7 +114,7 @@ class LoopPredictions:
         blocks = []
         for first in range(0, count, _TWINS_AT_ONCE):
             size = min(_TWINS_AT_ONCE, count - first)
-            changed = partial(changed_by_noise, count=size, random=random, signal=self._signal)
+            changed = partial(changed_by_noise, count=size, random=random)
             blocks.append(self._changed(physical, changed))
         errors = np.hstack(blocks)
         return np.asarray(errors[:, np.isfinite(errors).all(axis=0)])
@@ -119,7 +131,7 @@ class LoopPredictions:
         """
         if not self.step:
             return None
-        errors = self._changed(physical, partial(changed_by_steps, signal=self._signal))
+        errors = self._changed(physical, changed_by_steps)
         return errors if np.all(np.isfinite(errors)) else None
 
     def _changed(self, physical: Array, changed: Callable[..., Array]) -> Array:
@@ -147,7 +159,7 @@ class LoopPredictions:
         for each, substeps in zip(self.stretches, self._substeps, strict=True):
             own = self._form.own(physical, each.record)
             at = self._at(each, physical)
-            for name, slope in slopes_by_law(at, own, self._signal, substeps).items():
+            for name, slope in slopes_by_law(at, own, substeps).items():
                 found.setdefault(name, []).append(slope)
         whole = len(self.stretches)
         return {name: np.concatenate(p) for name, p in found.items() if len(p) == whole}
@@ -167,7 +179,7 @@ class LoopPredictions:
         found = []
         for each, substeps, own in zip(self.stretches, self._substeps, added, strict=True):
             at, values = self._at(each, physical), self._form.own(physical, each.record)
-            slopes = slopes_by_added(at, values, self._signal, substeps, own)
+            slopes = slopes_by_added(at, values, substeps, own)
             if slopes is None:
                 return None
             found.append(slopes)
@@ -183,9 +195,9 @@ class LoopPredictions:
             inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
-                stretch.axis, own, inputs, substeps=substeps, wanted=[self._signal], gains=gains
+                stretch.axis, own, inputs, substeps=substeps, wanted=stretch.outputs, gains=gains
             )
-        errors = batch[self._signal] - stretch.measured[:, None]
+        errors = stretch.rows(batch.__getitem__) - stretch.measured[:, None]
         errors[~stretch.counted] = 0.0
         for lane in batch.failures:
             errors[:, lane] = np.nan
@@ -193,7 +205,7 @@ class LoopPredictions:
 
 
 def _stretches(
-    axis: GeneratedAxis, record: Record, number: int, measured: Array
+    axis: GeneratedAxis, record: Record, number: int, measured: Sequence[MeasuredOutput]
 ) -> Iterator[Stretch]:
     reference, added = loop_reference(axis, record), record.added_control
     columns = recorded_signals(axis, record.provenance.source, record.signals)
@@ -215,8 +227,9 @@ def _stretches(
             record=number,
             segment=segment,
             inputs=inputs,
-            measured=measured[rows],
-            counted=counted[rows],
+            outputs=tuple(each.signal for each in measured),
+            measured=interleaved([each.values[rows] for each in measured]),
+            counted=np.repeat(counted[rows], len(measured)),
             noise=position_noise(record.position[rows]),
             step=sensor_steps(axis, record).position,
         )

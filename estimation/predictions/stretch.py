@@ -1,5 +1,6 @@
 """A segment of a record, and what its loop is simulated from."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,10 +23,12 @@ class Stretch:
     segment : int
         Of the record, from 0.
     inputs : LoopInputs
-    measured : (N,) array
-        The recorded output.
-    counted : (N,) array of bool
-        Which samples are measurements.
+    outputs : tuple of str
+        What is followed, as `Simulation` names it; of several the rows of a sample are neighbours.
+    measured : (n,) array
+        The recorded outputs, a row for each output of each sample.
+    counted : (n,) array of bool
+        Which rows are measurements.
     noise : float
         Standard deviation of the recorded position's noise.
     step : float
@@ -36,7 +39,25 @@ class Stretch:
     record: int
     segment: int
     inputs: LoopInputs
+    outputs: tuple[str, ...]
     measured: Array
     counted: NDArray[np.bool_]
     noise: float
     step: float
+
+    @property
+    def samples(self) -> int:
+        """How many."""
+        return len(self.measured) // len(self.outputs)
+
+    def rows(self, values: Callable[[str], Array]) -> Array:
+        """Rows of what each output has at the samples, (N, B): (n, B)."""
+        return interleaved([values(name) for name in self.outputs])
+
+
+def interleaved(columns: Sequence[Array]) -> Array:
+    """Values (N, ...) of each output as rows, those of a sample neighbours, (n, ...)."""
+    if len(columns) == 1:
+        return columns[0]
+    whole = np.stack(columns, axis=1)
+    return whole.reshape(-1, *whole.shape[2:])

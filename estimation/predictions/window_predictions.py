@@ -197,7 +197,7 @@ class WindowPredictions:
         for axis in axes:
             _check_begins(axis)
         self._form = form
-        self.unit = str(axes[0].axis.coordinate.unit)
+        self.units = (str(axes[0].axis.coordinate.unit),)
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
         self._states = [

@@ -17,7 +17,7 @@ from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
+from axisid.support.user_values import is_among, quoted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,7 +62,11 @@ class FitValidation(Exact):
 
 
 def validate_fit(
-    result: OutputFit, record: Record, *, horizon: float | None = None
+    result: OutputFit,
+    record: Record,
+    *,
+    horizon: float | None = None,
+    output: str | None = None,
 ) -> FitValidation:
     """Hold a fit, frozen, against another record of the axis.
 
@@ -78,6 +82,8 @@ def validate_fit(
     horizon : float, optional
         Length of the windows of an open loop, s; by default that of the fit. The first position and
         velocity of each are fitted to the window itself.
+    output : str, optional
+        Which of the outputs that the fit follows; by default the first of them.
 
     Raises
     ------
@@ -90,6 +96,7 @@ def validate_fit(
     """
     check_record(record)
     length = _horizon(result, horizon)
+    followed = _output(result, output)
     axis = result.basis.axes[0]
     form = InverseForm(axis)
     physical = result.physical[: len(form.physical_quantities)]  # gains are in the axis
@@ -97,7 +104,7 @@ def validate_fit(
     if length is not None:
         predictions = WindowPredictions(form, [axis], [record], length)
     else:
-        predictions = LoopPredictions(form, [axis], [record], result.output)
+        predictions = LoopPredictions(form, [axis], [record], followed)
     with np.errstate(all="ignore"):
         predictions.settle(physical)
         lanes = predictions(physical[None, :])
@@ -111,8 +118,8 @@ def validate_fit(
     size = float(np.linalg.norm(predictions.measured[counted]))
     return FitValidation(
         record=record,
-        output=result.output,
-        unit=predictions.unit,
+        output=followed,
+        unit=predictions.units[0],
         horizon=length,
         windows=predictions.spans[0],
         errors=errors,
@@ -136,7 +143,7 @@ def _horizon(result: object, asked: object) -> float | None:
         )
     if asked is None:
         return result.horizon
-    if result.output != OPEN_LOOP:
+    if OPEN_LOOP not in result.outputs:
         raise UsageError(
             f"a horizon is given, and the fit follows the {result.output}, which has no windows; "
             "leave it out.",
@@ -148,3 +155,15 @@ def _horizon(result: object, asked: object) -> float | None:
             code="validated-fit-horizon-time",
         )
     return float(asked)
+
+
+def _output(result: OutputFit, asked: object) -> str:
+    """Which output is held against the record."""
+    if asked is None:
+        return result.outputs[0]
+    if not is_among(asked, result.outputs):
+        raise UsageError(
+            f"the fit does not follow {quoted(asked)}; choose from {', '.join(result.outputs)}.",
+            code="validated-fit-output",
+        )
+    return str(asked)

@@ -1,14 +1,15 @@
 """What outputs tell: which parameters they show, how errors are coloured, what a model lacks.
 
-In: errors with their slopes, motions. Out: `Unseen`, `Autoregression`, `Lack`.
+In: errors with their slopes, motions. Out: `Unseen`, `Colour`, `Lack`.
 Knows nothing of how parameters are searched for.
 """
 
 from .autoregression import Autoregression as Autoregression
-from .autoregression import autoregression_of as autoregression_of
 from .beside_model import HeldParameters as HeldParameters
 from .beside_model import Lack as Lack
 from .beside_model import lacks_beside as lacks_beside
+from .colour import Colour as Colour
+from .colour import autoregression_of as autoregression_of
 from .missing import Left as Left
 from .noise import noise_left as noise_left
 from .unseen import Unseen as Unseen

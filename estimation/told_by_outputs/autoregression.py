@@ -4,14 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from axisid.estimation.thresholds.fitting import MIN_PAIRS
 from axisid.support.arrays import Array
-
-_LONGEST = 0.1  # s, of the autoregression
-_FEWEST, _MOST = 20, 1000  # orders that are tried, whatever the period
-_ROWS_PER_ORDER = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +30,11 @@ class Autoregression:
     def order(self) -> int:
         """How many errors before it count."""
         return len(self.coefficients) - 1
+
+    @property
+    def innovations(self) -> Array:
+        """Variance of w as that of one output, (1,)."""
+        return np.array([self.variance])
 
     def covariances_to(self, lags: int) -> Array:
         """``c_0, ..., c_(lags - 1)`` of errors that follow it: ``c_k = -a_1 c_(k-1) - ...``."""
@@ -81,54 +80,21 @@ class Autoregression:
         power = sum((np.abs(rfft(piece, size)) ** 2 for piece in pieces), np.zeros(size // 2 + 1))
         answer = rfft(self.coefficients, size)
         power = power * self.variance / np.abs(answer) ** 2
-        slopes = -2 * irfft(power / answer, size)[1 : self.order + 1]
+        slopes = -2 * irfft(power / answer.conj(), size)[1 : self.order + 1]
         spread = self.variance / rows * solve_toeplitz(self.covariances[: self.order], slopes)
         whole = float(irfft(power, size)[0])
         return float(slopes @ spread) / whole**2 + 2 / rows if whole > 0 else 2 / rows
 
 
-def autoregression_of(
-    pieces: Sequence[Array], period: float, counted: Sequence[NDArray[np.bool_]] | None = None
-) -> Autoregression:
-    """The autoregression of errors by Yule and Walker, its order by Akaike's criterion.
+def by_durbin(covariances: Array, rows: int) -> Autoregression:
+    """By Levinson's and Durbin's recursion, of the order that the criterion takes.
 
     Parameters
     ----------
-    pieces : sequence of (n,) array
-        Stretches without gaps; none follows another.
-    period : float
-        s
-    counted : sequence of (n,) array of bool, optional
-        Which errors are measured; the others are 0, and no pair with one of them counts.
+    covariances : (p + 1,) array
+    rows : int
+        From which they are found.
     """
-    rows = sum(map(len, pieces))
-    used = rows if counted is None else int(sum(map(np.sum, counted)))
-    most = min(max(round(_LONGEST / period), _FEWEST), _MOST, used // _ROWS_PER_ORDER)
-    products = _products(pieces, most)
-    if used < rows and counted is not None:
-        whole = _products([np.ones(len(e)) for e in pieces], most)
-        pairs = np.rint(_products([each.astype(float) for each in counted], most))
-        few = np.flatnonzero(pairs < MIN_PAIRS.value * used)
-        told = slice(0, int(few[0]) if len(few) else None)
-        products = products[told] * np.rint(whole[told]) / pairs[told]
-        used = int(pairs[told].min())  # a criterion that reckons with all takes what chance made
-    return _by_durbin(products / rows, used)
-
-
-def _products(pieces: Sequence[Array], most: int) -> Array:
-    """Sums of the products of values so many lags apart, (most + 1,)."""
-    from scipy.signal import correlate
-
-    products = np.zeros(most + 1)
-    for e in pieces:
-        lags = min(most, len(e) - 1)
-        found = correlate(e, e, method="fft")[len(e) - 1 : len(e) + lags]
-        products[: lags + 1] += found
-    return products
-
-
-def _by_durbin(covariances: Array, rows: int) -> Autoregression:
-    """Levinson's and Durbin's recursion, and the order that the criterion takes."""
     a, variance = np.array([1.0]), float(covariances[0])
     best = Autoregression(coefficients=a, variance=variance, covariances=covariances[:1])
     if not variance > 0:

@@ -19,7 +19,7 @@ from scipy.special import stdtr
 from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS
 from axisid.support.arrays import Array
 
-from .autoregression import Autoregression, autoregression_of
+from .colour import Colour, autoregression_of
 
 _ALIKE = 0.05  # of a column: what parameters, or other columns, leave of one that is theirs
 _HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
@@ -48,6 +48,8 @@ class Left:
         By record.
     periods : tuple of float
         s, by record.
+    outputs : int
+        Whose rows of a sample are neighbours.
     steps : (n, B) array or None
         What the steps of an encoder make of the errors, weighted.
     by_windows : bool
@@ -65,6 +67,7 @@ class Left:
     counted: NDArray[np.bool_]
     spans: tuple[tuple[slice, ...], ...]
     periods: tuple[float, ...]
+    outputs: int = 1
     steps: Array | None = None
     by_windows: bool = False
 
@@ -78,11 +81,14 @@ class Left:
         """Errors that count, by record."""
         return tuple(sum(int(self.counted[rows].sum()) for rows in spans) for spans in self.spans)
 
-    def autoregressions(self, errors: Array) -> tuple[Autoregression, ...]:
+    def autoregressions(self, errors: Array) -> tuple[Colour, ...]:
         """Of errors (n,), by record."""
         return tuple(
             autoregression_of(
-                [errors[rows] for rows in spans], period, [self.counted[rows] for rows in spans]
+                [errors[rows] for rows in spans],
+                period,
+                [self.counted[rows] for rows in spans],
+                self.outputs,
             )
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
@@ -220,7 +226,7 @@ def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]
 
 
 def _variance(
-    model: Autoregression, spans: Sequence[slice], rows: int, column: Array
+    model: Colour, spans: Sequence[slice], rows: int, column: Array
 ) -> tuple[float, float]:
     """Of what a column makes of a record's errors; and of that variance, over its square."""
     pieces = [column[span] for span in spans]

@@ -11,7 +11,7 @@ _TWINS, _SEED = 8, 0
 
 
 def noise_left(predictions: Predictions, physical: Array, left: Left) -> tuple[float, ...]:
-    """Root mean square of what is noise in what is left, by record, in the output's unit.
+    """Root mean square of what is noise in what is left, by record and output, in its unit.
 
     What white noise of the position makes in the loop, or an encoder's steps, or what nothing
     before it tells of an error: the most of them.
@@ -27,15 +27,16 @@ def noise_left(predictions: Predictions, physical: Array, left: Left) -> tuple[f
         twins = predictions.by_noise(physical, _TWINS, np.random.default_rng(_SEED))
     models, found = left.autoregressions(left.errors), []
     for model, spans in zip(models, left.spans, strict=True):
-        rows = slice(spans[0].start, spans[-1].stop)
-        used = left.counted[rows]
-        weight = float(left.weights[rows][used].max(initial=0.0)) or 1.0
-        own = [np.sqrt(max(model.variance, 0.0)) / weight]
-        if twins.shape[1]:
-            own.append(_size(twins[rows][used]))
-        if left.steps is not None:
-            own.append(_size(left.steps[rows][used]) / weight)
-        found.append(float(max(own)))
+        for place, variance in enumerate(model.innovations):
+            rows = slice(spans[0].start + place, spans[-1].stop, left.outputs)
+            used = left.counted[rows]
+            weight = float(left.weights[rows][used].max(initial=0.0)) or 1.0
+            own = [np.sqrt(max(variance, 0.0)) / weight]
+            if twins.shape[1]:
+                own.append(_size(twins[rows][used]))
+            if left.steps is not None:
+                own.append(_size(left.steps[rows][used]) / weight)
+            found.append(float(max(own)))
     return tuple(found)
 
 

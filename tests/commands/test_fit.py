@@ -116,6 +116,36 @@ def test_a_fit_is_read_back_as_it_was_written(
 
 
 @pytest.mark.slow
+def test_several_outputs_are_followed_and_read_back(run: Run, log: Path, tmp_path: Path) -> None:
+    file, page = tmp_path / "fit.json", tmp_path / "fit.html"
+    options = ("--output", "control,position", "--weight", "position=2e5")
+    code, out, _ = run("fit", "emps2015", log, *options, "--json", file, "--report", page)
+    assert code == 0
+    written = json.loads(file.read_text())
+    assert [each["output"] for each in written["record_errors"]] == ["control", "position"]
+    assert written["record_errors"][1]["weight"] == 2e5
+    saved = load_result(file)
+    assert isinstance(saved, SavedOutputFit)
+    assert saved.to_dict() == written
+    assert saved.summary().split("left of")[1] == out.split("left of")[1].split("\nwrote")[0]
+    assert "control and position fitted to" in page.read_text()
+    file.write_text(
+        json.dumps(
+            {**written, "record_errors": [*written["record_errors"], written["record_errors"][0]]}
+        )
+    )
+    with refuses("saved-fit"):
+        load_result(file)
+
+
+@pytest.mark.parametrize("weight", ["position", "position=", "=2", "position=fine"])
+def test_a_weight_that_weighs_nothing_is_refused(run: Run, log: Path, weight: str) -> None:
+    code, _, err = run("fit", "emps2015", log, "--weight", weight)
+    assert code == 2
+    assert "weighs nothing" in err
+
+
+@pytest.mark.slow
 def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> None:
     file = tmp_path / "fit.json"
     run("fit", "emps2015", log, "--json", file)

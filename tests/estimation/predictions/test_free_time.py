@@ -28,6 +28,7 @@ def _slopes(motions: tuple[Motion, ...], time: float, name: str) -> Any:
             return none
 
     of_model = Direct(
+        units=("N",),
         settle=lambda _: None,
         motions=lambda _: motions,
         slopes_by_added=lambda _, added: np.concatenate(added),

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from axisid.estimation.told_by_outputs.autoregression import autoregression_of
+from axisid.estimation.told_by_outputs.colour import autoregression_of
 from axisid.estimation.told_by_outputs.missing import Left, lacking_of
 from axisid.support.arrays import Array
 
@@ -89,3 +90,15 @@ def test_an_order_beyond_short_stretches_has_its_uncertainty(rng: np.random.Gene
     )
     assert longer.order > 2 * max(map(len, pieces))
     assert np.isfinite(longer.uncertainty(pieces, 6000))
+
+
+def test_how_sure_a_variance_of_one_output_is_follows_from_its_errors() -> None:
+    column = np.random.default_rng(0).normal(size=300)
+    variances, claimed = [], []
+    for seed in range(150):
+        e = lfilter([1.0], [1.0, -1.2, 0.5], np.random.default_rng(seed).normal(size=3000))
+        model = autoregression_of([e], 1e-3)
+        variances.append(model.coloured(column[:, None])[0, 0])
+        claimed.append(model.uncertainty([column], 3000))
+    scatter = np.var(variances, ddof=1) / np.mean(variances) ** 2
+    assert np.mean(claimed) == pytest.approx(scatter, rel=0.3)

@@ -14,13 +14,15 @@ from .several_options import names_in
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BOUND = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*")
+_WEIGHT = re.compile(rf"\s*([\w-]+)\s*=\s*({_NUMBER})\s*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Asked:
     """What is asked of a fit."""
 
-    output: str
+    output: tuple[str, ...]
+    weight: tuple[str, ...]
     loss: str
     start: str
     starts: int
@@ -41,7 +43,8 @@ class Asked:
         from axisid.modeling.declaration import read_fixed
 
         return {
-            "output": self.output,
+            "output": tuple(name for text in self.output for name in names_in(text)),
+            "weights": dict(map(_weight, self.weight)) or None,
             "loss": self.loss,
             "start": self.start,
             "starts": self.starts,
@@ -65,13 +68,34 @@ def _bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
     return match[1], (low, high)
 
 
+def _weight(text: str) -> tuple[str, float]:
+    match = _WEIGHT.fullmatch(text)
+    if match is None:
+        raise click.BadParameter(
+            f"{text!r} weighs nothing; write OUTPUT=NUMBER, the inverse of the deviation of its "
+            "errors, as in position=2e5.",
+            param_hint="--weight",
+        )
+    return match[1], float(match[2])
+
+
 _OPTIONS = (
     click.option(
         "--output",
-        type=click.Choice([*OUTPUTS]),
-        default=next(iter(OUTPUTS)),
+        multiple=True,
+        default=(next(iter(OUTPUTS)),),
         show_default=True,
-        help="What is followed: " + ", ".join(f"{n} {said}" for n, said in OUTPUTS.items()) + ".",
+        metavar="NAME[,NAME]",
+        help="What is followed, several together: "
+        + ", ".join(f"{n} {said}" for n, said in OUTPUTS.items())
+        + ".",
+    ),
+    click.option(
+        "--weight",
+        multiple=True,
+        metavar="OUTPUT=NUMBER",
+        help="By which an output's errors count: the inverse of their deviation, in its unit; "
+        "again for each.  [default: of what is left of it]",
     ),
     click.option(
         "--loss",
@@ -139,7 +163,8 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
     @functools.wraps(command)
     def collected(
         *,
-        output: str,
+        output: tuple[str, ...],
+        weight: tuple[str, ...],
         loss: str,
         started_at: str,
         starts: int,
@@ -152,6 +177,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
     ) -> None:
         asked = Asked(
             output=output,
+            weight=weight,
             loss=loss,
             start=started_at,
             starts=starts,

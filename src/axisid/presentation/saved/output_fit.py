@@ -114,7 +114,8 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
     """
     count = len(document.parameters)
     rows = [len(row) for row in document.covariance]
-    if rows != [count] * count or len(document.records) != len(document.record_errors):
+    left, followed = len(document.record_errors), len(_outputs(document))
+    if rows != [count] * count or left != followed * len(document.records):
         raise DataError(
             f"{file} has {count} parameters and a covariance of {len(rows)}, and what is left of "
             f"{len(document.record_errors)} of {len(document.records)} records. ",
@@ -122,6 +123,12 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
             code="saved-fit",
         )
     return SavedOutputFit(file=file, document=document)
+
+
+def _outputs(document: WrittenOutputFit) -> tuple[str, ...]:
+    """What was followed; files of one output need not say it of each record."""
+    told = [document.output if e.output is UNSET else e.output for e in document.record_errors]
+    return tuple(dict.fromkeys(told))
 
 
 def saved_fit_document(saved: SavedOutputFit, *, wording: Wording = as_arguments) -> Document:
@@ -147,7 +154,7 @@ def _live(saved: SavedOutputFit) -> OutputFit:
     like = Like(
         saved,
         axis=axis,
-        unit=written.unit,
+        outputs=_outputs(written),
         loss=written.loss,
         started=written.started,
         steps=written.iterations,
@@ -163,7 +170,14 @@ def _live(saved: SavedOutputFit) -> OutputFit:
         local={} if written.local is UNSET else written.local,
         remarks=tuple(map(Note, written.remarks)),
         of_records=[
-            Like(rows=e.rows, error=e.error, percent=_or_infinite(e.percent), order=e.order)
+            Like(
+                output=written.output if e.output is UNSET else e.output,
+                unit=written.unit if e.unit is UNSET else e.unit,
+                rows=e.rows,
+                error=e.error,
+                percent=_or_infinite(e.percent),
+                order=e.order,
+            )
             for e in written.record_errors
         ],
     )

@@ -40,8 +40,13 @@ class WrittenFitted(JsonObject, frozen=True, kw_only=True):
 
 
 class WrittenRecordError(JsonObject, frozen=True, kw_only=True):
-    """What a fit leaves of one record."""
+    """What a fit leaves of an output of one record."""
 
+    output: Annotated[str | UnsetType, about("What is followed, where not `output` says it.")] = (
+        UNSET
+    )
+    unit: Annotated[str | UnsetType, about("Of that output.")] = UNSET
+    weight: Annotated[float | UnsetType, about("By which its errors count, over its unit.")] = UNSET
     rows: Annotated[int, about("Samples that count.")]
     error: Annotated[float, about("Root mean square, in the output's unit.")]
     percent: Annotated[float | None, about("Of the recorded output's.")]
@@ -77,8 +82,8 @@ class WrittenOutputFit(
         about("What stands for the parameters that were left out, SI, by name."),
     ]
     records: tuple[WrittenRecord, ...]
-    output: Annotated[str, about("What is followed.")]
-    unit: Annotated[str, about("Of the output.")]
+    output: Annotated[str, about("What is followed; several are joined by and.")]
+    unit: Annotated[str, about("Of the output; of several the first.")]
     position_unit: Annotated[str, about("Of the coordinate.")]
     encoder_step: Annotated[float, about("Of the coarsest encoder, SI; 0 where none is known.")]
     horizon: Annotated[float | UnsetType, about("Length of the windows of an open loop, s.")] = (
@@ -92,13 +97,17 @@ class WrittenOutputFit(
         about("Of the parameters in their order, the chosen one; null for infinite."),
     ]
     chosen_covariance: str
-    error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
+    error: Annotated[
+        float, about("Root mean square of what is left, in `unit`; of several outputs the first's.")
+    ]
     error_percent: Annotated[float | None, about("Of the recorded output; the largest of all.")]
     percent_beyond_noise: Annotated[
         float | None,
         about("Part of the recorded output that is left beyond noise."),
     ]
-    record_errors: tuple[WrittenRecordError, ...]
+    record_errors: Annotated[
+        tuple[WrittenRecordError, ...], about("By record, and in each by output.")
+    ]
     lacks: Annotated[
         tuple[WrittenLack, ...] | None,
         about("What is asked for beside the model, the strongest first; null where not looked."),

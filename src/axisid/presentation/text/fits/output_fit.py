@@ -46,7 +46,7 @@ def _heading(fit: OutputFit, wording: Wording) -> Heading:
         "axis": declared.name + (f": {declared.title}" if declared.title else ""),
         "left out": left_out_text(fit.axis.declared),
         **(told[0] if len(told) == 1 else listed_facts(told)),
-        "output": f"{fit.output}, {OUTPUTS[fit.output]}",
+        "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs),
         "loss": "" if fit.loss == SQUARES else f"{fit.loss}, {LOSSES[fit.loss]}",
         "start": f"{fit.started}, {len(fit.steps)} steps",
     }
@@ -87,17 +87,24 @@ def _remark(fit: OutputFit, name: str) -> str:
 
 
 def _errors(fit: OutputFit) -> Table:
+    several, count = len(fit.records) > 1, len(fit.outputs)
+    of_record = [f"{i}  {r.provenance.source}" for i, r in enumerate(fit.records, 1)]
     rows = tuple(
         (
-            f"{i}  {record.provenance.source}" if len(fit.records) > 1 else fit.output,
+            *((of_record[place // count],) if several else ()),
+            *((each.output,) if count > 1 or not several else ()),
             str(each.rows),
             f"{each.error:.5g}",
+            *((each.unit,) if count > 1 else ()),
             f"{each.percent:.4f}",
             str(each.order),
         )
-        for i, (record, each) in enumerate(zip(fit.records, fit.of_records, strict=True), 1)
+        for place, each in enumerate(fit.of_records)
     )
-    heads = ["left of", "samples", f"error {fit.unit}", "error %", "order [1]"]
+    heads = ["left of", "samples", f"error {fit.of_records[0].unit}", "error %", "order [1]"]
+    if count > 1:
+        both = ["", "output"] if several else ["left of"]
+        heads = [*both, "samples", "error", "unit", "error %", "order [1]"]
     return Table(columns=text_columns(heads), rows=rows)
 
 
@@ -130,6 +137,11 @@ def _notes(fit: OutputFit, wording: Wording) -> Iterator[str]:
         yield (
             "At a bound the interval is one-sided: of a normal distribution about what the errors "
             "alone would give, cut off there. The other deviations are with the parameter held."
+        )
+    if len(fit.outputs) > 1:
+        yield (
+            "Outputs count by the inverse of what is left of each, or as asked; an autoregression "
+            "of them all has what their errors have in common."
         )
     yield _compared(fit)
     for name, own in fit.local.items():

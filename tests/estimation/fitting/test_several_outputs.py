@@ -1,0 +1,130 @@
+"""Several outputs followed together: each by what is left of it, and sure as they are together."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import Record, fit, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.fitting import OutputFit
+from axisid.estimation.studies import validate_fit
+from axisid.presentation.plots import output_plot
+from tests.axes.unseen import with_bump
+from tests.refusals import refuses
+
+TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
+BOTH = ("control", "position")
+
+
+@pytest.fixture(scope="module")
+def both(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
+    return fit(emps2015, twin, BOTH)
+
+
+def test_each_output_counts_by_what_is_left_of_it(both: OutputFit) -> None:
+    assert both.outputs == BOTH
+    assert both.units == ("V", "m")
+    for each in both.of_records:
+        assert each.weight * each.error == pytest.approx(1.0, rel=0.02)
+    for name, value in both.parameters.items():
+        assert abs(value.value - TRUTH[name]) < 3 * value.deviation
+    assert both.believed
+    assert both.output == "control and position"
+    assert both.error == both.of_records[0].error
+
+
+def test_the_errors_of_a_record_have_a_column_for_each_output(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    found = fit(emps2015, [twin, twin], ("position", "control"))
+    assert [each.output for each in found.of_records] == ["position", "control"] * 2
+    for record, errors in enumerate(found.errors):
+        assert errors.shape == (len(twin), 2)
+        for place in range(2):
+            told = found.of_records[2 * record + place].error
+            assert np.sqrt(np.mean(errors[:, place] ** 2)) == pytest.approx(told)
+    panels = output_plot(found, 1).panels
+    assert len(panels) == 4
+    np.testing.assert_allclose(panels[3].series[0].y, found.errors[1][:, 1])
+
+
+def test_an_output_alone_is_a_fit_of_it(emps2015: GeneratedAxis, twin: Record) -> None:
+    alone, listed = fit(emps2015, twin), fit(emps2015, twin, ["control", "control"])
+    np.testing.assert_array_equal(listed.physical, alone.physical)
+    assert listed.errors[0].shape == (len(twin),)
+    # What counts for nothing beside the other is as good as left out.
+    heavy = fit(emps2015, twin, BOTH, weights={"control": 1e3, "position": 1.0})
+    np.testing.assert_allclose(heavy.physical, alone.physical, rtol=1e-5)
+    for name in heavy.names:
+        assert heavy[name].deviation == pytest.approx(alone[name].deviation, rel=0.05)
+
+
+def test_a_weight_that_is_given_is_the_one(
+    emps2015: GeneratedAxis, twin: Record, both: OutputFit
+) -> None:
+    found = fit(emps2015, twin, BOTH, weights={"position": 1e4})
+    assert found.of_records[1].weight == 1e4
+    assert found.of_records[0].weight * found.of_records[0].error == pytest.approx(1.0, rel=0.02)
+    control = fit(emps2015, twin)
+    assert abs(found["Fv"].value - control["Fv"].value) < abs(
+        both["Fv"].value - control["Fv"].value
+    )
+
+
+def test_what_noise_leaves_of_each_output_is_told(both: OutputFit) -> None:
+    for each, noise in zip(both.of_records, both.noise, strict=True):
+        assert noise == pytest.approx(each.error, rel=0.1)
+    assert both.percent_beyond_noise < 5
+
+
+def test_twins_of_the_bootstrap_have_both_outputs_of_one_noise(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    found = fit(emps2015, twin, BOTH, bootstrap=100)
+    assert found.chosen == "bootstrap"
+    for value in found.parameters.values():
+        own = value.deviations
+        assert own["bootstrap"] == pytest.approx(own["coloured"], rel=0.35)
+
+
+def test_what_no_output_shows_is_named(twin: Record) -> None:
+    found = fit(with_bump(0.5), twin, BOTH)
+    assert found.unseen == ("Fb at all",)
+    (check,) = [c for c in found.checks if c.name == "parameters shown"]
+    assert check.meaning.startswith("the control and position do not show Fb at all")
+
+
+def test_a_record_is_held_against_one_of_the_outputs(both: OutputFit, twin: Record) -> None:
+    for output, left in zip(BOTH, both.of_records, strict=True):
+        assert validate_fit(both, twin, output=output).error == pytest.approx(left.error, rel=1e-6)
+    assert validate_fit(both, twin).output == "control"
+    with refuses("validated-fit-output"):
+        validate_fit(both, twin, output="force")
+
+
+@pytest.mark.parametrize(
+    ("code", "given"),
+    [
+        ("fit-choice", {"output": ("control", "speed")}),
+        ("fit-no-output", {"output": ()}),
+        ("fit-outputs-apart", {"output": ("control", "open-loop")}),
+        ("fit-weights", {"output": BOTH, "weights": {"force": 1.0}}),
+        ("fit-weights", {"output": BOTH, "weights": {"position": 0.0}}),
+        ("fit-weights", {"output": BOTH, "weights": 3.0}),
+    ],
+)
+def test_what_cannot_be_followed_together_is_refused(
+    emps2015: GeneratedAxis, twin: Record, code: str, given: dict[str, Any]
+) -> None:
+    with refuses(code):
+        fit(emps2015, twin, **given)
+
+
+@pytest.mark.slow
+def test_intervals_of_both_hold_the_truth_as_often_as_they_say(emps2015: GeneratedAxis) -> None:
+    held = []
+    for seed in range(20):
+        values = fit(emps2015, twin_record(emps2015, seed=seed), BOTH).parameters.items()
+        held.append([v.interval[0] <= TRUTH[name] <= v.interval[1] for name, v in values])
+    assert np.all(np.sum(held, axis=0) >= 17)
