@@ -129,7 +129,7 @@ TREND_LEVEL = Threshold(
     0.05,
     "1",
     "probability that one or more results of a series are beyond their limits though nothing "
-    "changes, and the same that a step is told",
+    "changes, and the same that a step or a drift is told",
     "convention",
 )
 MIN_SERIES = Threshold(

@@ -85,10 +85,33 @@ def test_a_step_and_a_result_beyond_its_limits_are_told_of_their_parameters(made
     assert "Fc is beyond its limits in r05." in said
 
 
+@pytest.mark.slow
+def test_a_drift_is_told_with_its_slope_and_limits_about_its_line(
+    folder: Path, tmp_path: Path
+) -> None:
+    files, rng = sorted(folder.glob("r*.json"))[:SHIFTED], np.random.default_rng(2)
+    for i, file in enumerate(files):
+        made = _moved(json.loads(file.read_text()), {"Fv": 1.0 * i + rng.normal(0.0, 0.3)})
+        (tmp_path / file.name).write_text(json.dumps(made))
+    found = trend(tmp_path)
+    (series,) = found.changed
+    (chart,) = [each for each in series.charts if each.parameter == "Fv"]
+    assert chart.drift is not None
+    assert chart.drift.slope == pytest.approx(1.0, abs=4 * chart.drift.deviation)
+    assert not chart.steps
+    assert not isinstance(chart.limits, Missing)
+    assert np.allclose(np.diff(chart.limits.centre), chart.drift.slope)
+    assert "Fv drifts by +" in found.summary()
+    assert "for each result" in found.summary()
+    assert found.write(tmp_path / "t.html").read_text().count("<img ") == 1
+    rows = list(csv.DictReader(io.StringIO(found.write(tmp_path / "t.csv").read_text())))
+    assert {row["drift"] != "" for row in rows if row["parameter"] == "Fv"} == {True}
+
+
 def test_limits_are_those_of_the_results_before_the_first_step(made: Trend) -> None:
     chart = made.series[0].charts[0]
     assert not isinstance(chart.limits, Missing)
-    assert chart.limits.centre == pytest.approx(float(np.mean(chart.values[:SHIFTED])), abs=0.3)
+    assert chart.limits.centre[0] == pytest.approx(float(np.mean(chart.values[:SHIFTED])), abs=0.3)
     assert chart.limits.between == pytest.approx(SCATTER, rel=0.5)
 
 

@@ -1,6 +1,7 @@
 """Several estimates of the same parameters: what is usual among them, and what is not.
 
-In: values with their covariances, as arrays. Out: centre and scatter, points that stand out, steps.
+In: values with their covariances, as arrays. Out: centre and scatter, points that stand out, steps
+and drifts.
 Knows nothing of axes, logs and results.
 """
 
@@ -9,7 +10,9 @@ from .alike import Usual as Usual
 from .alike import alike_points as alike_points
 from .alike import limit_of_a_new_point as limit_of_a_new_point
 from .alike import of_a_new_point as of_a_new_point
+from .changes import Change as Change
+from .changes import Drift as Drift
+from .changes import change_in as change_in
 from .robust_scatter import robust_scatter as robust_scatter
 from .robust_scatter import squared_distances as squared_distances
 from .steps import Step as Step
-from .steps import steps_in as steps_in

@@ -33,20 +33,52 @@ class Step:
     p_value: float
 
 
-def steps_in(values: Array, variances: Array, level: float) -> tuple[Step, ...]:
-    """Find the steps of a series, in their order.
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Where the level changes most.
 
-    The largest step is held against those of the same values in other orders, which needs no
-    distribution; then each side of it by itself.
+    Attributes
+    ----------
+    place : int
+        Of the first value on the new level, from 0.
+    p_value : float
+        Of a step as large somewhere in the series, if its order told nothing.
+    """
+
+    place: int
+    p_value: float
+
+
+def largest_step(values: Array, variances: Array) -> Candidate | None:
+    """The largest step of a series, held against those of the same values in other orders.
 
     Parameters
     ----------
     values, variances : array, (n,)
-        Estimates in their order, and the variance of each.
-    level : float
-        Probability that a step is told where there is none.
+        Estimates in their order, and the variance of each; too few have no step.
     """
-    places = sorted(_places(values, variances, level, 0))
+    if len(values) < 2 * _SHORTEST:
+        return None
+    weights = 1 / total_variances(values, variances)
+    sizes, places = _largest(values[None], weights[None])
+    orders = other_orders(len(values))
+    others, _ = _largest(values[orders], weights[orders])
+    return Candidate(int(places[0]), share_as_large(others, sizes[0]))
+
+
+def steps_beside(
+    values: Array, variances: Array, level: float, largest: Candidate
+) -> tuple[Step, ...]:
+    """The steps of a series in their order: the largest, and those on either side of it.
+
+    Parameters
+    ----------
+    values, variances : array, (n,)
+    level : float
+        Probability that a step is told of a side where there is none.
+    largest : Candidate
+    """
+    places = sorted(_places(values, variances, level, 0, largest))
     bounds = [0, *(place for place, _ in places), len(values)]
     return tuple(
         _step(values, variances, first, place, last, p_value)
@@ -54,26 +86,30 @@ def steps_in(values: Array, variances: Array, level: float) -> tuple[Step, ...]:
     )
 
 
-def _places(values: Array, variances: Array, level: float, first: int) -> list[tuple[int, float]]:
+def _places(
+    values: Array, variances: Array, level: float, first: int, largest: Candidate
+) -> list[tuple[int, float]]:
     """Where the level changes, with the probability of each by itself."""
-    count = len(values)
-    if count < 2 * _SHORTEST:
-        return []
-    weights = 1 / _total(values, variances)
-    sizes, places = _largest(values[None], weights[None])
+    place, found = largest.place, [(first + largest.place, largest.p_value)]
+    for begin, side in ((first, slice(None, place)), (first + place, slice(place, None))):
+        own = largest_step(values[side], variances[side])
+        if own is not None and own.p_value <= level:
+            found += _places(values[side], variances[side], level, begin, own)
+    return found
+
+
+def other_orders(count: int) -> NDArray[np.intp]:
+    """Orders in which so many values might have come as well, (k, n)."""
     rng = np.random.default_rng(_SEED)
-    orders = rng.permuted(np.tile(np.arange(count), (_ORDERS, 1)), axis=1)
-    others, _ = _largest(values[orders], weights[orders])
-    p_value = (1 + np.count_nonzero(others >= sizes[0])) / (1 + _ORDERS)
-    if p_value > level:
-        return []
-    place = int(places[0])
-    before = _places(values[:place], variances[:place], level, first)
-    after = _places(values[place:], variances[place:], level, first + place)
-    return [*before, (first + place, float(p_value)), *after]
+    return rng.permuted(np.tile(np.arange(count), (_ORDERS, 1)), axis=1)
 
 
-def _total(values: Array, variances: Array) -> Array:
+def share_as_large(others: Array, own: float) -> float:
+    """Probability of a figure as large, if the order told nothing."""
+    return float((1 + np.count_nonzero(others >= own)) / (1 + len(others)))
+
+
+def total_variances(values: Array, variances: Array) -> Array:
     """Variance of each value about one level: its own and what is between them."""
     between = max(float(np.var(values, ddof=1) - np.mean(variances)), 0.0)
     return variances + between
@@ -119,7 +155,7 @@ def _step(
     """The step between two levels."""
     means, spreads = [], []
     for part in (slice(first, place), slice(place, last)):
-        weights = 1 / _total(values[part], variances[part])
+        weights = 1 / total_variances(values[part], variances[part])
         means.append(float(np.average(values[part], weights=weights)))
         spreads.append(1 / float(np.sum(weights)))
     return Step(

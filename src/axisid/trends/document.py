@@ -1,7 +1,8 @@
-"""What a trend looks like as text: limits, results beyond them, steps."""
+"""What a trend looks like as text: limits, results beyond them, steps, drifts."""
 
 from collections.abc import Sequence
 
+from axisid.populations import Drift
 from axisid.presentation.blocks import (
     Block,
     Cell,
@@ -11,6 +12,7 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.presentation.formulas import range_text
 from axisid.support.missing import Missing
 
 from .chart import Chart
@@ -33,25 +35,25 @@ def trend_document(series: Sequence[Series], by: str) -> Document:
         ),
     )
     shown = (*changed, *others[:_MOST_SHOWN])
-    blocks = (block for each in shown for block in _series_blocks(each))
+    blocks = (block for each in shown for block in _series_blocks(each, by))
     left = len(others) - _MOST_SHOWN
     more = (paragraph(f"and {left} more series without a change."),) if left > 0 else ()
     return heading, *blocks, *more
 
 
-def _series_blocks(series: Series) -> tuple[Block, ...]:
-    said = [line for chart in series.charts for line in _changes(series, chart)]
+def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
+    said = [line for chart in series.charts for line in _changes(series, chart, by)]
     methods = dict.fromkeys(point.method.upper() for point in series.points)
     table = Table(
         columns=text_columns(
-            ("parameter", "unit", "centre", "sd between", "sd of a result", "limits of the last")
+            ("parameter", "unit", "centre", "sd between", "sd of the last", "limits of the last")
         ),
         rows=tuple(map(_row, series.charts)),
         title=f"{series.title}, {len(series.points)} results by {' and '.join(methods)}",
     )
     if len(methods) > 1:
         said.append("The results are judged by different methods, which may differ: choose one.")
-    return table, paragraph(*(said or ["Nothing beyond the limits, and no step."]))
+    return table, paragraph(*(said or ["Nothing beyond the limits, no step and no drift."]))
 
 
 def _row(chart: Chart) -> tuple[Cell, ...]:
@@ -62,14 +64,14 @@ def _row(chart: Chart) -> tuple[Cell, ...]:
     return (
         chart.parameter,
         chart.unit,
-        f"{limits.centre:.6g}",
+        f"{limits.centre[-1]:.6g}",
         f"{limits.between:.3g}",
         own,
-        f"{limits.lower[-1]:.4g} .. {limits.upper[-1]:.4g}",
+        range_text(limits.lower[-1], limits.upper[-1]),
     )
 
 
-def _changes(series: Series, chart: Chart) -> list[str]:
+def _changes(series: Series, chart: Chart, by: str) -> list[str]:
     """What is said of a parameter."""
     said = []
     if isinstance(chart.limits, Missing):
@@ -79,7 +81,19 @@ def _changes(series: Series, chart: Chart) -> list[str]:
         f"from {series.points[step.place].name} on (p {step.p_value:.2g})."
         for step in chart.steps
     ]
+    if chart.drift is not None:
+        said.append(_drift(series, chart, chart.drift, by))
     if chart.beyond:
         names = ", ".join(series.points[place].name for place in chart.beyond)
         said.append(f"{chart.parameter} is beyond its limits in {names}.")
     return said
+
+
+def _drift(series: Series, chart: Chart, drift: Drift, by: str) -> str:
+    """How fast a parameter drifts, and how far it has."""
+    of = "day" if series.origin(by) else f"unit of {by}" if by else "result"
+    whole = drift.line[-1] - drift.line[0]
+    return (
+        f"{chart.parameter} drifts by {drift.slope:+.3g} +- {drift.deviation:.2g} {chart.unit} for "
+        f"each {of}, {whole:+.3g} {chart.unit} in all (p {drift.p_value:.2g})."
+    )

@@ -35,12 +35,11 @@ def _panel(chart: Chart, places: Array) -> Panel:
     curves = []
     if not isinstance(chart.limits, Missing):
         limits = chart.limits
-        middle = np.full(len(places), limits.centre)
         curves.append(
             Curve(
                 label="limits",
                 x=places,
-                y=middle,
+                y=limits.centre,
                 low=limits.lower,
                 high=limits.upper,
                 tone="other",

@@ -40,5 +40,5 @@ class Series:
 
     @property
     def has_changed(self) -> bool:
-        """Whether a result is beyond its limits or a step is told."""
-        return any(chart.beyond or chart.steps for chart in self.charts)
+        """Whether a result is beyond its limits, or a step or a drift is told."""
+        return any(chart.has_changed for chart in self.charts)

@@ -4,6 +4,7 @@ import csv
 import io
 from collections.abc import Sequence
 
+from axisid.populations import Drift
 from axisid.support.missing import Missing
 
 from .chart import Chart
@@ -11,7 +12,7 @@ from .series import Series
 
 _COLUMNS = (
     *("axis", "serial", "result", "place", "method", "parameter", "unit", "value", "sd", "low"),
-    *("high", "centre", "lower_limit", "upper_limit", "beyond", "step"),
+    *("high", "centre", "lower_limit", "upper_limit", "beyond", "step", "drift"),
 )
 
 
@@ -44,6 +45,7 @@ def _rows(series: Series, chart: Chart) -> list[list[object]]:
             *_limits(chart, i),
             int(i in chart.beyond),
             steps.get(i, ""),
+            "" if chart.drift is None else chart.drift.slope,
         ]
         for i, point in enumerate(series.points)
     ]
@@ -53,7 +55,7 @@ def _limits(chart: Chart, place: int) -> tuple[object, object, object]:
     limits = chart.limits
     if isinstance(limits, Missing):
         return "", "", ""
-    return limits.centre, float(limits.lower[place]), float(limits.upper[place])
+    return float(limits.centre[place]), float(limits.lower[place]), float(limits.upper[place])
 
 
 def trend_dict(series: Sequence[Series], by: str) -> dict[str, object]:
@@ -79,7 +81,7 @@ def _chart_dict(chart: Chart) -> dict[str, object]:
         "values": chart.values.tolist(),
         "sd": chart.deviations.tolist(),
         "interval_95": [list(pair) for pair in zip(chart.low, chart.high, strict=True)],
-        "centre": None if known is None else known.centre,
+        "centre": None if known is None else known.centre.tolist(),
         "sd_between": None if known is None else known.between,
         "limits": None
         if known is None
@@ -95,4 +97,9 @@ def _chart_dict(chart: Chart) -> dict[str, object]:
             }
             for step in chart.steps
         ],
+        "drift": None if chart.drift is None else _drift_dict(chart.drift),
     }
+
+
+def _drift_dict(drift: Drift) -> dict[str, float]:
+    return {"slope": drift.slope, "sd": drift.deviation, "p_value": drift.p_value}

@@ -39,7 +39,7 @@ class Trend:
 
     @property
     def changed(self) -> tuple[Series, ...]:
-        """The series in which a result is beyond its limits or a step is told."""
+        """The series in which a result is beyond its limits, or a step or a drift is told."""
         return tuple(each for each in self.series if each.has_changed)
 
     def document(self) -> Document:
@@ -103,8 +103,8 @@ def trend(
     """Follow the parameters of axes over their results.
 
     Results of one axis and one serial number are a series. Limits are from the results' own
-    deviations and the scatter between them; a result beyond them and a step of the level are told,
-    each at a level that holds for the whole series.
+    deviations and the scatter between them; a result beyond them, and a level that steps or drifts,
+    are told, each at a level that holds for the whole series.
 
     Parameters
     ----------
@@ -147,5 +147,5 @@ def _series(axis: str, serial: str, points: list[Point], by: str | None) -> Seri
         serial=serial,
         points=tuple(points),
         places=tuple(places),
-        charts=tuple(chart_of(name, points, len(names)) for name in names),
+        charts=tuple(chart_of(name, points, places, len(names)) for name in names),
     )

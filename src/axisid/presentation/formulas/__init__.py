@@ -9,7 +9,9 @@ from .latex import symbol_latex as symbol_latex
 from .latex import unit_latex as unit_latex
 from .mathml import formula_mathml as formula_mathml
 from .numbers import decimals as decimals
+from .numbers import figure_text as figure_text
 from .numbers import power_of_ten as power_of_ten
+from .numbers import range_text as range_text
 from .numbers import readable_text as readable_text
 from .numbers import readable_unit as readable_unit
 from .numbers import significant as significant

@@ -29,7 +29,7 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
-from axisid.presentation.formulas import decimals
+from axisid.presentation.formulas import decimals, figure_text
 from axisid.support.remedy import Wording, as_arguments
 
 _MOST_REASONS = 5  # that are told of what came to nothing
@@ -143,7 +143,7 @@ def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cel
 
 
 def _number(value: float, digits: int) -> str:
-    return "-" if math.isnan(value) else f"{value:.{digits}g}"
+    return "-" if math.isnan(value) else figure_text(value, digits)
 
 
 def mean_cell(mean: Mean) -> Quantity:

@@ -16,6 +16,7 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.presentation.formulas import figure_text
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording
 
@@ -83,7 +84,7 @@ def _correlation(title: str, estimate: Estimate) -> Table:
 
 def _excitation(diagnosis: Diagnosis) -> Table:
     rows = (
-        [e.name, f"{100 * e.share:.3g} %", f"{e.inflation:.3g}", ", ".join(e.alike) or "-"]
+        [e.name, f"{figure_text(100 * e.share)} %", f"{e.inflation:.3g}", ", ".join(e.alike) or "-"]
         for e in diagnosis.excitation
     )
     heads = ("", "of the force", "variance inflation", "nearly repeats")
@@ -125,7 +126,7 @@ def _by_record(diagnosis: Diagnosis) -> Table:
 
 
 def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g} %"
+    return "-" if value is None else f"{figure_text(value)} %"
 
 
 def _instruments(preferred: Estimate, tests: InstrumentTests | None) -> Table | Paragraph:

@@ -5,6 +5,7 @@ import math
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.streaming import StreamedEstimate
 from axisid.presentation.blocks import Column, Document, Quantity, Table, text_columns
+from axisid.presentation.formulas import range_text
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}
@@ -44,7 +45,7 @@ def iterations(estimate: Estimate | StreamedEstimate) -> str:
 
 def _interval(value: Value) -> str:
     low, high = value.interval
-    return f"{low:.6g} … {high:.6g}"
+    return range_text(low, high, " … ", digits=6)
 
 
 def _percent(error: float | None) -> str:

@@ -11,6 +11,7 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.presentation.formulas import figure_text
 from axisid.support.remedy import Wording, as_arguments
 
 from .record import record_facts
@@ -39,8 +40,8 @@ def _ranking(search: LawSearch) -> Table:
                 each.title,
                 ", ".join(each.law.gains),
                 str(each.law.delay),
-                f"{each.held_out_percent:.3g}",
-                f"{each.fitted_percent:.3g}",
+                figure_text(each.held_out_percent),
+                figure_text(each.fitted_percent),
             )
             for i, each in enumerate(search.laws[:_MOST], 1)
         ),

@@ -1,0 +1,159 @@
+"""What a series does over time: nothing, steps, or a drift."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from axisid.support.arrays import Array, Exact
+
+from .steps import (
+    Step,
+    largest_step,
+    other_orders,
+    share_as_large,
+    steps_beside,
+    total_variances,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drift(Exact):
+    """A level that goes on changing.
+
+    Attributes
+    ----------
+    slope, deviation : float
+        In the values' unit for each unit of their places.
+    p_value : float
+        Of a slope as steep, if the order of the values told nothing.
+    line : array, (n,)
+        The level at each place.
+    """
+
+    slope: float
+    deviation: float
+    p_value: float
+    line: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Change:
+    """What a series does; neither where nothing is told.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        In their order.
+    drift : Drift or None
+    """
+
+    steps: tuple[Step, ...] = ()
+    drift: Drift | None = None
+
+
+def change_in(values: Array, variances: Array, places: Array, level: float) -> Change:
+    """Tell whether a series changes, and whether by steps or by a drift.
+
+    The largest step and the slope are held against those of the same values in other orders, which
+    needs no distribution. Where one of the two is seldom as large, the information criterion tells
+    which of nothing, a line and steps describes the values best [Schwarz1978]_.
+
+    Parameters
+    ----------
+    values, variances, places : array, (n,)
+        Estimates in their order, the variance of each, and where each stands.
+    level : float
+        Probability that a change is told where there is none.
+    """
+    largest = largest_step(values, variances)
+    if largest is None:
+        return Change()
+    drift = _drift(values, variances, places)
+    looks = [largest.p_value, *([] if drift is None else [drift.p_value])]
+    if min(looks) > level / len(looks):
+        return Change()
+    steps = steps_beside(values, variances, level, largest)
+    same = np.ones((len(values), 1))
+    found = {
+        _criterion(values, variances, same, 0): Change(),
+        # A step's place is chosen as well as its size.
+        _criterion(values, variances, _levels(len(values), steps), len(steps)): Change(steps=steps),
+    }
+    if drift is not None:
+        found[_criterion(values, variances, _straight(places), 0)] = Change(drift=drift)
+    return found[min(found)]
+
+
+def _straight(places: Array) -> Array:
+    """Columns of a line, (n, 2)."""
+    away = places - places.mean()
+    return np.column_stack([np.ones(len(places)), away / np.ptp(places)])
+
+
+def _levels(count: int, steps: Sequence[Step]) -> Array:
+    """A column for each level, (n, s + 1)."""
+    number = np.searchsorted([step.place for step in steps], np.arange(count), side="right")
+    return np.asarray(np.eye(len(steps) + 1)[number])
+
+
+def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
+    """The line through the values, its slope held against that of other orders; none of a point."""
+    reach = float(np.ptp(places))
+    if not reach:
+        return None
+    weights = 1 / total_variances(values, variances)
+    orders = other_orders(len(values))
+    own = float(_slopes(values[None], weights[None], places)[0])
+    others = _slopes(values[orders], weights[orders], places)
+    columns = _straight(places)
+    each = variances + _between(values, variances, columns)
+    coefficients, covariance = _fitted(values, each, columns)
+    return Drift(
+        slope=float(coefficients[1] / reach),
+        deviation=float(np.sqrt(covariance[1, 1]) / reach),
+        p_value=share_as_large(others, own),
+        line=columns @ coefficients,
+    )
+
+
+def _slopes(values: Array, weights: Array, places: Array) -> Array:
+    """Squared slopes in deviations of several series, (s, n)."""
+    total = weights.sum(axis=1, keepdims=True)
+    away = places - (weights * places).sum(axis=1, keepdims=True) / total
+    along = (weights * away * values).sum(axis=1)
+    return np.asarray(along**2 / (weights * away**2).sum(axis=1))
+
+
+def _fitted(values: Array, variances: Array, columns: Array) -> tuple[Array, Array]:
+    """Weighted least squares: coefficients and their covariance."""
+    weighted = columns / variances[:, None]
+    covariance = np.asarray(np.linalg.inv(columns.T @ weighted), dtype=float)
+    return covariance @ (weighted.T @ values), covariance
+
+
+def _criterion(values: Array, variances: Array, columns: Array, chosen: int) -> float:
+    """Schwarz's criterion of a level by columns, the scatter between values as likely as can be."""
+    between = _between(values, variances, columns)
+    parameters = columns.shape[1] + chosen + 1
+    penalty: float = parameters * np.log(len(values))
+    return _misfit(between, values, variances, columns) + penalty
+
+
+def _between(values: Array, variances: Array, columns: Array) -> float:
+    """The scatter between true values that is the most likely, as a variance."""
+    most = float(np.var(values)) or 1.0
+    found = minimize_scalar(
+        lambda share: _misfit(share * most, values, variances, columns),
+        bounds=(0.0, 1.0),
+        method="bounded",
+    )
+    return float(found.x) * most
+
+
+def _misfit(between: float, values: Array, variances: Array, columns: Array) -> float:
+    """Twice the negative logarithm of the likelihood, but for what is the same for all."""
+    each = variances + between
+    coefficients, _ = _fitted(values, each, columns)
+    return float(np.sum(np.log(each) + (values - columns @ coefficients) ** 2 / each))
