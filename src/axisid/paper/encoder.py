@@ -199,7 +199,9 @@ def _case(
             objected={},
             clean=float("nan"),
         )
-    objected = {check.name: check.fails.value for check in found.checks if check.fails.count}
+    objected = {
+        check.name: check.fails.count / found.judged for check in found.checks if check.fails.count
+    }
     return EncoderCase(
         counts=counts,
         filter=name,
