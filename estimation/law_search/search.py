@@ -88,6 +88,8 @@ def find_law(
         explained = _explained(form, generated, piece, rows, signals, ticks)
         if explained is not None:
             found.append(explained)
+            if explained.held_out_percent <= NEGLIGIBLE_LEFT.value:
+                continue  # no anti-windup can explain more
             apart = _limited(form, rows) and _begun(form, *begun, apart=True)
             starts = [law for law in (explained.law, apart) if law]
             found += _wound(form, starts, generated, piece, rows, ticks)

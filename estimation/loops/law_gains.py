@@ -7,7 +7,7 @@ the law remembers at the start is free along with them.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -43,7 +43,7 @@ class LawPoint:
     start: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class LawAlong:
     """A law along recorded signals.
 
@@ -107,16 +107,21 @@ class LawAlong:
         """The law's output when it is applied, whatever the drive's limit, (N,)."""
         return self.logged(self._applied(point))
 
-    def slopes(self, point: LawPoint) -> tuple[Array, Array]:
-        """How that changes with the logarithm of each gain, (N, g), and each memory, (N, m).
+    def slopes_by_gain(self, point: LawPoint, free: Sequence[int] | None = None) -> Array:
+        """How that changes with the logarithm of each gain, or of those that are free, (N, g).
 
-        A gain of 0 has no logarithm, and a slope of 0. So has a memory that hardly shows.
+        A gain of 0 has no logarithm, and a slope of 0.
         """
-        steps = _STEP * np.abs(point.gains)
+        ahead, behind = _either(point.gains, _STEP * np.abs(point.gains))
         by_gain = [
-            self._change(replace(point, gains=ahead), replace(point, gains=behind)) * np.sign(value)
-            for ahead, behind, value in zip(*_either(point.gains, steps), point.gains, strict=True)
+            self._change(replace(point, gains=ahead[i]), replace(point, gains=behind[i]))
+            * np.sign(point.gains[i])
+            for i in (range(len(point.gains)) if free is None else free)
         ]
+        return self._columns(by_gain)
+
+    def slopes_by_start(self, point: LawPoint) -> Array:
+        """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
         sizes = self._sizes(point)
         by_start = [
             self._change(replace(point, start=ahead), replace(point, start=behind)) / size
@@ -127,8 +132,10 @@ class LawAlong:
             slope if float(np.linalg.norm(slope[_SETTLED:])) * size > least else 0 * slope
             for slope, size in zip(by_start, sizes, strict=True)
         ]
-        none = np.empty((len(self.control), 0))
-        return np.column_stack([none, *by_gain]), np.column_stack([none, *shown])
+        return self._columns(shown)
+
+    def _columns(self, slopes: Sequence[Array]) -> Array:
+        return np.column_stack([np.empty((len(self.control), 0)), *slopes])
 
     def _change(self, ahead: LawPoint, behind: LawPoint) -> Array:
         """The slope of the output between two points, by steps of `_STEP`, (N,)."""
@@ -164,8 +171,7 @@ class LawAlong:
         for _ in range(_ROUNDS):
             if not (left > enough and before - left > _STILL * left):
                 break
-            by_gain, by_start = self.slopes(point)
-            columns = np.column_stack([by_gain[:, chosen], by_start])
+            columns = np.hstack([self.slopes_by_gain(point, chosen), self.slopes_by_start(point)])
             step = _least_step(np.column_stack([*map(compared, columns.T)]), off)
             found = self._shorter(point, step, chosen, wanted, compared, left)
             if found is None:
@@ -196,22 +202,22 @@ class LawAlong:
 
     def _run(self, point: LawPoint) -> tuple[Array, Array]:
         """The output at each evaluation, (M,), and what is remembered after it, (M, m)."""
-        count = len(self.ticks)
-        blocks = -(-count // _BLOCK)
-        rest = (0, blocks * _BLOCK - count)
-        read = (*self.ticks.signals, self._limits)
-        arguments = [point.start, *(np.pad(values.ravel(), rest, "edge") for values in read)]
-        arguments.append(np.tile(point.gains, blocks * _BLOCK))
-        states = np.empty((blocks * _BLOCK, len(point.start)))
-        output = np.empty(blocks * _BLOCK)
-        _along(self.functions["law_step"], blocks)(arguments, (states, output))
+        count, read = len(self.ticks), self._read
+        whole = len(read[0])
+        states, output = np.empty((whole, len(point.start))), np.empty(whole)
+        arguments = (point.start, *read, np.tile(point.gains, whole))
+        _along(self.functions["law_step"], whole // _BLOCK)(arguments, (states, output))
         return output[:count], states[:count]
 
-    @property
-    def _limits(self) -> Array:
-        """The limit of each evaluation's output, (M,)."""
-        shown = np.searchsorted(self.ticks.held, np.arange(len(self.ticks)) + self.late)
-        return np.asarray(self.limit[np.minimum(shown, len(self.control) - 1)])
+    @cached_property
+    def _read(self) -> tuple[Array, ...]:
+        """What the law reads at each evaluation and the limit of its output, to whole blocks."""
+        count = len(self.ticks)
+        shown = np.searchsorted(self.ticks.held, np.arange(count) + self.late)
+        limits = self.limit[np.minimum(shown, len(self.control) - 1)]
+        rest = (0, -count % _BLOCK)
+        every = (*self.ticks.signals, limits)
+        return tuple(np.pad(values.ravel(), rest, "edge") for values in every)
 
     def _sizes(self, point: LawPoint) -> Array:
         """How large each memory is along the record, (m,)."""
@@ -252,6 +258,8 @@ def _least_step(columns: Array, off: Array) -> Array:
     columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
     sizes = np.linalg.norm(columns, axis=0)
     scale = np.where(sizes > 0, sizes, 1.0)
-    u, effect, v = np.linalg.svd(columns / scale, full_matrices=False)
+    # The triangle has the singular values of the columns, and is small.
+    triangle = np.linalg.qr(np.column_stack([columns / scale, off]), mode="r")[: len(scale)]
+    u, effect, v = np.linalg.svd(triangle[:, :-1])
     clear = effect > _CLEAR * effect.max(initial=0.0)
-    return np.asarray((v[clear].T @ ((u.T @ off)[clear] / effect[clear])) / scale)
+    return np.asarray((v[clear].T @ ((u.T @ triangle[:, -1])[clear] / effect[clear])) / scale)

@@ -214,26 +214,27 @@ class GainsBeside:
         """Which gains show by what the log rounds more than a little, (g,): theirs would be low."""
         if not self.rounded:
             return np.zeros(columns.shape[1], dtype=bool)
-        rough = self.rounded[0].slopes(point)[0] - self.along.slopes(point)[0]
+        rough = self.rounded[0].slopes_by_gain(point) - self.along.slopes_by_gain(point)
         noise = np.linalg.norm(np.column_stack([*map(self.compared, rough.T)]), axis=0)
         return np.asarray(noise > MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0))
 
     def _by_gain(self, point: LawPoint) -> Array:
         """How what is compared changes with the logarithm of each gain, (n, g)."""
-        return np.column_stack([*map(self.compared, self.along.slopes(point)[0].T)])
+        return np.column_stack([*map(self.compared, self.along.slopes_by_gain(point).T)])
 
     def _off(self, point: LawPoint) -> Array:
         return self.compared(self.along.control) - self.compared(self.along.output(point))
 
     def _besides_start(self, point: LawPoint, columns: Array) -> Array:
         """Columns without what another start of the memory explains."""
-        by_start = self.along.slopes(point)[1]
+        by_start = self.along.slopes_by_start(point)
         starts = np.column_stack([np.empty((len(columns), 0)), *map(self.compared, by_start.T)])
         shown = starts[:, np.any(starts != 0, axis=0)]
         if not shown.shape[1]:
             return columns
-        basis, effect, _ = np.linalg.svd(shown / np.linalg.norm(shown, axis=0), full_matrices=False)
-        basis = basis[:, effect > MIN_GAIN_TOLD_APART.value * effect.max()]
+        basis, triangle = np.linalg.qr(shown / np.linalg.norm(shown, axis=0))
+        turned, effect, _ = np.linalg.svd(triangle)
+        basis = basis @ turned[:, effect > MIN_GAIN_TOLD_APART.value * effect.max()]
         return np.asarray(columns - basis @ (basis.T @ columns))
 
 
