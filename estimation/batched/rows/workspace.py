@@ -1,7 +1,8 @@
 """Arrays that one block after the other is worked out in.
 
 The system gives memory page by page as it is first written to, which takes as long as what is
-written. So what a thread had for one block serves for its next.
+written. So what a thread had for one block serves for its next. What it keeps is bounded: a block
+of a long record has arrays of its own.
 """
 
 from threading import local
@@ -15,6 +16,7 @@ from axisid.support.arrays import Array
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 _KEPT = local()
+_MOST = 2**24  # values that a thread keeps, 134 MB; what would go beyond is let go after use
 
 
 def space(name: str, *shape: int) -> Array:
@@ -22,6 +24,9 @@ def space(name: str, *shape: int) -> Array:
     size = int(np.prod(shape))
     kept: dict[str, Array] = vars(_KEPT).setdefault("arrays", {})
     if name not in kept or kept[name].size < size:
+        kept.pop(name, None)
+        if size + sum(each.size for each in kept.values()) > _MOST:
+            return np.empty(shape)
         kept[name] = np.empty(size)
     return kept[name][:size].reshape(shape)
 
