@@ -30,7 +30,7 @@ def test_benchmark_prints_its_contract_and_checks_its_yardsticks(root: Path) -> 
     except NativeUnavailableError as error:
         pytest.skip(str(error))
     done = subprocess.run(
-        [sys.executable, "benchmarks/simulation.py", "--json", "-", "--times", "3"],
+        [sys.executable, "benchmarks/simulation.py", "--json", "-", "--times", "2"],
         cwd=root,
         capture_output=True,
         text=True,
