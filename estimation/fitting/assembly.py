@@ -15,6 +15,7 @@ from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.predictions import Predictions, axis_at
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds.fitting import FEWEST_TWINS
 from axisid.estimation.told_by_outputs import Colour, Left, Unseen, unseen_directions
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -28,6 +29,7 @@ from .starting import FitStart, Searched
 from .unknowns import Unknowns
 
 _FEWEST_TWINS = 2
+_TWINS = 48  # of an axis whose friction remembers: a deviation is known to 10 % then
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
@@ -77,8 +79,24 @@ class Ended:
 
     def _scores(self, chosen: NDArray[np.bool_]) -> Scores:
         return scores_of(
-            self.best, self.weighing, self.unknowns, self.predictions, self.records, chosen
+            self.best,
+            self.weighing,
+            self.unknowns,
+            self.predictions,
+            self.records,
+            chosen,
+            self.errors_by_noise,
         )
+
+    @cached_property
+    def errors_by_noise(self) -> Array | None:
+        """What noise of the position makes of the errors, (n, B), where friction remembers it."""
+        if not self.axis.states:
+            return None
+        with np.errstate(all="ignore"):
+            random = np.random.default_rng(self.seed)
+            errors = self.predictions.by_noise(self.best.physical, _TWINS, random)
+        return errors if errors.shape[1] >= FEWEST_TWINS.value else None
 
     @property
     def autoregressions(self) -> tuple[Colour, ...]:
@@ -141,6 +159,7 @@ class Ended:
             outputs=s.outputs,
             steps=None if steps is None else weights[:, None] * steps,
             by_windows=self.horizon is not None,
+            twins=s.twins,
         )
 
     def _twins(self) -> Array:
@@ -282,6 +301,8 @@ def _values(ended: Ended) -> dict[str, Value]:
     freedom = max(float(ended.weighing.weights.astype(bool).sum()) - ended.inner.sum(), 1.0)
     if chosen == "bootstrap":
         freedom = float(ended.bootstrap - 1)
+    elif ended.errors_by_noise is not None:
+        freedom = min(freedom, float(ended.errors_by_noise.shape[1] - 1))
     for j, q in enumerate(ended.unknowns.quantities):
         value = float(ended.best.physical[j])
         # What is hardly shown may have a variance that rounding made negative.

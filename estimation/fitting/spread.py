@@ -8,9 +8,11 @@ with alternating signs; what the model lacks lasts. Both are told by an autoregr
 
 as the prediction-error method has it for errors that are not white [Ljung1999]_ (9.42). C is of
 errors that were under way before a stretch begins, so that short stretches count as long ones do.
+Friction that remembers answers to noise otherwise at rest than in motion: there C is of no one
+colour, and twins with noise tell it too, see `uneven`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,7 +22,7 @@ from numpy.typing import NDArray
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError, beyond_shown
-from axisid.estimation.told_by_outputs import Colour, autoregression_of
+from axisid.estimation.told_by_outputs import Colour, autoregression_of, uneven
 from axisid.support.arrays import Array
 
 from .search import Found, Weighing
@@ -49,6 +51,8 @@ class Scores:
         By record, s.
     outputs : int
         Whose rows of a sample are neighbours.
+    twins : (n, B) array or None
+        What noise makes of the weighted errors, where their colour changes on the way.
     """
 
     jacobian: Array
@@ -59,6 +63,7 @@ class Scores:
     spans: tuple[tuple[slice, ...], ...]
     periods: tuple[float, ...]
     outputs: int = 1
+    twins: Array | None = None
 
     @cached_property
     def inverse(self) -> Array:
@@ -83,7 +88,9 @@ class Scores:
         )
 
     def coloured(self, models: Sequence[Colour]) -> Array:
-        """Covariance for errors that follow these autoregressions, (k, k)."""
+        """Covariance for errors that follow these autoregressions, or are as twins', (k, k)."""
+        if self.twins is not None:
+            return self._sandwich(sum(self._uneven(self.twins), self._of_known))
         pairs = zip(models, self.spans, strict=True)
         return self._sandwich(sum((self._coloured(*pair) for pair in pairs), self._of_known))
 
@@ -116,6 +123,11 @@ class Scores:
         pieces = (model.coloured(self.jacobian[rows]) for rows in spans)
         return sum(pieces, np.zeros_like(self._of_known))
 
+    def _uneven(self, twins: Array) -> Iterator[Array]:
+        for spans, period in zip(self.spans, self.periods, strict=True):
+            whole = uneven(self.jacobian, self.errors, twins, spans, period, self.outputs)
+            yield whole.matrix
+
     def _independent(self, spans: Sequence[slice]) -> Array:
         J = np.concatenate([self.jacobian[rows] for rows in spans])
         e = np.concatenate([self.errors[rows] for rows in spans])
@@ -134,8 +146,12 @@ def scores_of(
     predictions: Predictions,
     records: Sequence[Record],
     chosen: NDArray[np.bool_],
+    twins: Array | None = None,
 ) -> Scores:
-    """Of the chosen parameters, (P,), where a search of the records' outputs ended."""
+    """Of the chosen parameters, (P,), where a search of the records' outputs ended.
+
+    Twins are what noise makes of the outputs, (n, B).
+    """
     weighed = weighing.weights * found.slopes.errors
     z = (weighed / weighing.tuning) ** 2
     _, first, second = weighing.loss(z)
@@ -148,6 +164,7 @@ def scores_of(
         spans=predictions.spans,
         periods=tuple(record.period for record in records),
         outputs=len(predictions.units),
+        twins=None if twins is None else (first * weighing.weights)[:, None] * twins,
     )
 
 

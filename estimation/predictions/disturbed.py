@@ -23,6 +23,9 @@ def changed_by_noise(
 ) -> Array:
     """What white noise in the loop changes, (n, B), in so many twins.
 
+    A simulation begins at the first position as it was measured: a twin's axis is as far from there
+    as its noise says, and its law reads that position.
+
     Parameters
     ----------
     stretch : Stretch
@@ -34,11 +37,12 @@ def changed_by_noise(
     """
     noise = random.normal(scale=stretch.noise, size=(stretch.samples, count + 1))
     noise[:, -1] = 0.0
-    clocks = stretch.inputs.clocks
+    inputs, clocks = stretch.inputs, stretch.inputs.clocks
+    start = replace(inputs.start, position=float(inputs.start.position) - noise[0])
     batch = simulate_lanes(
         stretch.axis,
         np.tile(own, (count + 1, 1)),
-        stretch.inputs,
+        replace(inputs, start=start),
         substeps=substeps,
         wanted=stretch.outputs,
         position_noise=noise if clocks is None else clocks.held(noise),

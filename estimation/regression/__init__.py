@@ -15,6 +15,7 @@ from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
 from .covariance import most_lags as most_lags
 from .covariance import score_products as score_products
+from .covariance import widened as widened
 from .encoder_steps import STEP_SHARES as STEP_SHARES
 from .encoder_steps import SensorSteps as SensorSteps
 from .encoder_steps import StepsError as StepsError

@@ -313,15 +313,21 @@ class LongRun:
 def _at_least(applied: Applied, other: AutoregressiveCovariance) -> Applied:
     """A covariance with no deviation smaller than another has it; its correlations stay."""
     own, least = np.diag(applied.matrix), np.diag(other.matrix)
-    ratio = np.divide(least, own, out=np.ones_like(own), where=own > 0)
-    scale = np.sqrt(np.maximum(ratio, 1.0))
-    widened = np.outer(scale, scale) * applied.matrix
+    wider = (own > 0) & (least > own)
     return replace(
         applied,
-        matrix=np.asarray(widened, dtype=float),
-        freedom=np.where(ratio > 1, other.freedom, applied.freedom),
-        widened=ratio > 1,
+        matrix=widened(applied.matrix, least),
+        freedom=np.where(wider, other.freedom, applied.freedom),
+        widened=wider,
     )
+
+
+def widened(covariance: Array, least: Array) -> Array:
+    """A covariance (k, k) with no variance less than (k,) others; its correlations stay."""
+    own = np.diag(covariance)
+    ratio = np.divide(least, own, out=np.ones_like(own), where=own > 0)
+    scale = np.sqrt(np.maximum(ratio, 1.0))
+    return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
 
 
 def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:

@@ -83,3 +83,16 @@ FEWEST_WINDOWS = Threshold(
     "windows of an open loop more than parameters from which their scores tell what is chance",
     "chosen: five degrees of freedom are left",
 )
+SCORES_ALIKE = Threshold(
+    0.4,
+    "s",
+    "distance up to which errors of an axis whose friction remembers are held against each other",
+    "measured: deviations of a LuGre axis by half of it are 0.5 to 0.9 of their scatter, by all of "
+    "it 0.6 to 1.0; twins have the rest",
+)
+FEWEST_TWINS = Threshold(
+    16.0,
+    "1",
+    "twins with noise that could be simulated, from which they tell deviations",
+    "chosen: a deviation is known to 18 % then",
+)

@@ -12,5 +12,7 @@ from .colour import Colour as Colour
 from .colour import autoregression_of as autoregression_of
 from .missing import Left as Left
 from .noise import noise_left as noise_left
+from .uneven import Uneven as Uneven
+from .uneven import uneven as uneven
 from .unseen import Unseen as Unseen
 from .unseen import unseen_directions as unseen_directions

@@ -20,6 +20,7 @@ from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS
 from axisid.support.arrays import Array
 
 from .colour import Colour, autoregression_of
+from .uneven import uneven
 
 _ALIKE = 0.05  # of a column: what parameters, or other columns, leave of one that is theirs
 _HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
@@ -56,6 +57,9 @@ class Left:
         Whether the stretches are windows of an open loop. What moved the axis besides the recorded
         control is summed up twice there, as no autoregression of errors is; windows are
         independent, and their scores tell the variance.
+    twins : (n, B) array or None
+        What noise makes of the errors, weighted, where their colour changes on the way: they and
+        neighbouring scores tell the variance then, see `uneven`.
     """
 
     errors: Array
@@ -70,6 +74,7 @@ class Left:
     outputs: int = 1
     steps: Array | None = None
     by_windows: bool = False
+    twins: Array | None = None
 
     def beside(self, columns: Array) -> tuple[Array, Array]:
         """Columns (n, m) less what parameters make of them, and those parameters, (k, m)."""
@@ -187,7 +192,7 @@ def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> 
     size = float(net @ net)
     told = float(net @ errors) / size
     beside = errors - told * net
-    coloured, whole = _of_windows(left, beside, net) if left.by_windows else _of(left, beside, net)
+    coloured, whole = _scattering(left, beside, net)
     freedom = whole - left.jacobian.shape[1] - 1  # of slow errors, with the column's
     if freedom < (FEWEST_WINDOWS.value - 1 if left.by_windows else _FEWEST):
         return None
@@ -208,13 +213,34 @@ def _inflation(whole: float, freedom: float) -> float:
     return whole / freedom if np.isfinite(whole) else 1.0
 
 
-def _of(left: Left, errors: Array, column: Array) -> tuple[float, float]:
+def _scattering(left: Left, errors: Array, column: Array) -> tuple[float, float]:
     """Variance of what a column makes of errors, and of how many degrees of freedom it is."""
+    if left.by_windows:
+        return _of_windows(left, errors, column)
+    return _of(left, errors, column) if left.twins is None else _by_twins(left, errors, column)
+
+
+def _of(left: Left, errors: Array, column: Array) -> tuple[float, float]:
+    """The same by autoregressions."""
     models = left.autoregressions(errors)
     found = [*map(_variance, models, left.spans, left.used, repeat(column))]
+    return _added([(variance, 2 / share) for variance, share in found])
+
+
+def _added(found: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """A sum of variances, each of so many degrees of freedom, and of how many the sum is."""
     whole = sum(variance for variance, _ in found)
-    unsure = sum(variance**2 * share for variance, share in found)
-    return whole, 2 * whole**2 / unsure if unsure > 0 else np.inf
+    unsure = sum(variance**2 / freedom for variance, freedom in found)
+    return whole, whole**2 / unsure if unsure > 0 else np.inf
+
+
+def _by_twins(left: Left, errors: Array, column: Array) -> tuple[float, float]:
+    """The same by twins with noise, and by neighbouring scores, as `uneven` has it."""
+    twins = np.zeros((len(errors), 0)) if left.twins is None else left.twins
+    pairs = zip(left.spans, left.periods, strict=True)
+    found = [uneven(column[:, None], errors, twins, *pair, left.outputs) for pair in pairs]
+    each = [(float(one.matrix[0, 0]), float(one.freedom[0])) for one in found]
+    return _added(each)
 
 
 def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]:

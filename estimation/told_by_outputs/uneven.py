@@ -1,0 +1,77 @@
+"""Errors whose colour changes on the way, as those of an axis whose friction remembers.
+
+Such friction is a spring at rest and a damper in motion, so that noise of the position comes back
+otherwise in a dwell than in a swing, and a start that is a little off stays until the axis slides.
+An autoregression has one colour for all of it. Two others ask for none: what twins make of it that
+are simulated with such noise, and the products of neighbouring scores, as [NeweyWest1987]_ has
+them, which also see what is no noise of the position, from fewer independent errors. The larger
+counts.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.estimation.regression import Hac, score_products, widened
+from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.fitting import SCORES_ALIKE
+from axisid.support.arrays import Array
+
+_FEWEST_ROWS = 4  # for each lag
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Uneven:
+    """Covariance of what columns make of a record's errors.
+
+    Attributes
+    ----------
+    matrix : (k, k) array
+    freedom : (k,) array
+        Degrees of freedom of each variance.
+    """
+
+    matrix: Array
+    freedom: Array
+
+
+def uneven(
+    columns: Array,
+    errors: Array,
+    twins: Array,
+    spans: Sequence[slice],
+    period: float,
+    outputs: int = 1,
+) -> Uneven:
+    """Of columns (n, k) and errors (n,), by twins and by the scores, whichever is more.
+
+    Parameters
+    ----------
+    columns : (n, k) array
+    errors : (n,) array
+    twins : (n, B) array
+        What noise makes of the errors, B draws.
+    spans : sequence of slice
+        The record's stretches.
+    period : float
+        s
+    outputs : int
+        Whose rows of a sample are neighbours: their scores are of one time.
+    """
+    k = columns.shape[1]
+    scores = [
+        (columns[rows] * errors[rows, None]).reshape(-1, outputs, k).sum(axis=1) for rows in spans
+    ]
+    pieces = Neighbours.joined([Neighbours.consecutive(len(each)) for each in scores])
+    whole = np.concatenate(scores)
+    lags = min(round(SCORES_ALIKE.value / period), len(whole) // _FEWEST_ROWS)
+    long_run = Hac(lags).long_run(lambda most: score_products(whole, pieces, most), len(whole))
+    pairs = ((columns[rows].T, twins[rows]) for rows in spans)
+    made = sum((each @ own for each, own in pairs), np.zeros((k, twins.shape[1])))
+    by_twins = made.var(axis=1, ddof=1)
+    larger = by_twins > np.diag(long_run.covariance)
+    return Uneven(
+        matrix=widened(long_run.covariance, by_twins),
+        freedom=np.where(larger, twins.shape[1] - 1.0, long_run.freedom),
+    )
