@@ -1,0 +1,50 @@
+"""Memory that one block after the other is worked out in."""
+
+from threading import Thread
+
+import pytest
+
+from axisid.estimation.batched.rows import workspace
+
+
+def in_a_thread_of_its_own(check: object) -> None:
+    failed: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            check()  # type: ignore[operator]
+        except BaseException as error:
+            failed.append(error)
+
+    thread = Thread(target=run)
+    thread.start()
+    thread.join()
+    if failed:
+        raise failed[0]
+
+
+def test_the_next_block_has_the_memory_of_the_one_before() -> None:
+    def check() -> None:
+        first = workspace.space("rows", 10, 4)
+        assert first.shape == (10, 4)
+        assert workspace.space("rows", 5, 8).base is first.base
+        assert workspace.space("other", 10, 4).base is not first.base
+
+    in_a_thread_of_its_own(check)
+
+
+def test_what_is_kept_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workspace, "_MOST", 100)
+
+    def kept() -> int:
+        arrays = vars(workspace._KEPT).get("arrays", {})
+        return sum(each.size for each in arrays.values())
+
+    def check() -> None:
+        for number in range(8):
+            assert workspace.space(f"{number}", 6, 5).shape == (6, 5)
+        assert kept() == 90
+        assert workspace.space("0", 50, 50).shape == (50, 50)  # grown: the old one is let go
+        assert kept() == 60
+
+    in_a_thread_of_its_own(check)
