@@ -12,7 +12,8 @@ from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Value, student_interval
-from axisid.estimation.predictions import Predictions, axis_at
+from axisid.estimation.freed import axis_at
+from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.estimation.thresholds.fitting import FEWEST_TWINS

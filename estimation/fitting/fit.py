@@ -5,14 +5,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUTPUTS, SQUARES
 from axisid.estimation.diagnostics.law import LawCheck, first_law
+from axisid.estimation.freed import FormByTime, least_sizes
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told
 from axisid.estimation.predictions import (
-    FormByTime,
     LoopPredictions,
     Predictions,
     TimedPredictions,
@@ -99,7 +100,9 @@ def fit(
     free : str or sequence of str
         Gains of the control law that are searched with the parameters, from the declared ones;
         none changes its sign, or is known. Not of an open loop, which has no law. Also the drive's
-        ``lag`` or its ``delay``: one of them, as a record shows their sum.
+        ``lag`` or its ``delay``: one of them, as a record shows their sum. ``start``: the first
+        position and velocity of each loop, which are else those of the record; ``start_position``
+        or ``start_velocity``: one of them.
     loss : {"squares", "soft-l1", "huber"}
         Robust ones let errors count for less that are large beside the median of all.
     starts : int
@@ -185,7 +188,10 @@ class _Asked:
             generated, self.records, default, self.local, self.known, self.gain, skip_bad=False
         )
         whose, records = searched(shared), shared.records
-        model, whose = whose.form, with_free(whose, self.free, self.outputs, self.known or {})
+        model, whose = (
+            whose.form,
+            with_free(whose, self.free, self.outputs, self.known or {}, records),
+        )
         predictions = self._predictions(whose, records)
         if time is not None:
             predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
@@ -193,7 +199,14 @@ class _Asked:
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
         run = _Run(
-            whose.axes, records, predictions, unknowns, self.loss, self.weights, self.progress
+            whose.axes,
+            records,
+            predictions,
+            unknowns,
+            self.loss,
+            self.weights,
+            least_sizes(whose.form) > 0,
+            self.progress,
         )
         first, begun, lost = run.first(begins)
         ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))
@@ -234,6 +247,7 @@ class _Run:
     unknowns: Unknowns
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
+    of_start: NDArray[np.bool_]  # (P,)
     progress: Progress | None
 
     def __post_init__(self) -> None:
@@ -273,6 +287,7 @@ class _Run:
 
     def _about(self, first: FitStart, random: np.random.Generator) -> Found:
         factors = np.exp(_SPREAD * random.standard_normal(len(first.physical)))
+        factors = np.where(self.of_start, 1.0, factors)
         at = self.unknowns.inside(first.physical * factors, self.scale)
         return Search(*self._searching).run(at)
 

@@ -14,9 +14,10 @@ from axisid.estimation.choices.outputs import (
     OPEN_LOOP,
 )
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.freed import START, STARTS, FormByGains, FormByStart, least_sizes
 from axisid.estimation.identification import Shared, identify
 from axisid.estimation.joint import JointForm
-from axisid.estimation.predictions import FormByGains
+from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, InverseForm
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, UsageError
@@ -78,9 +79,13 @@ def searched(shared: Shared) -> Searched:
 
 
 def with_free(
-    whose: Searched, names: Sequence[str], outputs: Sequence[str], known: Mapping[str, object]
+    whose: Searched,
+    names: Sequence[str],
+    outputs: Sequence[str],
+    known: Mapping[str, object],
+    records: Sequence[Record],
 ) -> Searched:
-    """The same with gains of the law that are free.
+    """The same with gains of the law that are free, and with the starts of the loops.
 
     Raises
     ------
@@ -94,8 +99,8 @@ def with_free(
         return whose
     if OPEN_LOOP in outputs:
         raise UsageError(
-            f"{', '.join(names)} cannot be free in an open loop, which has no law; follow the "
-            "control or the position.",
+            f"{', '.join(names)} cannot be free in an open loop, which has no law, and a start of "
+            "its own in each window; follow the control or the position.",
             code="free-open-loop",
         )
     if both := [name for name in names if name in known]:
@@ -105,6 +110,12 @@ def with_free(
             code="known-and-free",
         )
     law = whose.axes[0].axis.control
+    gains = () if law is None else tuple(law.gains)
+    if starts := [n for n in names if n in (START, *STARTS) and n not in gains]:
+        others = [n for n in names if n not in starts]
+        found = with_free(whose, others, outputs, known, records)
+        form = FormByStart.of(found.form, found.axes, records, starts)
+        return replace(found, form=form, local={**found.local, **form.local})
     if law is not None and law.gains and (others := [n for n in names if n not in law.gains]):
         raise UsageError(
             f"there is no gain {quoted(others[0])} to be free; control law {law.name!r} has "
@@ -137,10 +148,11 @@ def starts_from(
         What is asked for is none of them, or parameters are none of the fit's.
     """
     names = [q.name for q in model.physical_quantities]
-    gains, size = form.start[len(names) :], np.abs(form.start)
+    size = np.maximum(np.abs(form.start), least_sizes(form))
+    others = form.start[len(names) :], size[len(names) :]
     nominal = FitStart(physical=form.start, size=size, named=NOMINAL_START)
     if isinstance(asked, Estimate):
-        return [_of_estimate(asked, names, "given", gains)], []
+        return [_of_estimate(asked, names, "given", *others)], []
     if isinstance(asked, Mapping):
         return [FitStart(physical=_given(asked, form), size=size, named="given")], []
     if not is_among(asked, FIT_STARTS):
@@ -156,7 +168,7 @@ def starts_from(
         try:
             with np.errstate(all="ignore"):
                 estimate = _estimate(_METHODS[name], shared, gain)
-            found.append(_of_estimate(estimate, names, name, gains))
+            found.append(_of_estimate(estimate, names, name, *others))
             break
         except AxisidError as error:
             why.append(error.note)
@@ -175,7 +187,9 @@ def _estimate(method: str, shared: Shared, gain: str) -> Estimate:
     return result[method]
 
 
-def _of_estimate(estimate: Estimate, names: Sequence[str], named: str, gains: Array) -> FitStart:
+def _of_estimate(
+    estimate: Estimate, names: Sequence[str], named: str, others: Array, sizes: Array
+) -> FitStart:
     if [q.name for q in estimate.quantities] != [*names]:
         raise UsageError(
             f"the estimate to start from has {', '.join(q.name for q in estimate.quantities)}, the "
@@ -188,8 +202,8 @@ def _of_estimate(estimate: Estimate, names: Sequence[str], named: str, gains: Ar
         whole = np.full(len(names), np.linalg.norm(estimate.y))
         size = _PART_OF_FORCE * np.divide(whole, columns, out=size, where=columns > 0)
     return FitStart(
-        physical=np.append(estimate.physical, gains),
-        size=np.append(size, np.abs(gains)),
+        physical=np.append(estimate.physical, others),
+        size=np.append(size, sizes),
         named=named,
     )
 

@@ -39,8 +39,8 @@ def split_free(
     names = (free,) if isinstance(free, str) else free
     if not isinstance(names, (tuple, list)) or not all(isinstance(name, str) for name in names):
         raise UsageError(
-            f"what is free is {quoted(free)}; give names of the law's gains, or lag or delay of "
-            "the drive.",
+            f"what is free is {quoted(free)}; give names of the law's gains, lag or delay of "
+            "the drive, or start.",
             code="free-type",
         )
     law, drive = axis.declared.control, axis.declared.drive

@@ -5,9 +5,6 @@ Knows nothing of how parameters are searched for.
 """
 
 from .added_slopes import Motion as Motion
-from .free_gains import FormByGains as FormByGains
-from .free_gains import axis_at as axis_at
-from .free_time import FormByTime as FormByTime
 from .free_time import TimedPredictions as TimedPredictions
 from .lanes import Lanes as Lanes
 from .lanes import Predictions as Predictions

@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.freed import axis_at, gains_in, inputs_at, started_at
 from axisid.estimation.loops import loop_starts, position_noise, two_clocks
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
@@ -21,7 +22,6 @@ from axisid.support.arrays import Array, covered
 
 from .added_slopes import Motion, motion_of, slopes_by_added
 from .disturbed import changed_by_noise, changed_by_steps
-from .free_gains import axis_at, gains_in, inputs_at
 from .lanes import Lanes
 from .law_slopes import slopes_by_law
 from .measured_output import MeasuredOutput, measured_output
@@ -142,13 +142,16 @@ class LoopPredictions:
         return np.concatenate(pieces)
 
     def _at(self, stretch: Stretch, physical: Array) -> Stretch:
-        """A stretch under the law that gains among the parameters (P,) make."""
-        axis = axis_at(stretch.axis, self._form, physical)
-        if axis is stretch.axis:
-            return stretch
-        record = self._records[stretch.record]
-        inputs = inputs_at(axis, record, stretch.segment, stretch.inputs)
-        return replace(stretch, axis=axis, inputs=inputs)
+        """A stretch under the law, and from the start, that parameters (P,) make."""
+        axis, inputs = axis_at(stretch.axis, self._form, physical), stretch.inputs
+        if axis is not stretch.axis:
+            inputs = inputs_at(axis, self._records[stretch.record], stretch.segment, inputs)
+        inputs = self._started(stretch, physical, inputs)
+        same = inputs is stretch.inputs
+        return stretch if same else replace(stretch, axis=axis, inputs=inputs)
+
+    def _started(self, stretch: Stretch, physical: Array, inputs: LoopInputs) -> LoopInputs:
+        return started_at(self._form, physical, stretch.record, stretch.segment, inputs)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by the term's gains.
@@ -193,6 +196,7 @@ class LoopPredictions:
         if gains:
             memories = [self._at(stretch, lane).inputs.start.memory for lane in physical]
             inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
+        inputs = self._started(stretch, physical, inputs)
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
                 stretch.axis, own, inputs, substeps=substeps, wanted=stretch.outputs, gains=gains

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.fitting import OutputFit
+from axisid.estimation.freed import STARTS
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import InverseForm
@@ -99,7 +100,8 @@ def validate_fit(
     followed = _output(result, output)
     axis = result.basis.axes[0]
     form = InverseForm(axis)
-    physical = result.physical[: len(form.physical_quantities)]  # gains are in the axis
+    # Gains are in the axis, and where a loop starts is the record's.
+    physical = result.physical[: len(form.physical_quantities)]
     predictions: Predictions
     if length is not None:
         predictions = WindowPredictions(form, [axis], [record], length)
@@ -135,7 +137,7 @@ def _horizon(result: object, asked: object) -> float | None:
         raise UsageError(
             f"the result is {quoted(result)}; give what fit gave.", code="validated-fit-type"
         )
-    if result.local or result.basis.known:
+    if {*result.local} - {*STARTS} or result.basis.known:
         raise UsageError(
             "the fit has parameters or known values for each of its records, and nothing says "
             "which are those of another record; fit without them.",

@@ -15,7 +15,8 @@ from axisid.estimation.simulation import LoopInputs
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 
-from .free_time import FormByTime
+from .start import FormByStart
+from .time import FormByTime
 
 _NEXT_TO_0 = 1e-9  # of what a gain is declared as
 
@@ -88,6 +89,8 @@ def gains_in(form: Form, physical: Array) -> dict[str, Array]:
     """
     if isinstance(form, FormByTime):
         return gains_in(form.of_model, physical[..., :-1])
+    if isinstance(form, FormByStart):
+        return gains_in(form.of_model, physical[..., : -len(form.parameters)])
     if not isinstance(form, FormByGains):
         return {}
     law = form.axis.loop_with(form.gains)[1]

@@ -1,0 +1,17 @@
+"""Parameters of a model with what else is free: gains of the law, starts of the loops, a time.
+
+In: a form, axes, records, names. Out: a `Form` with more physical parameters behind its own.
+Knows nothing of outputs, and nothing of how parameters are searched for.
+"""
+
+from .gains import FormByGains as FormByGains
+from .gains import axis_at as axis_at
+from .gains import gains_in as gains_in
+from .gains import inputs_at as inputs_at
+from .start import START as START
+from .start import STARTS as STARTS
+from .start import FormByStart as FormByStart
+from .start import is_start as is_start
+from .start import least_sizes as least_sizes
+from .start import started_at as started_at
+from .time import FormByTime as FormByTime

@@ -1,0 +1,105 @@
+"""Where loops start, found with the parameters of the model."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Record, fit, simulate, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.studies import validate_fit
+from axisid.support.arrays import Array
+from tests.refusals import refuses
+
+TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
+BEGIN = 300  # where the axis is moving
+
+
+def _moving(axis: GeneratedAxis, seed: int, noise: float = 3.8e-6) -> tuple[Record, Array]:
+    """A record that begins in motion, with the position and the velocity there."""
+    whole = twin_record(axis)
+    assert whole.reference is not None
+    white = noise * np.random.default_rng(seed).standard_normal(len(whole))
+    loop = simulate(axis, [*TRUTH.values()], whole.reference, whole.period, position_noise=white)
+    rows = slice(BEGIN, None)
+    record = Record(
+        time=whole.time[rows],
+        position=loop.measured_position[rows],
+        reference=whole.reference[rows],
+        control=loop.control[rows],
+    )
+    return record, np.array([loop.position[BEGIN], loop.velocity[BEGIN]])
+
+
+def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis) -> None:
+    record, begun = _moving(emps2015, 1)
+    found = fit(emps2015, record, free="start")
+    assert found.names == (*TRUTH, "start_position", "start_velocity")
+    units = [found[name].unit for name in found.names[3:]]
+    assert units == ["m", "m/s"]
+    for name, truth in zip(found.names, [*TRUTH.values(), *begun], strict=True):
+        assert abs(found[name].value - truth) < 3 * found[name].deviation
+    assert found["start_position"].deviation < 3.8e-6
+    assert abs(begun[1]) > 50 * found["start_velocity"].deviation
+    assert found.believed
+    assert "start_velocity" in found.summary()
+    # It is a little less than what the start of the record leaves.
+    assert found.error < fit(emps2015, record).error
+
+
+def test_without_noise_the_start_is_the_one_of_the_axis(emps2015: GeneratedAxis) -> None:
+    record, begun = _moving(emps2015, 1, noise=0.0)
+    found = fit(emps2015, record, ("control", "position"), free=("start", "kp"))
+    assert found.names[3:] == ("kp", "start_position", "start_velocity")
+    np.testing.assert_allclose(found.physical[-2:], begun, rtol=1e-5)
+    np.testing.assert_allclose(found.physical[:3], [*TRUTH.values()], rtol=1e-4)
+
+
+def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:
+    record, begun = _moving(emps2015, 2)
+    found = fit(emps2015, [twin, record], free="start", bounds={"start_position": (0, 1)})
+    names = [f"start_{what}_{i}" for i in (1, 2) for what in ("position", "velocity")]
+    assert [*found.names[3:]] == names
+    assert found.local["start_velocity"] == ("start_velocity_1", "start_velocity_2")
+    assert found.bounds["start_position_2"] == (0.0, 1.0)
+    assert abs(found["start_position_2"].value - begun[0]) < 4e-6
+    assert abs(found["start_velocity_2"].value - begun[1]) < 3 * found["start_velocity_2"].deviation
+    # A record that is held against it starts where it is.
+    assert validate_fit(found, record).percent == pytest.approx(
+        found.of_records[1].percent, rel=0.02
+    )
+
+
+def test_each_piece_of_a_record_has_a_start_of_its_own(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    cut = replace(twin, segments=((0, 3000), (3000, len(twin))))
+    found = fit(emps2015, cut, free="start", fixed={"start_velocity_1": 0.0})
+    names = [f"start_{what}_{i}" for i in (1, 2) for what in ("position", "velocity")]
+    assert [*found.names[3:]] == names
+    assert found.fixed == {"start_velocity_1": 0.0}
+    assert not found.local
+
+
+def test_other_searches_begin_at_the_same_start(emps2015: GeneratedAxis) -> None:
+    record, begun = _moving(emps2015, 3)
+    found = fit(emps2015, record, free="start", starts=2)
+    assert len(found.ends) == 2
+    for _, physical in found.ends:
+        np.testing.assert_allclose(physical[-2], begun[0], atol=1e-5)
+
+
+def test_an_open_loop_has_starts_anyway(emps2015: GeneratedAxis, twin: Record) -> None:
+    with refuses("free-open-loop", says="a start of its own"):
+        fit(emps2015, twin, "open-loop", free="start")
+
+
+@pytest.mark.slow
+def test_intervals_of_a_start_hold_it_as_often_as_they_say(emps2015: GeneratedAxis) -> None:
+    held = []
+    for seed in range(20):
+        record, begun = _moving(emps2015, seed)
+        found = fit(emps2015, record, free="start")
+        pairs = zip(found.parameters.values(), [*TRUTH.values(), *begun], strict=True)
+        held.append([v.interval[0] <= truth <= v.interval[1] for v, truth in pairs])
+    assert np.all(np.sum(held, axis=0) >= 17)
