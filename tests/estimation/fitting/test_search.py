@@ -21,6 +21,8 @@ TIME = np.linspace(0.0, 4.0, 400)
 class _Decay:
     """``a exp(-b t)`` beside what was measured; no lane has a rate of more than it can."""
 
+    units = ("m",)
+
     def __init__(self, measured: Array, most: float = np.inf) -> None:
         self.measured, self.counted, self._most = measured, np.ones(len(measured)), most
         self.spans = ((slice(0, len(measured)),),)
