@@ -315,9 +315,11 @@ class Iteration(Steps):
 
     def _simulated(self, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
         """The loops simulated with parameters (p,), and their intercept and regressor."""
-        loops = self._start.loops if not self._iterates else ()
-        loops = loops or self._on.loops(self._form, physical)
-        return loops, *self._on.right_of(self._form, physical, loops)
+        start = self._start
+        if self._iterates or not start.loops:
+            return self._on.simulated(self._form, physical)
+        right = start.right or self._on.right_of(self._form, physical, start.loops)
+        return start.loops, *right
 
     def _regressor(self, measured: Equations) -> Columns:
         return self._on.factored(self._form, measured)

@@ -4,7 +4,7 @@ Least squares is nearer to the end than nominal values mostly are, and asks noth
 may move it so far that the loop simulated with it is no instrument; then the nominal values serve.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,12 +34,15 @@ class Start:
         Simulated with it; empty where they are still to be.
     why_not : Note or None
         Why it does not start from least squares, where it was to.
+    right : tuple of array or None
+        Intercept and regressor of the loops, reduced, where the iteration's own form made them.
     """
 
     physical: Array
     named: str
     loops: tuple[Simulation, ...] = ()
     why_not: Note | None = None
+    right: tuple[Array, Array] | None = None
 
 
 def start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
@@ -57,7 +60,10 @@ def start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
     if not form.is_linear:
         form = least_squares_point(form, problem.rows)
         return form, Start(form.start, LEAST_SQUARES_START)
-    return form, nominal_start(form) if asked == NOMINAL_START else _of_least_squares(problem)
+    if asked == NOMINAL_START:
+        return form, nominal_start(form)
+    start = _of_least_squares(problem)
+    return form, start if isinstance(form, InverseForm) else replace(start, right=None)
 
 
 def nominal_start(form: Form, why_not: Note | None = None) -> Start:
@@ -80,14 +86,18 @@ def _of_least_squares(problem: Problem) -> Start:
     unexplained = relative_error_percent(
         measured.left - right @ physical - intercept, measured.left
     )
-    return least_squares_start(form, physical, unexplained, loops)
+    return least_squares_start(form, physical, unexplained, loops, (intercept, right))
 
 
 def least_squares_start(
-    form: Form, physical: Array, unexplained: float, loops: tuple[Simulation, ...] = ()
+    form: Form,
+    physical: Array,
+    unexplained: float,
+    loops: tuple[Simulation, ...] = (),
+    right: tuple[Array, Array] | None = None,
 ) -> Start:
     """Least squares, (p,), or the nominal values where its loop leaves so much unexplained, %."""
     if not unexplained < MAX_SIMULATION_ERROR.value:
         said = f"the loop of least squares leaves {unexplained:.3g} % of the force unexplained"
         return nominal_start(form, Note(said))
-    return Start(np.asarray(physical), LEAST_SQUARES_START, loops)
+    return Start(np.asarray(physical), LEAST_SQUARES_START, loops, right=right)

@@ -142,8 +142,34 @@ class Sampling:
 
     def _reduced(self, signals: Array) -> Array:
         """`reduce` with the rows that are masked or have no weight among them."""
-        if signals.ndim > 1 and signals.size > _AT_ONCE:
-            return np.stack([self._reduced(column) for column in signals.T], axis=1)
+        if signals.ndim > 1:
+            return self._reduced_columns(signals)
+        return self._pieces(signals)
+
+    def _reduced_columns(self, signals: Array) -> Array:
+        """Of (N, k); an offset's column of ones, which many models have, is filtered once."""
+        ones = (signals[0] == 1) & (signals[-1] == 1)
+        ones[ones] = (signals[:, ones] == 1).all(axis=0)
+        if not ones.any():
+            return self._side_by_side(signals)
+        reduced = np.empty((len(self._all_rows), signals.shape[1]))
+        reduced[:, ones] = self._ones[:, None]
+        if not ones.all():
+            reduced[:, ~ones] = self._side_by_side(signals.T[~ones].T)
+        return reduced
+
+    @cached_property
+    def _ones(self) -> Array:
+        """What each row makes of ones, whether it is kept or not."""
+        return self._pieces(np.ones(self.samples))
+
+    def _side_by_side(self, signals: Array) -> Array:
+        if signals.size > _AT_ONCE:
+            return np.stack([self._pieces(column) for column in signals.T], axis=1)
+        return self._pieces(signals)
+
+    def _pieces(self, signals: Array) -> Array:
+        """Segment by segment."""
         weighted = signals
         if self.excluded:
             weighted = np.array(signals, dtype=float)
