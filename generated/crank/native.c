@@ -448,6 +448,7 @@ void closed_loop_step_rows(
 
 enum { DONE, OUT_OF_RANGE, NOT_FINITE, CHATTER, UNRESOLVED };
 enum { MOST_EVENTS = SIDES ? 4096 : 20, MOST_REFINEMENTS = 60, LANES = 32 };
+enum { REGISTER = 8 }; /* lanes of the widest vector register */
 enum { AT_LEAST_1_MEMORY = MEMORY + !MEMORY };
 
 struct mode {
@@ -1049,7 +1050,8 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
     return DONE;
 }
 
-/* Values of one sample for all lanes of a block. */
+/* Values of one sample for all lanes of a block; those of the registers in use are stepped, so that
+   few lanes cost little more than their share. */
 struct block {
     double q[LANES], dq[LANES], memory[AT_LEAST_1_MEMORY][LANES], parameters[PARAMETERS][LANES];
     double reference[LANES], rate[LANES], error[LANES], added[LANES];
@@ -1084,9 +1086,10 @@ static inline void keep_sides(struct block *b, int l, const struct mode *mode)
 }
 
 /* The common case for all lanes at once; `slow` says which lanes it does not serve. */
-static void step_block(struct block *b, double step, ptrdiff_t substeps)
+static void step_block(struct block *b, int registers, double step, ptrdiff_t substeps)
 {
-    for (int l = 0; l < LANES; ++l) {
+    const int lanes = REGISTER * registers;
+    for (int l = 0; l < lanes; ++l) {
         double p[PARAMETERS], memory[AT_LEAST_1_MEMORY] = {0.0}, next[AT_LEAST_1_MEMORY], tau, u;
         const double r = b->reference[l], rate = b->rate[l], error = b->error[l];
         const double added = b->added[l];
@@ -1111,10 +1114,10 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
         b->slow[l] = events(b->q[l], b->dq[l], &moved, held, &mode, p, step) + away;
     }
     if (substeps > 1)
-        for (int l = 0; l < LANES; ++l)
+        for (int l = 0; l < lanes; ++l)
             b->now[l] = b->reference[l];
     for (ptrdiff_t i = 1; i < substeps; ++i)
-        for (int l = 0; l < LANES; ++l) {
+        for (int l = 0; l < lanes; ++l) {
             double p[PARAMETERS];
             double held[4] = {CONTINUOUS ? b->now[l] : b->tau[l], b->rate[l], b->error[l],
                               b->added[l]};
@@ -1167,19 +1170,20 @@ static void first_sides(struct block *b, int l)
 #endif
 }
 
-static void put_block(double *values, ptrdiff_t at, const double *lanes, ptrdiff_t count)
+static void put_block(double *values, ptrdiff_t at, const double *own, ptrdiff_t count)
 {
     if (values && count == LANES)
         for (int l = 0; l < LANES; ++l)
-            values[at + l] = lanes[l];
+            values[at + l] = own[l];
     else if (values)
         for (ptrdiff_t l = 0; l < count; ++l)
-            values[at + l] = lanes[l];
+            values[at + l] = own[l];
 }
 
-/* LANES simulations side by side, of which `count` are wanted. */
-static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *reference,
-                           ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
+/* As many simulations side by side as the registers hold, of which `count` are wanted. */
+static void simulate_block(int registers, ptrdiff_t samples, ptrdiff_t count,
+                           const double *reference, ptrdiff_t reference_time,
+                           ptrdiff_t reference_lane, const double *noise,
                            ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *injected,
                            ptrdiff_t injected_time, ptrdiff_t injected_lane,
                            const double *parameters, const double *start,
@@ -1188,9 +1192,10 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                            ptrdiff_t substeps, struct outputs out, int *status,
                            ptrdiff_t *stopped, const volatile int *stop)
 {
+    const int lanes = REGISTER * registers;
     _Alignas(64) struct block b = {0}; /* a vector register never spans two cache lines */
     double dead[LANES] = {0.0};
-    for (int l = 0; l < LANES; ++l) {
+    for (int l = 0; l < lanes; ++l) {
         const ptrdiff_t from = l < count ? l : 0;
         double memory[AT_LEAST_1_MEMORY] = {0.0};
         for (int j = 0; j < PARAMETERS; ++j)
@@ -1214,7 +1219,7 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
     for (ptrdiff_t k = 0; k < (*stop ? 0 : samples); ++k) {
         const ptrdiff_t at = k * out.stride;
         double any = 0.0;
-        for (int l = 0; l < LANES; ++l) {
+        for (int l = 0; l < lanes; ++l) {
             const ptrdiff_t from = l < count ? l : 0;
             const double *r = reference + k * reference_time + from * reference_lane;
             b.reference[l] = *r;
@@ -1226,9 +1231,9 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
             if (injected)
                 b.added[l] = injected[k * injected_time + from * injected_lane];
         }
-        step_block(&b, period / (double)substeps, substeps);
+        step_block(&b, registers, period / (double)substeps, substeps);
         put_block(out.before, at, k ? b.end : b.direction, count);
-        for (int l = 0; l < LANES; ++l) {
+        for (int l = 0; l < lanes; ++l) {
             b.end[l] = b.direction[l];
             b.slow[l] = dead[l] > 0.0 ? 0.0 : b.slow[l];
             any += b.slow[l];
@@ -1251,7 +1256,7 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
         put_block(out.direction, at, b.direction, count);
         if (k == 0)
             put_block(out.before, at, b.direction, count);
-        for (int l = 0; l < LANES; ++l) {
+        for (int l = 0; l < lanes; ++l) {
             b.q[l] = b.q1[l];
             b.dq[l] = b.dq1[l];
             for (int j = 0; j < MEMORY; ++j)
@@ -1275,13 +1280,14 @@ void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                     int *status, ptrdiff_t *stopped, const volatile int *stop)
 {
     for (ptrdiff_t first = 0; first < lanes; first += LANES) {
-        const ptrdiff_t left = lanes - first;
+        const ptrdiff_t left = lanes - first, count = left < LANES ? left : LANES;
+        const int registers = (int)((count + REGISTER - 1) / REGISTER);
         const struct outputs out = {
             position ? position + first : NULL, velocity ? velocity + first : NULL,
             acceleration ? acceleration + first : NULL, force ? force + first : NULL,
             control ? control + first : NULL, direction ? direction + first : NULL,
             before ? before + first : NULL, stride};
-        simulate_block(samples, left < LANES ? left : LANES, reference + first * reference_lane,
+        simulate_block(registers, samples, count, reference + first * reference_lane,
                        reference_time, reference_lane, noise ? noise + first * noise_lane : NULL,
                        noise_time, noise_lane,
                        injected ? injected + first * injected_lane : NULL, injected_time,

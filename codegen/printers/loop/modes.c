@@ -14,6 +14,7 @@
 
 enum { DONE, OUT_OF_RANGE, NOT_FINITE, CHATTER, UNRESOLVED };
 enum { MOST_EVENTS = SIDES ? 4096 : 20, MOST_REFINEMENTS = 60, LANES = 32 };
+enum { REGISTER = 8 }; /* lanes of the widest vector register */
 enum { AT_LEAST_1_MEMORY = MEMORY + !MEMORY };
 
 struct mode {

@@ -553,3 +553,17 @@ def test_axis_on_a_free_slide_keeps_its_momentum() -> None:
     loop = simulate(axis, [2.0], push, PERIOD)
     assert np.all(loop.position[:11] == 0)
     assert loop.velocity[20:] == pytest.approx(np.full(10, 0.02))
+
+
+@pytest.mark.parametrize("name", ["offset", "pendulum"])
+def test_lane_is_the_same_to_the_last_bit_among_few_and_among_many(name: str) -> None:
+    """Blocks are as wide as their lanes ask for: of one vector register to four."""
+    axis = built(name)
+    factors = np.linspace(0.9, 1.1, 41)[:, None]
+    reference = motion_of(axis, 0.2)
+    every = simulate_batch(axis, axis.nominal * factors, reference, period_of(axis), threads=1)
+    for first, count in ((0, 1), (3, 8), (30, 9), (5, 17), (40, 1), (1, 33)):
+        chosen = slice(first, first + count)
+        some = simulate_batch(axis, axis.nominal * factors[chosen], reference, period_of(axis))
+        for signal, values in some.signals.items():
+            assert np.array_equal(values, every[signal][:, chosen]), (signal, count)
