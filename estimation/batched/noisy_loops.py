@@ -68,7 +68,8 @@ class NoisyLoops:
         EstimationError
             A loop cannot be simulated.
         """
-        here = self._with_noise(self._quiet(*first), self._theta, deviations)
+        _, _, position = self._solved(self._theta, None)
+        here = self._with_noise(self._quiet(*first), self._theta, position, deviations)
         found = settled_noise_free(here, self._found_at, self._theta, deviations)
         noisy = confirmed(found, self._solution, model)
         if noisy.has_noise and not noisy.doubt:
@@ -85,15 +86,19 @@ class NoisyLoops:
 
     def _found_at(self, physical: Array) -> NoiseFree | None:
         """The same at other parameters; None where the loop does not follow."""
-        found, whole, _ = self._solved(physical, None)
+        found, whole, position = self._solved(physical, None)
         if unexplained(self._whole, whole)[0] >= MAX_SIMULATION_ERROR.value:
             return None
         quiet = self._quiet(found.theta[0] - physical, found.residuals[:, 0])
-        return self._with_noise(quiet, physical, None)
+        return self._with_noise(quiet, physical, position, None)
 
-    def _with_noise(self, quiet: NoiseFree, physical: Array, deviations: Array | None) -> NoiseFree:
-        """The same of loops with noise, unless the first draw shows that it is no matter."""
-        _, _, position = self._solved(physical, None)
+    def _with_noise(
+        self, quiet: NoiseFree, physical: Array, position: Array, deviations: Array | None
+    ) -> NoiseFree:
+        """The same of loops with noise, unless the first draw shows that it is no matter.
+
+        `position` is that of the loop without, (N,).
+        """
         noise = white_part(self._block.lanes.position[:, self._lane] - position)
         if not noise.any():
             return quiet
