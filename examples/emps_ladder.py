@@ -216,6 +216,7 @@ ASIDE: Sequence[Rung] = (
     (_higher(_DIRECTION, "friction drift"), _DIRECTION),
     (Model(terms=("direction",), lag=1e-3), _DIRECTION),
     (_higher(_PUBLISHED, "stribeck"), _PUBLISHED),
+    (_higher(_DIRECTION, "cogging"), _DIRECTION),
 )
 #: Of whose parameters a cycle gets two of its own.
 TUNED = (_DIRECTION, _BENT)

@@ -1,8 +1,8 @@
 """From where a search ended to a result: deviations, intervals, what the law moves."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -13,7 +13,7 @@ from scipy.special import log_ndtr, ndtri_exp
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.freed import axis_at
-from axisid.estimation.predictions import Predictions
+from axisid.estimation.predictions import Predictions, WindowPredictions, slopes_of
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.estimation.thresholds.fitting import FEWEST_TWINS
@@ -30,6 +30,7 @@ from .starting import FitStart, Searched
 from .unknowns import Unknowns
 
 _FEWEST_TWINS = 2
+_PARTS = 4  # of a window, that what the model lacks is asked of
 _TWINS = 48  # of an axis whose friction remembers: a deviation is known to 10 % then
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
@@ -163,6 +164,37 @@ class Ended:
             twins=s.twins,
         )
 
+    @property
+    def asked(self) -> "Ended":
+        """The same end in windows of a quarter, which what the model lacks is asked of.
+
+        A force that is not the model's moves long windows by more than slopes tell, and their
+        starts and the parameters bend to it. The parts of a window count as one all the same, as
+        what moves an axis besides its control may last.
+        """
+        if not isinstance(self.predictions, WindowPredictions):
+            return self
+        short, u = self.predictions.in_parts(_PARTS), self.unknowns
+        try:
+            short.settle(self.best.physical)
+            slopes = slopes_of(
+                short, self.best.physical, self.scale, u.lower, u.upper, self.unknowns.free
+            )
+        except EstimationError:
+            return self
+        weights = [
+            np.full(there[-1].stop - there[0].start, self.weighing.weights[rows].max(initial=0.0))
+            for there, rows in zip(
+                short.spans, map(_whole_rows, self.predictions.spans), strict=True
+            )
+        ]
+        return replace(
+            self,
+            predictions=short,
+            best=replace(self.best, slopes=slopes),
+            weighing=replace(self.weighing, weights=np.concatenate(weights) * short.counted),
+        )
+
     def _twins(self) -> Array:
         """What the noise of simulated twins moves the parameters by, (P, B)."""
         random = np.random.default_rng(self.seed)
@@ -229,6 +261,10 @@ class Ended:
         return found
 
 
+def _whole_rows(spans: Sequence[slice]) -> slice:
+    return slice(spans[0].start, spans[-1].stop)
+
+
 def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tuple[float, float]:
     """95 % of a normal distribution that is cut off at a bound, from there on.
 
@@ -252,6 +288,7 @@ def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tu
 
 def assembled(ended: Ended) -> OutputFit:
     """The result of a fit."""
+    asked = ended.asked
     names = ended.unknowns.names
     at_bound: dict[str, Literal["lower", "upper"]] = {
         n: "lower" if side < 0 else "upper"
@@ -292,6 +329,8 @@ def assembled(ended: Ended) -> OutputFit:
             influence=ended.influence,
             beyond=ended.beyond,
             left=ended.left,
+            asked=asked.predictions,
+            asked_left=asked.left,
             known=ended.known,
         ),
     )

@@ -30,6 +30,10 @@ class FitBasis:
         How far beyond its bound each parameter at one would be without it, in deviations.
     left : Left
         Errors at the end.
+    asked : Predictions
+        Those whose errors are asked what the model lacks.
+    asked_left : Left
+        Their errors.
     known : tuple of str
         Names of what was known of each record.
     """
@@ -41,4 +45,6 @@ class FitBasis:
     influence: Array
     beyond: Mapping[str, float]
     left: Left
+    asked: Predictions
+    asked_left: Left
     known: tuple[str, ...]

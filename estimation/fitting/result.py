@@ -173,7 +173,7 @@ class OutputFit(Presentable, Exact):
             lower=low,
             upper=high,
         )
-        return lacks_beside(self.basis.predictions, self.physical, self.basis.left, held)
+        return lacks_beside(self.basis.asked, self.physical, self.basis.asked_left, held)
 
     @cached_property
     def noise(self) -> tuple[float, ...]:

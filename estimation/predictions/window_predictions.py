@@ -175,6 +175,8 @@ class WindowPredictions:
     records : sequence of Record
     horizon : float
         Length of a window, s.
+    parts : int
+        So many windows one after the other are one stretch.
 
     Raises
     ------
@@ -193,10 +195,12 @@ class WindowPredictions:
         axes: Sequence[GeneratedAxis],
         records: Sequence[Record],
         horizon: float,
+        parts: int = 1,
     ) -> None:
         for axis in axes:
             _check_begins(axis)
-        self._form = form
+        self._form, self._axes, self._records = form, tuple(axes), tuple(records)
+        self._horizon, self._parts = horizon, parts
         self.units = (str(axes[0].axis.coordinate.unit),)
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
@@ -213,13 +217,19 @@ class WindowPredictions:
         ends = np.cumsum([0, *(w.position.size for w in self._windows)])
         self._ends = [int(end) for end in ends]
 
+    def in_parts(self, parts: int) -> "WindowPredictions":
+        """The same with each window in so many of its own start, which are still one stretch."""
+        short = self._horizon / parts
+        return WindowPredictions(self._form, self._axes, self._records, short, parts)
+
     @property
     def spans(self) -> tuple[tuple[slice, ...], ...]:
-        """See `Predictions.spans`: a window is a stretch."""
+        """See `Predictions.spans`: a window is a stretch, or its parts together."""
         found: dict[int, list[slice]] = {}
-        for (begin, _), w in zip(pairwise(self._ends), self._windows, strict=True):
-            size = len(w.position)
-            rows = [slice(begin + k * size, begin + (k + 1) * size) for k in range(w.count)]
+        for (begin, end), w in zip(pairwise(self._ends), self._windows, strict=True):
+            size = self._parts * len(w.position)
+            first = [begin + k * size for k in range(max(w.count // self._parts, 1))]
+            rows = [slice(a, b) for a, b in pairwise([*first, end])]
             found.setdefault(w.record, []).extend(rows)
         return tuple(map(tuple, found.values()))
 
