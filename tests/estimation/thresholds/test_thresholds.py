@@ -81,6 +81,8 @@ IMPLEMENTATION = {
     "steps._SLACK": "rounding of a number of steps",
     "steps._UNIFORM": "how long a step is",
     "steps._ROUNDING": "rounding of a rate",
+    "steps._PUSHES": "forces and none, by which a rate is told apart",
+    "steps._DIRECTIONS": "sides of a motion, beside that at rest",
     "twin._MOST_SAMPLES": "what there is memory for",
     "propagation._STEP": "step of a difference",
     "residual_tests._NO_VARIANCE": "rounding of a variance",
