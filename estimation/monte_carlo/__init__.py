@@ -10,8 +10,6 @@ from .monte_carlo import Keep as Keep
 from .monte_carlo import monte_carlo as monte_carlo
 from .noise import TwinNoise as TwinNoise
 from .plan import MonteCarloPlan as MonteCarloPlan
-from .result import CheckFigures as CheckFigures
-from .result import EstimandFigures as EstimandFigures
 from .result import MonteCarlo as MonteCarlo
 from .runs import DIRECT as DIRECT
 from .runs import INTERVALS as INTERVALS
@@ -24,4 +22,7 @@ from .table import OUTPUT_SUFFIXES as OUTPUT_SUFFIXES
 from .table import check_output as check_output
 from .table import run_columns as run_columns
 from .table import write_runs as write_runs
+from .told import CheckFigures as CheckFigures
+from .told import EstimandFigures as EstimandFigures
+from .told import StudyFigures as StudyFigures
 from .twins import twins as twins

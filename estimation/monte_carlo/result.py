@@ -1,19 +1,17 @@
 """What many twins tell of a method: its bias, scatter and intervals, and of the checks."""
 
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri, stdtrit
+from scipy.special import ndtri
 
 from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
-from axisid.estimation.thresholds.studies import MIN_BIAS
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.presentable import Presentable
@@ -31,66 +29,11 @@ from .runs import (
     Estimand,
     FailedRun,
 )
-
-_ROUNDING = 1e-12  # of the truth: a mean error up to it is one of arithmetic
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EstimandFigures:
-    """What the runs tell of one estimand.
-
-    Attributes
-    ----------
-    estimand : Estimand
-    truth : float
-        Not a number where the twin has no such parameter.
-    runs : int
-        That gave an estimate.
-    bias : Mean
-        Mean error of the value without the filter's own bias.
-    raw_bias : Mean
-        Mean error of the value itself.
-    scatter : Mean
-        Standard deviation over the runs.
-    deviations : mapping of str to float
-        Root mean square of the deviation that is stated, under each of `INTERVALS` that there is.
-    coverage : mapping of str to Share
-        How often the 95 % interval of each holds the truth; empty without a truth, and of declared
-        parameters that follow where a known value has a deviation: all runs share its error.
-    """
-
-    estimand: Estimand
-    truth: float
-    runs: int
-    bias: Mean
-    raw_bias: Mean
-    scatter: Mean
-    deviations: Mapping[str, float]
-    coverage: Mapping[str, Share]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CheckFigures:
-    """How often a check ends in each way, of the runs that were judged.
-
-    Attributes
-    ----------
-    name : str
-    fails, notes, passes : Share
-        Of the runs in which it was evaluated: what nobody looked at has not passed.
-    missing : Share
-        Of all that were judged: it could not be evaluated, or the run has no such check.
-    """
-
-    name: str
-    fails: Share
-    notes: Share
-    passes: Share
-    missing: Share
+from .told import CheckFigures, EstimandFigures, StudyFigures
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MonteCarlo(Presentable, Exact):
+class MonteCarlo(StudyFigures, Presentable, Exact):
     """The numbers of many runs.
 
     Attributes
@@ -117,6 +60,11 @@ class MonteCarlo(Presentable, Exact):
     def estimands(self) -> tuple[Estimand, ...]:
         """What was estimated, length e."""
         return self.numbers.estimands
+
+    @property
+    def chosen(self) -> str:
+        """Of `COVARIANCES`, what printed intervals are of."""
+        return self.plan.chosen
 
     @property
     def failures(self) -> tuple[FailedRun, ...]:
@@ -254,44 +202,6 @@ class MonteCarlo(Presentable, Exact):
         """Whether all runs have the error of the same known value, which intervals reckon with."""
         return estimand.kind == PHYSICAL and any(p.known_sd for p in self.plan.axis.base.known)
 
-    @property
-    def biased(self) -> tuple[EstimandFigures, ...]:
-        """Where the mean error is beyond its own standard error, and beyond rounding."""
-        return tuple(each for each in self.figures if _is_biased(each))
-
-    def miscovered(self, *, narrow: bool) -> tuple[EstimandFigures, ...]:
-        """Whose intervals hold the truth too rarely, or else are wider than they need be.
-
-        Both beyond the Monte-Carlo error, under the chosen covariance, with 5 % for a mistake in
-        any of the estimands (Bonferroni).
-        """
-        chosen, wanted = self.plan.chosen, INTERVAL_LEVEL.value
-        covered = [each for each in self.figures if chosen in each.coverage]
-        level = 1 - (1 - wanted) / max(len(covered), 1)
-        bounds = [each.coverage[chosen].interval_at(level) for each in covered]
-        return tuple(
-            each
-            for each, (low, high) in zip(covered, bounds, strict=True)
-            if (high < wanted if narrow else low > wanted)
-        )
-
-    def of(self, method: str, name: str) -> EstimandFigures:
-        """The figures of a parameter by a method.
-
-        Raises
-        ------
-        UsageError
-            There is none.
-        """
-        for found in self.figures:
-            if (found.estimand.method, found.estimand.name) == (method, name):
-                return found
-        listed = ", ".join(f"{each.method} {each.name}" for each in self.estimands)
-        raise UsageError(
-            f"there is no {quoted(name)} by {quoted(method)}; there are {listed or 'none'}.",
-            code="no-such-estimand",
-        )
-
     def estimated(self, method: str) -> Share:
         """How many runs a method gave an estimate in."""
         places = [i for i, each in enumerate(self.estimands) if each.method == method]
@@ -320,14 +230,6 @@ class MonteCarlo(Presentable, Exact):
         failing = self._statuses_judged == STATUSES.index("fail")
         return Share.of_truths(np.asarray(failing.any(axis=1)))
 
-    @property
-    def lost(self) -> Mapping[str, Mapping[str, int]]:
-        """How many runs gave nothing, by method or what else failed, then by reason."""
-        found: dict[str, Counter[str]] = {}
-        for failed in self.failures:
-            found.setdefault(failed.of, Counter())[failed.reason] += 1
-        return {of: dict(counted.most_common()) for of, counted in found.items()}
-
     def normalised(self, place: int, of: str = "") -> Array:
         """Errors of an estimand in stated deviations, of the runs that have both, (r,).
 
@@ -347,21 +249,9 @@ class MonteCarlo(Presentable, Exact):
         there = np.isfinite(errors) & (stated > 0)
         return np.asarray(errors[there] / stated[there])
 
-    def __iter__(self) -> Iterator[EstimandFigures]:
-        return iter(self.figures)
-
     def __getstate__(self) -> dict[str, Any]:
         """Without what is computed when it is asked for."""
         return {"plan": self.plan, "numbers": self.numbers}
-
-
-def _is_biased(each: EstimandFigures) -> bool:
-    """Whether chance exceeds the mean error as seldom as it exceeds `MIN_BIAS` in many runs."""
-    if each.runs < 2 or abs(each.bias.value) <= _ROUNDING * abs(each.truth):
-        return False
-    # Of few runs the standard error is uncertain too: the distance is Student's.
-    furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value))
-    return bool(each.bias.distance > furthest)
 
 
 def _check(name: str, statuses: NDArray[np.int8]) -> CheckFigures:

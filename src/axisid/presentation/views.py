@@ -35,6 +35,8 @@ from axisid.presentation.monte_carlo import (
     monte_carlo_dict,
     monte_carlo_document,
     monte_carlo_plot,
+    saved_study_dict,
+    saved_study_document,
 )
 from axisid.presentation.plots import (
     Plot,
@@ -54,6 +56,7 @@ from axisid.presentation.saved import (
     ResultComparison,
     SavedEstimate,
     SavedIdentification,
+    SavedMonteCarlo,
     SavedOutputFit,
     result_comparison_document,
     saved_document,
@@ -135,6 +138,7 @@ as_blocks.register(ResultComparison, _settled(result_comparison_document))
 as_blocks.register(SavedIdentification, saved_document)
 as_blocks.register(SavedEstimate, _settled(saved_estimate_document))
 as_blocks.register(SavedOutputFit, saved_fit_document)
+as_blocks.register(SavedMonteCarlo, saved_study_document)
 
 
 @singledispatch
@@ -185,6 +189,7 @@ as_document.register(ResultComparison, ResultComparison.to_dict)
 as_document.register(SavedIdentification, lambda saved: plain(saved.document))
 as_document.register(SavedEstimate, lambda saved: plain(saved.document))
 as_document.register(SavedOutputFit, saved_fit_dict)
+as_document.register(SavedMonteCarlo, saved_study_dict)
 
 
 def figure_of(

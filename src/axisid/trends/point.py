@@ -122,8 +122,8 @@ def _loaded(file: str | Path) -> SavedIdentification:
     found = load_result(file)
     if not isinstance(found, SavedIdentification):
         raise DataError(
-            f"{file} is of a fit of an output, and a trend is of results of identify; leave it "
-            "out.",
+            f"{file} is of a fit of an output, or of a study, and a trend is of results of "
+            "identify; leave it out.",
             code="trend-of-fit",
         )
     return found

@@ -7,12 +7,14 @@ import jsonschema
 import numpy as np
 import pytest
 
+from axisid import load_result, trend
 from axisid.estimation.monte_carlo import Mean, Share
 from axisid.presentation.drawing.matplotlib import draw
 from axisid.presentation.monte_carlo.document import mean_cell, share_texts
 from axisid.presentation.monte_carlo.page import monte_carlo_page
 from axisid.presentation.monte_carlo.plots import PLOTS, monte_carlo_plot, monte_carlo_plots
 from axisid.presentation.plots.plot import Plot
+from axisid.presentation.saved import SavedMonteCarlo
 from axisid.support.missing import Missing
 from tests.estimation.monte_carlo.short import judged, study
 from tests.refusals import refuses
@@ -68,6 +70,22 @@ def test_json_is_what_the_schema_says(root: Path) -> None:
     jsonschema.validate(document, schema)
     assert document["schema"] == "axisid.monte_carlo/1"
     assert document["estimands"][0]["coverage"]["hac"]["of"] == 10
+
+
+def test_a_file_reads_back_as_what_was_written(tmp_path: Path) -> None:
+    live, file = judged(), tmp_path / "study.json"
+    file.write_text(json.dumps(live.to_dict()))
+    saved = load_result(file)
+    assert isinstance(saved, SavedMonteCarlo)
+    assert saved.summary() == live.summary()
+    assert saved.to_dict() == json.loads(file.read_text())
+    assert (len(saved), saved.judged, saved.checks) == (len(live), live.judged, live.checks)
+    assert saved.figures[0].coverage == live.figures[0].coverage
+    assert saved.of("idm-iv", "M").bias == live.of("idm-iv", "M").bias
+    with refuses("no-such-estimand"):
+        saved.of("idm-iv", "mass")
+    with refuses("trend-of-fit"):
+        trend(file)
 
 
 def test_figures_have_a_panel_for_each_parameter_and_a_curve_for_each_method() -> None:

@@ -58,11 +58,11 @@ def study_facts(result: MonteCarlo) -> dict[str, str]:
     experiment = plan.twin.axis.experiment
     position = noise.position
     if position is None:
-        position = experiment.position_noise if experiment else 0.0
+        position = 0.0 if experiment is None else experiment.position_noise
     about = [f"position noise {position:g} {unit}"]
     resolution = noise.resolution
     if resolution is None:
-        resolution = experiment.resolution if experiment else 0.0
+        resolution = 0.0 if experiment is None else experiment.resolution
     if resolution or noise.resolution is not None:
         where = ", begun anywhere in a count" if noise.anywhere else ""
         about.append(f"encoder of {resolution:g} {unit}{where}")

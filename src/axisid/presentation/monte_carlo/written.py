@@ -25,6 +25,7 @@ def monte_carlo_dict(result: MonteCarlo) -> dict[str, Any]:
 
 def _written(result: MonteCarlo) -> WrittenMonteCarlo:
     plan = result.plan
+    experiment = plan.twin.axis.experiment
     return WrittenMonteCarlo(
         axis=plan.axis.axis.name,
         signature=plan.axis.signature,
@@ -33,6 +34,10 @@ def _written(result: MonteCarlo) -> WrittenMonteCarlo:
             signature=plan.twin.signature,
             right=plan.is_right,
             noise=asdict(plan.noise),
+            position_noise=0.0 if experiment is None else experiment.position_noise,
+            resolution=0.0 if experiment is None else experiment.resolution,
+            unit=plan.twin.axis.coordinate.unit,
+            drive_unit=plan.twin.axis.drive.unit,
         ),
         runs=plan.runs,
         done=len(result),

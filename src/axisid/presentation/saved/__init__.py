@@ -17,6 +17,8 @@ from .output_fit import saved_fit_document as saved_fit_document
 from .result_comparison import ResultComparison as ResultComparison
 from .result_comparison import compare_results as compare_results
 from .result_comparison import result_comparison_document as result_comparison_document
+from .study import SavedMonteCarlo as SavedMonteCarlo
+from .views import Like as Like
 from .views import saved_document as saved_document
 from .views import saved_estimate_document as saved_estimate_document
 from .views import saved_plot as saved_plot

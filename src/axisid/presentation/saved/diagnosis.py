@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import UNSET
 
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
+from axisid.estimation.diagnostics import Apart, Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.estimates import (
     NO_ENDOGENEITY,
     Endogeneity,
@@ -24,6 +24,7 @@ from axisid.estimation.regression import ResidualTests
 from axisid.presentation.documents import NOT_EVALUATED, number, read_as
 from axisid.presentation.schema import (
     WrittenAlignment,
+    WrittenApart,
     WrittenCheck,
     WrittenEndogeneity,
     WrittenIdentification,
@@ -37,8 +38,6 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting, as_options
-
-from .several import read_apart
 
 
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
@@ -197,3 +196,24 @@ def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
 
 def _array(values: Sequence[float | None]) -> Array:
     return frozen([*map(number, values)])
+
+
+def read_apart(written: WrittenApart | None) -> Apart | Missing:
+    """A record alone beside all of them; without the units, which the estimates have."""
+    if written is None:
+        return Missing("the record alone does not tell the parameters")
+    return Apart(
+        names=tuple(written.own),
+        units=("",) * len(written.own),
+        own=_numbers(written.own),
+        common=_numbers(written.common),
+        deviations=_numbers(written.deviations),
+        statistic=written.statistic,
+        freedom=written.freedom,
+        p_value=written.p_value,
+        share_percent=written.share_percent,
+    )
+
+
+def _numbers(written: Mapping[str, float]) -> Array:
+    return frozen(np.array([*written.values()], dtype=float))

@@ -16,6 +16,7 @@ from axisid.presentation.schema import (
     WrittenDriveTime,
     WrittenIdentification,
     WrittenKnown,
+    WrittenMonteCarlo,
     WrittenOutputFit,
     WrittenResponse,
     WrittenStream,
@@ -31,6 +32,7 @@ from .contradictions import contradiction, refuse_contradictions
 from .drive import refuse_other_drive
 from .identification import SavedIdentification
 from .output_fit import SavedOutputFit, read_output_fit
+from .study import SavedMonteCarlo
 
 _REFUSED = {
     schema_of(WrittenStream): Note(
@@ -100,19 +102,19 @@ def load_result(
 @overload
 def load_result(
     path: str | Path, axis: Axis | str | Path | None = None
-) -> SavedIdentification | SavedOutputFit: ...
+) -> SavedIdentification | SavedOutputFit | SavedMonteCarlo: ...
 
 
 def load_result(
     path: str | Path | SavedIdentification, axis: Axis | str | Path | None = None
-) -> SavedIdentification | SavedOutputFit:
-    """Read an identification, or a fit, that was written as JSON.
+) -> SavedIdentification | SavedOutputFit | SavedMonteCarlo:
+    """Read an identification, a fit or a study that was written as JSON.
 
     Parameters
     ----------
     path : str or Path
-        What ``axisid identify --json`` or ``axisid fit --json`` wrote, or ``result.to_dict()`` as
-        JSON.
+        What ``axisid identify --json``, ``axisid fit --json``, ``axisid study --json`` or
+        ``axisid fleet`` wrote, or ``result.to_dict()`` as JSON.
     axis : Axis, str or Path, optional
         The axis that was identified, or what `load_axis` takes. An axis of the library is found by
         itself; of another one the estimates can be read without it, but not be exported or held
@@ -120,10 +122,10 @@ def load_result(
 
     Returns
     -------
-    SavedIdentification or SavedOutputFit
+    SavedIdentification, SavedOutputFit or SavedMonteCarlo
         With the estimates by method, their covariances, the verdict, and what is made of them:
         ``derive``, ``summary``, ``plot`` and `export`. Of a fit its parameters with their
-        covariance, the verdict and ``summary``.
+        covariance, the verdict and ``summary``; of a study its figures.
 
     Raises
     ------
@@ -135,9 +137,13 @@ def load_result(
     if isinstance(path, SavedIdentification):
         return path if axis is None else _joined(path, axis)
     file = _path(path)
-    document = read_document(file, WrittenIdentification, WrittenOutputFit, refused=_REFUSED)
+    document = read_document(
+        file, WrittenIdentification, WrittenOutputFit, WrittenMonteCarlo, refused=_REFUSED
+    )
     if isinstance(document, WrittenOutputFit):
         return read_output_fit(str(file), document)
+    if isinstance(document, WrittenMonteCarlo):
+        return SavedMonteCarlo(file=str(file), document=document)
     return _joined(_checked(file, document), axis)
 
 

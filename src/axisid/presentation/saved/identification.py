@@ -1,6 +1,6 @@
 """An identification that was written as JSON, read again."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import NamedValues
 from axisid.estimation.identification import DriveTime, OfRecord, record_place
-from axisid.estimation.joint import JointForm
+from axisid.estimation.joint import JointForm, Layout, known_of, layout_of
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
@@ -34,7 +34,6 @@ from axisid.support.user_values import quoted
 from .diagnosis import read_diagnosis
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
 from .part import PartEstimate, SavedPart
-from .several import saved_layout
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -446,3 +445,25 @@ def _physical(estimate: SavedEstimate) -> SavedPhysical | None:
         remarks=written.remarks,
         shows_more=bool(parameters) and bool(written.fixed or {*parameters} - own),
     )
+
+
+def saved_layout(
+    axis: GeneratedAxis,
+    records: Sequence[OfRecord],
+    local: Iterable[str],
+    gain: float | None,
+) -> Layout:
+    """How the parameters of a file were shared by its records.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    records : sequence of OfRecord
+    local : iterable of str
+    gain : float or None
+        The declared drive gain where it was identified.
+    """
+    names = [*records[0].known]
+    told = {name: [of_one.known[name] for of_one in records] for name in names}
+    known = known_of(told, len(records))
+    return layout_of(axis, len(records), known, local, commanded=gain is not None)

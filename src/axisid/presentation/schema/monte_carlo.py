@@ -77,6 +77,10 @@ class WrittenTwins(JsonObject, frozen=True, kw_only=True):
     noise: Annotated[
         Mapping[str, float | bool | None], about("As given; null for the experiment's, or none.")
     ]
+    position_noise: Annotated[float, about("The experiment's, in the coordinate's unit.")]
+    resolution: Annotated[float, about("Likewise; 0 for none.")]
+    unit: Annotated[str, about("Of the coordinate.")]
+    drive_unit: str
 
 
 class WrittenMonteCarlo(

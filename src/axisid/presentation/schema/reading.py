@@ -15,6 +15,7 @@ from .base import JsonObject
 
 First = TypeVar("First", bound=JsonObject)
 Second = TypeVar("Second", bound=JsonObject)
+Third = TypeVar("Third", bound=JsonObject)
 _SHOWN = 40  # letters
 
 
@@ -54,10 +55,22 @@ def read_document(
 ) -> First | Second: ...
 
 
+@overload
+def read_document(
+    file: Path,
+    expected: type[First],
+    other: type[Second],
+    third: type[Third],
+    *,
+    refused: Mapping[str, Note] = ...,
+) -> First | Second | Third: ...
+
+
 def read_document(
     file: Path,
     expected: type[JsonObject],
     other: type[JsonObject] | None = None,
+    third: type[JsonObject] | None = None,
     *,
     refused: Mapping[str, Note] = MappingProxyType({}),
 ) -> JsonObject:
@@ -66,7 +79,7 @@ def read_document(
     Parameters
     ----------
     file : Path
-    expected, other : type of JsonObject
+    expected, other, third : type of JsonObject
         Which documents will do.
     refused : mapping of str to Note
         What to say of documents that will not, by their `schema_of`: ``"is of a stream; ..."``.
@@ -78,7 +91,7 @@ def read_document(
     """
     content = read_result(file, DataError)
     found = _schema(file, content)
-    for document in filter(None, (expected, other)):
+    for document in filter(None, (expected, other, third)):
         if found == schema_of(document):
             return _decoded(file, content, document)
     if found in refused:

@@ -1,0 +1,145 @@
+"""What figures of a study tell, whoever has them: a study that was made, or its file."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from scipy.special import ndtr, stdtrit
+
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds.studies import MIN_BIAS
+from axisid.support.errors import UsageError
+from axisid.support.user_values import quoted
+
+from .figures import Mean, Share
+from .runs import Estimand, FailedRun
+
+_ROUNDING = 1e-12  # of the truth: a mean error up to it is one of arithmetic
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EstimandFigures:
+    """What the runs tell of one estimand.
+
+    Attributes
+    ----------
+    estimand : Estimand
+    truth : float
+        Not a number where the twin has no such parameter.
+    runs : int
+        That gave an estimate.
+    bias : Mean
+        Mean error of the value without the filter's own bias.
+    raw_bias : Mean
+        Mean error of the value itself.
+    scatter : Mean
+        Standard deviation over the runs.
+    deviations : mapping of str to float
+        Root mean square of the deviation that is stated, under each of `INTERVALS` that there is.
+    coverage : mapping of str to Share
+        How often the 95 % interval of each holds the truth; empty without a truth, and of declared
+        parameters that follow where a known value has a deviation: all runs share its error.
+    """
+
+    estimand: Estimand
+    truth: float
+    runs: int
+    bias: Mean
+    raw_bias: Mean
+    scatter: Mean
+    deviations: Mapping[str, float]
+    coverage: Mapping[str, Share]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckFigures:
+    """How often a check ends in each way, of the runs that were judged.
+
+    Attributes
+    ----------
+    name : str
+    fails, notes, passes : Share
+        Of the runs in which it was evaluated: what nobody looked at has not passed.
+    missing : Share
+        Of all that were judged: it could not be evaluated, or the run has no such check.
+    """
+
+    name: str
+    fails: Share
+    notes: Share
+    passes: Share
+    missing: Share
+
+
+class _HasFigures(Protocol):
+    @property
+    def figures(self) -> tuple[EstimandFigures, ...]: ...
+
+    @property
+    def failures(self) -> tuple[FailedRun, ...]: ...
+
+    @property
+    def chosen(self) -> str: ...
+
+
+class StudyFigures:
+    """What follows from the figures of a study."""
+
+    @property
+    def biased(self: _HasFigures) -> tuple[EstimandFigures, ...]:
+        """Where the mean error is beyond its own standard error, and beyond rounding."""
+        return tuple(each for each in self.figures if _is_biased(each))
+
+    def miscovered(self: _HasFigures, *, narrow: bool) -> tuple[EstimandFigures, ...]:
+        """Whose intervals hold the truth too rarely, or else are wider than they need be.
+
+        Both beyond the Monte-Carlo error, under the chosen covariance, with 5 % for a mistake in
+        any of the estimands (Bonferroni).
+        """
+        chosen, wanted = self.chosen, INTERVAL_LEVEL.value
+        covered = [each for each in self.figures if chosen in each.coverage]
+        level = 1 - (1 - wanted) / max(len(covered), 1)
+        bounds = [each.coverage[chosen].interval_at(level) for each in covered]
+        return tuple(
+            each
+            for each, (low, high) in zip(covered, bounds, strict=True)
+            if (high < wanted if narrow else low > wanted)
+        )
+
+    def of(self: _HasFigures, method: str, name: str) -> EstimandFigures:
+        """The figures of a parameter by a method.
+
+        Raises
+        ------
+        UsageError
+            There is none.
+        """
+        for found in self.figures:
+            if (found.estimand.method, found.estimand.name) == (method, name):
+                return found
+        listed = ", ".join(f"{e.estimand.method} {e.estimand.name}" for e in self.figures)
+        raise UsageError(
+            f"there is no {quoted(name)} by {quoted(method)}; there are {listed or 'none'}.",
+            code="no-such-estimand",
+        )
+
+    @property
+    def lost(self: _HasFigures) -> Mapping[str, Mapping[str, int]]:
+        """How many runs gave nothing, by method or what else failed, then by reason."""
+        found: dict[str, Counter[str]] = {}
+        for failed in self.failures:
+            found.setdefault(failed.of, Counter())[failed.reason] += 1
+        return {of: dict(counted.most_common()) for of, counted in found.items()}
+
+    def __iter__(self: _HasFigures) -> Iterator[EstimandFigures]:
+        return iter(self.figures)
+
+
+def _is_biased(each: EstimandFigures) -> bool:
+    """Whether chance exceeds the mean error as seldom as it exceeds `MIN_BIAS` in many runs."""
+    if each.runs < 2 or abs(each.bias.value) <= _ROUNDING * abs(each.truth):
+        return False
+    # Of few runs the standard error is uncertain too: the distance is Student's.
+    furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value))
+    return bool(each.bias.distance > furthest)

@@ -1,0 +1,43 @@
+"""A study that was read from its file, by the presenter of a live one."""
+
+from typing import Any, cast
+
+from axisid.estimation.monte_carlo import MonteCarlo, TwinNoise
+from axisid.presentation.blocks import Document
+from axisid.presentation.saved import Like, SavedMonteCarlo
+from axisid.presentation.schema import plain
+from axisid.support.remedy import Wording, as_arguments
+
+from .document import monte_carlo_document
+
+
+def saved_study_document(saved: SavedMonteCarlo, *, wording: Wording = as_arguments) -> Document:
+    """As of a study that was just made."""
+    return monte_carlo_document(_live(saved), wording=wording)
+
+
+def saved_study_dict(saved: SavedMonteCarlo) -> dict[str, Any]:
+    """What it was read from."""
+    return plain(saved.document)
+
+
+def _live(saved: SavedMonteCarlo) -> MonteCarlo:
+    """What the presenter of a study reads of one."""
+    written, twins = saved.document, saved.document.twins
+    twin = Like(
+        name=twins.axis,
+        coordinate=Like(unit=twins.unit),
+        drive=Like(unit=twins.drive_unit),
+        experiment=Like(position_noise=twins.position_noise, resolution=twins.resolution),
+    )
+    plan = Like(
+        axis=Like(axis=Like(name=written.axis)),
+        twin=Like(axis=twin),
+        noise=TwinNoise(**cast(Any, twins.noise)),
+        runs=written.runs,
+        seed=written.seed,
+        methods=written.methods,
+        chosen=saved.chosen,
+        is_right=twins.right,
+    )
+    return cast(MonteCarlo, Like(saved, plan=plan))
