@@ -259,7 +259,8 @@ def _least_step(columns: Array, off: Array) -> Array:
     sizes = np.linalg.norm(columns, axis=0)
     scale = np.where(sizes > 0, sizes, 1.0)
     # The triangle has the singular values of the columns, and is small.
-    triangle = np.linalg.qr(np.column_stack([columns / scale, off]), mode="r")[: len(scale)]
+    whole = np.column_stack([columns / scale, off])
+    triangle = np.asarray(np.linalg.qr(whole, mode="r"))[: len(scale)]
     u, effect, v = np.linalg.svd(triangle[:, :-1])
     clear = effect > _CLEAR * effect.max(initial=0.0)
     return np.asarray((v[clear].T @ ((u.T @ triangle[:, -1])[clear] / effect[clear])) / scale)

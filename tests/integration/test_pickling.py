@@ -167,10 +167,10 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
         "lane block": LaneBlock(
             first=0,
-            parameters=axis.nominal[None, :],
-            reference=reference,
+            parameters=np.array([axis.nominal]),
+            reference=np.array(reference),
             period=record.period,
-            signals={"force": reference[:, None]},
+            signals={"force": np.array(reference)[:, None]},
         ),
         "lanes": (lanes, identify_lanes(axis, lanes)),
         "law check": check_law(axis, record),

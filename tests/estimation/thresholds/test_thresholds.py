@@ -91,7 +91,7 @@ IMPLEMENTATION = {
     "layout._SAME": "rounding of a column",
     "prefilters._FARTHER": "which of two decimations is taken",
     "windows._ROUNDING": "rounding of times",
-    "result._ROUNDING": "of mean errors",
+    "told._ROUNDING": "of mean errors",
     "attenuation._SAME": "rounding of a column",
     "bias._SAME": "rounding of an eigenvalue",
     "base_distance._STILL": "where an iteration ends",
