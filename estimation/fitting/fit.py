@@ -37,9 +37,17 @@ from .losses import counting_for, deviation_by_median
 from .result import OutputFit
 from .search import Found, Search, Weighing, best_of, cost_of
 from .spread import scores_of
-from .starting import FitStart, Searched, StartLike, searched, starts_from, with_free
+from .starting import (
+    FitStart,
+    Searched,
+    StartLike,
+    check_remembered,
+    searched,
+    starts_from,
+    with_free,
+)
 from .timing import split_free, time_in, with_time_found
-from .unknowns import End, Unknowns, unknowns_of
+from .unknowns import End, Unknowns, by_name, unknowns_of
 
 _MOST_STARTS = 1000
 _SPREAD = 0.5  # of the logarithm of further starts
@@ -146,9 +154,9 @@ def fit(
         local=local,
         known=known,
         gain=gain,
-        bounds=bounds or {},
-        prior=prior or {},
-        fixed=fixed or {},
+        bounds=by_name(bounds, "bounds"),
+        prior=by_name(prior, "prior"),
+        fixed=by_name(fixed, "fixed"),
         free=gains,
         loss=loss,
         starts=starts,
@@ -188,16 +196,15 @@ class _Asked:
             generated, self.records, default, self.local, self.known, self.gain, skip_bad=False
         )
         whose, records = searched(shared), shared.records
-        model, whose = (
-            whose.form,
-            with_free(whose, self.free, self.outputs, self.known or {}, records),
-        )
+        model = whose.form
+        whose = with_free(whose, self.free, self.outputs, self.known or {}, records)
         predictions = self._predictions(whose, records)
         if time is not None:
             predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
             whose = replace(whose, form=FormByTime.of(whose.form, generated, time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
+        check_remembered(generated.axis.states, unknowns, begins)
         run = _Run(
             whose.axes,
             records,

@@ -19,11 +19,14 @@ from axisid.estimation.identification import Shared, identify
 from axisid.estimation.joint import JointForm
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, InverseForm
+from axisid.modeling.quantities import State
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
+
+from .unknowns import Unknowns
 
 _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
 _METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
@@ -123,6 +126,31 @@ def with_free(
             code="free-name",
         )
     return replace(whose, form=FormByGains.of(whose.form, whose.axes, names))
+
+
+def check_remembered(
+    states: Sequence[State], unknowns: Unknowns, begins: Sequence[FitStart]
+) -> None:
+    """Refuse to search for what friction remembers by from nothing: no step of it has a size.
+
+    Raises
+    ------
+    UsageError
+        A parameter of a state's equation starts at 0, and nothing tells how large it is.
+    """
+    laws = [law for state in states for law in state.laws]
+    inside = {str(symbol) for law in laws for symbol in law.free_symbols}
+    for begun in begins:
+        known = np.where(unknowns.has_prior, unknowns.prior, 0.0)
+        largest = np.max(np.abs([begun.physical, begun.size, known]), axis=0)
+        lost = unknowns.free & (largest == 0)
+        if names := [n for n, at in zip(unknowns.names, lost, strict=True) if at and n in inside]:
+            raise UsageError(
+                f"{names[0]} starts at 0, and what the friction remembers follows by it, so that "
+                "nothing tells its size; give its parameter a nominal value of about that size, or "
+                "a prior.",
+                code="fit-state-zero",
+            )
 
 
 def starts_from(

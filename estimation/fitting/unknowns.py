@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +78,26 @@ class Unknowns:
         margin = np.minimum(_INSIDE * scale, (self.upper - self.lower) / 4)
         moved = np.clip(start, self.lower + margin, self.upper - margin)
         return np.where(self.free, moved, self.fixed)
+
+
+def by_name(given: object, what: str) -> Mapping[str, Any]:
+    """What is said of parameters by name; nothing where it is None.
+
+    Raises
+    ------
+    UsageError
+        It is not by name.
+    """
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        example = {"bounds": "(0.0, None)", "prior": "(95.0, 2.0)"}.get(what, "95.0")
+        raise UsageError(
+            f"{what} is {quoted(given)}; give it by the parameters' names, {what}={{'M': "
+            f"{example}}}.",
+            code="fit-by-name",
+        )
+    return given
 
 
 def unknowns_of(

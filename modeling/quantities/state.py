@@ -118,11 +118,16 @@ class State(Symbolic):
         return sympy.Max(-self.limit, sympy.Min(self.limit, self.start))
 
     @property
+    def laws(self) -> tuple[sympy.Expr, ...]:
+        """The expressions that it changes by, wherever it begins."""
+        laws: tuple[Any, ...] = (self.following, *(() if self.limit is None else (self.limit,)))
+        return laws
+
+    @property
     def values(self) -> tuple[sympy.Expr, ...]:
         """The expressions that it is declared by."""
-        limit = () if self.limit is None else (self.limit,)
-        values: tuple[Any, ...] = (self.following, *limit, self.start)
-        return values
+        start: Any = self.start
+        return (*self.laws, start)
 
 
 # Of an axis's force it is asked again and again.

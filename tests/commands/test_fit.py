@@ -94,6 +94,14 @@ def test_a_bound_that_bounds_nothing_is_refused(run: Run, log: Path, bound: str)
     assert "bounds nothing" in err
 
 
+def test_a_prior_without_a_deviation_is_refused_with_both_ways_to_write_it(
+    run: Run, log: Path
+) -> None:
+    code, _, err = run("fit", "emps2015", log, "--prior", "M=95")
+    assert code == 2
+    assert "NAME=VALUE+-SD, or --fix M=95" in err
+
+
 @pytest.mark.slow
 def test_a_fit_is_read_back_as_it_was_written(
     run: Run, log: Path, tmp_path: Path, emps2015: GeneratedAxis

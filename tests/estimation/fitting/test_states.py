@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Record, build, fit, identify, simulate
+from axisid import Parameter, Record, build, fit, identify, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.elements import dahl
 from axisid.estimation.streaming import identify_stream
 from axisid.support.arrays import Array
-from tests.axes.remembering import CASCADE, bristle, virtual
+from tests.axes.remembering import CASCADE, Fc, bristle, declared, virtual, x
 from tests.refusals import refuses
 
 
@@ -54,3 +55,12 @@ def test_the_parameters_of_a_bristle_lie_within_their_own_intervals() -> None:
         assert low <= value <= high, name
         assert result.parameters[name].deviation < 1e-3 * value
     assert not [c.name for c in result.checks if c.status == "fail"]
+
+
+def test_what_friction_remembers_by_is_not_searched_from_nothing() -> None:
+    unknown = Parameter("s0", "N/m", lower=0.0)
+    axis = build(declared("unsized", (unknown, Fc), dahl(unknown, x, coulomb=Fc)), native=False)
+    right = virtual("dahl")
+    record = _record(right, right.nominal, noise=0.0, samples=300)
+    with refuses("fit-state-zero"):
+        fit(axis, record)

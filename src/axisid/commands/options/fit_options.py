@@ -40,8 +40,6 @@ class Asked:
         UsageError
             A bound or a prior cannot be read.
         """
-        from axisid.modeling.declaration import read_fixed
-
         return {
             "output": tuple(name for text in self.output for name in names_in(text)),
             "weights": dict(map(_weight, self.weight)) or None,
@@ -51,9 +49,22 @@ class Asked:
             "bootstrap": self.bootstrap,
             "horizon": self.horizon,
             "bounds": dict(map(_bound, self.bound)),
-            "prior": read_fixed(self.prior),
+            "prior": _priors(self.prior),
             "free": tuple(each for text in self.free for each in names_in(text)),
         }
+
+
+def _priors(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
+    from axisid.modeling.declaration import read_fixed
+
+    found = read_fixed(texts)
+    if exact := [text for text in texts if not any(sd for _, sd in read_fixed((text,)).values())]:
+        raise click.BadParameter(
+            f"{exact[0]!r} has no standard deviation; write NAME=VALUE+-SD, or --fix {exact[0]} "
+            "where it is exact.",
+            param_hint="--prior",
+        )
+    return found
 
 
 def _bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
