@@ -16,8 +16,11 @@ def test_every_public_name_is_in_the_api_reference(root: Path) -> None:
     public = {f"{face}.{name}" for face in FACES for name in public_names(face)}
     carried = {
         *(f"axisid.support.remedy.{name}" for name in ("Note", "Remedy", "Setting")),  # by errors
-        *(f"axisid.presentation.saved.Saved{of}" for of in ("Identification", "Estimate")),
-        *("axisid.presentation.saved.SavedOutputFit", "axisid.fleets.Fleet", "axisid.trends.Trend"),
+        *(
+            f"axisid.presentation.saved.Saved{of}"
+            for of in ("Identification", "Estimate", "MonteCarlo", "OutputFit")
+        ),
+        *("axisid.fleets.Fleet", "axisid.trends.Trend"),
     }
     assert listed == public - {*FACES, "axisid.__version__"} | carried
 

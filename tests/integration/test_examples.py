@@ -42,7 +42,7 @@ def test_code_of_the_readme_and_the_pages_runs_as_printed(
 ) -> None:
     declaration, script = _blocks("README.md", "python")
     *_, twin_script = _blocks("docs/declaring.md", "python")
-    simulation, lanes = _blocks("docs/identifying.md", "python")
+    simulation, kept, lanes = _blocks("docs/identifying.md", "python")
     monkeypatch.chdir(tmp_path)
     Path("my_axis.py").write_text(declaration)
     toml, *_ = _blocks("docs/declaring.md", "toml")
@@ -67,6 +67,8 @@ def test_code_of_the_readme_and_the_pages_runs_as_printed(
     assert "DDM-IV" in out
     exec(simulation, namespace)
     assert namespace["forces"].shape == (7801, 1000)
+    exec(kept, namespace)
+    assert capsys.readouterr().out.endswith("(1000,)\n")
     exec(lanes, namespace)
 
 
