@@ -119,11 +119,8 @@ class Ended:
         if not chosen.any():
             nothing = np.zeros((len(chosen), len(chosen)))
             return {"coloured": nothing, "iid": nothing}
-        coloured = self.scores.coloured(self.autoregressions)
-        if self.moved_by_steps is not None:
-            coloured = with_steps(coloured, self.moved_by_steps[chosen])
         inner = {
-            "coloured": coloured,
+            "coloured": self._coloured(self.scores),
             "iid": self.scores.independent(),
         }
         found = {name: self._whole(matrix, chosen) for name, matrix in inner.items()}
@@ -132,11 +129,10 @@ class Ended:
             found["bootstrap"] = self._whole(moved + self.scores.by_known(), chosen)
         return found
 
-    @cached_property
-    def moved_by_steps(self) -> Array | None:
-        """What the steps of the encoders move the parameters by, (P, B); None without steps."""
-        errors = self.errors_by_steps
-        return None if errors is None else np.asarray(-self.influence @ errors)
+    def _coloured(self, scores: Scores) -> Array:
+        """Covariance of the parameters of scores by coloured errors and the encoders' steps."""
+        found, steps = scores.coloured(self.autoregressions), self.errors_by_steps
+        return found if steps is None else with_steps(found, -self._influence(scores) @ steps)
 
     @cached_property
     def errors_by_steps(self) -> Array | None:
@@ -226,10 +222,13 @@ class Ended:
         found = np.zeros((len(self.scale), len(self.weighing.weights)))
         chosen = self.inner
         if chosen.any():
-            s = self.scores
-            weighed = s.curvature[:, None] * s.jacobian * self.weighing.weights[:, None]
-            found[chosen] = s.inverse @ weighed.T
+            found[chosen] = self._influence(self.scores)
         return found
+
+    def _influence(self, scores: Scores) -> Array:
+        """Of the errors on the parameters of scores, (k, n)."""
+        weighed = scores.curvature[:, None] * scores.jacobian * self.weighing.weights[:, None]
+        return np.asarray(scores.inverse @ weighed.T)
 
     @cached_property
     def without_bounds(self) -> dict[int, tuple[float, float]]:
@@ -240,7 +239,7 @@ class Ended:
         free = self.inner.copy()
         free[j] = True
         scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
-        covariance = scores.coloured(self.autoregressions)
+        covariance = self._coloured(scores)
         off = self.unknowns.known_errors(self.best.physical)
         downhill = -(scores.jacobian.T @ scores.errors + scores.known.T @ off)
         centre = float(self.best.physical[j]) + float((scores.inverse @ downhill)[place])

@@ -163,6 +163,7 @@ def started_at(
 
 
 def _sizes(position: Array, period: float) -> tuple[float, float]:
-    reach = _SIZE * max(float(np.ptp(position)), 1e-9)
+    reach = float(np.ptp(position)) or 1.0
+    most = reach / (period * len(position))  # of which a motion there and back makes more
     speed = float(np.abs(np.diff(position)).mean()) / period if len(position) > 1 else 0.0
-    return reach, max(_SIZE * speed, reach)
+    return _SIZE * reach, _SIZE * max(speed, most)

@@ -8,6 +8,7 @@ the law remembers at the start is free along with them.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
+from threading import get_ident
 from typing import Any
 
 import numpy as np
@@ -206,7 +207,9 @@ class LawAlong:
         whole = len(read[0])
         states, output = np.empty((whole, len(point.start))), np.empty(whole)
         arguments = (point.start, *read, np.tile(point.gains, whole))
-        _along(self.functions["law_step"], whole // _BLOCK)(arguments, (states, output))
+        _along(self.functions["law_step"], whole // _BLOCK, get_ident())(
+            arguments, (states, output)
+        )
         return output[:count], states[:count]
 
     @cached_property
@@ -228,8 +231,13 @@ class LawAlong:
 
 # A fit runs one law along one record many times; to make such a function takes as long as a run.
 @lru_cache(maxsize=16)
-def _along(step: Any, blocks: int) -> Callable[[Sequence[Array], Sequence[Array]], None]:
-    """Runs a law over so many blocks of evaluations: from arguments into results."""
+def _along(
+    step: Any, blocks: int, _thread: int
+) -> Callable[[Sequence[Array], Sequence[Array]], None]:
+    """Runs a law over so many blocks of evaluations: from arguments into results.
+
+    One for each thread, by its number: places of arguments and results are set before a run.
+    """
     last = step.n_in() - 1  # the memory comes first in and first out
     one = step.slice("law", [last, *range(last)], [0, 1])
     function = one.mapaccum(_BLOCK).expand().mapaccum(blocks)

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from fleet_logs import AXIS, write_logs
 
-from axisid import DataError, EstimationError, FleetItem, fleet
+from axisid import DataError, EstimationError, FleetItem, ModelError, fleet
 from axisid.fleets.row import FleetRow
 from axisid.fleets.wrong_in_all import checked
 from tests.refusals import refuses
@@ -65,11 +66,29 @@ def refusing(error: Exception) -> Any:
 NO_COLUMN = refusing(DataError("no column.", code="no-column"))
 
 
-def test_many_logs_are_not_all_tried() -> None:
+def test_many_logs_are_not_all_tried_for_what_no_log_changes() -> None:
     begun: list[str] = []
-    with refuses("no-column", "the first 20 of 1000 logs"):
-        list(checked(rows(["no-column"] * 1000, begun), 1000, NO_COLUMN))
+    with refuses("no-terms", "the first 20 of 1000 logs"):
+        wrong = refusing(ModelError("no terms.", code="no-terms"))
+        list(checked(rows(["no-terms"] * 1000, begun), 1000, wrong))
     assert len(begun) == 20
+
+
+def test_only_all_logs_tell_that_a_column_is_in_none() -> None:
+    with refuses("no-column", "all 50 logs"):
+        list(checked(rows(["no-column"] * 50, []), 50, NO_COLUMN))
+    codes = ["no-column"] * 40 + ["", "no-column"]
+    assert [row.code for row in checked(rows(codes, []), len(codes), NO_COLUMN)] == codes
+
+
+def test_logs_that_lack_other_columns_are_rows() -> None:
+    told = [
+        msgspec.structs.replace(row, reason=f"{row.log} has no {name}.")
+        for name, (_, row) in zip("ab", rows(["no-column"] * 2, []), strict=True)
+    ]
+    items = [FleetItem(log=row.log) for row in told]
+    found = checked(zip(items, told, strict=True), 2, NO_COLUMN)
+    assert len(list(found)) == 2
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import Parameter, signature
+from pathlib import Path
 
 from axisid.estimation.identification import check_choices, identify, requested_methods
 from axisid.estimation.records import read_record
@@ -14,7 +15,7 @@ from .settings import Settings
 
 #: Arguments of `identify` that are of several records together.
 OF_SEVERAL = ("local", "known", "gain", "skip_bad")
-_LOOKED_AT = 20  # logs that fail alike at the beginning, before those that follow are given up
+_LOOKED_AT = 20  # logs that fail alike by what no log changes, before the others are given up
 _OF_COLUMNS = ("no-column", "unknown-unit", "other-unit", "column-twice", "no-injected")
 _CHOICES = {"covariance", "start", "loss"}  # of `identify`, which have nothing to do with a log
 _UNTOLD = ("", "internal", "time", "killed")  # codes of what may be otherwise another time
@@ -86,8 +87,7 @@ def checked(
         held.append((item, row))
         if not _are_alike(held):
             break
-        if len(held) == min(total, _LOOKED_AT):
-            _refuse(held, total, again)
+        if len(held) in (total, _LOOKED_AT) and not _is_open(held, total, again):
             break
     yield from (row for _, row in held)
     yield from (row for _, row in rows)
@@ -95,20 +95,31 @@ def checked(
 
 def _are_alike(held: Sequence[tuple[FleetItem, FleetRow]]) -> bool:
     """Whether logs that are said to be alike failed alike."""
-    said = {(item.axis, tuple(item.columns.items()), row.code) for item, row in held}
+    said = {(item.axis, tuple(item.columns.items()), row.code, _reason(row)) for item, row in held}
     return len(said) == 1 and held[0][1].code not in _UNTOLD
 
 
-def _refuse(
+def _reason(row: FleetRow) -> str:
+    """Why a log failed, without its name."""
+    return row.reason.replace(row.log, "").replace(Path(row.log).name, "")
+
+
+def _is_open(
     held: Sequence[tuple[FleetItem, FleetRow]], total: int, again: Callable[[FleetItem], object]
-) -> None:
-    """Raise what is wrong with the first log, if it is what was asked and not the log itself."""
+) -> bool:
+    """Whether all logs may yet fail alike by their columns; raises what is wrong with any log.
+
+    Logs that follow may have a column that the first ones lack: only all of them tell.
+    """
     try:
         again(held[0][0])
     except AxisidError as error:
         kind = next((k for k in (UsageError, ModelError, DataError) if isinstance(error, k)), None)
         if kind is None or (kind is DataError and error.code not in _OF_COLUMNS):
-            return
+            return False
+        if kind is DataError and len(held) < total:
+            return True
         of = f"all {total} logs" if len(held) == total else f"the first {len(held)} of {total} logs"
         lead = f"{of} fail alike: " if total > 1 else ""
         raise kind(f"{lead}{error.problem}", error.remedy, code=error.code) from error
+    return False

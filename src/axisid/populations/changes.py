@@ -1,7 +1,8 @@
 """What a series does over time: nothing, steps, or a drift."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -58,7 +59,8 @@ def change_in(values: Array, variances: Array, places: Array, level: float) -> C
 
     The largest step and the slope are held against those of the same values in other orders, which
     needs no distribution. Where one of the two is seldom as large, the information criterion tells
-    which of nothing, a line and steps describes the values best [Schwarz1978]_.
+    which of nothing, a line and steps describes the values best [Schwarz1978]_; what it tells has
+    the probability of both looks where its own is larger.
 
     Parameters
     ----------
@@ -72,18 +74,21 @@ def change_in(values: Array, variances: Array, places: Array, level: float) -> C
         return Change()
     drift = _drift(values, variances, places)
     looks = [largest.p_value, *([] if drift is None else [drift.p_value])]
-    if min(looks) > level / len(looks):
+    chance = len(looks) * min(looks)
+    if chance > level:
         return Change()
+    largest = replace(largest, p_value=min(largest.p_value, chance))
     steps = steps_beside(values, variances, level, largest)
-    same = np.ones((len(values), 1))
-    found = {
-        _criterion(values, variances, same, 0): Change(),
-        # A step's place is chosen as well as its size.
-        _criterion(values, variances, _levels(len(values), steps), len(steps)): Change(steps=steps),
-    }
+    # A step's place is chosen as well as its size.
+    by_steps = _criterion(values, variances, _levels(len(values), steps), len(steps))
+    found = [
+        (_criterion(values, variances, np.ones((len(values), 1)), 0), Change()),
+        (by_steps, Change(steps=steps)),
+    ]
     if drift is not None:
-        found[_criterion(values, variances, _straight(places), 0)] = Change(drift=drift)
-    return found[min(found)]
+        drift = replace(drift, p_value=min(drift.p_value, chance))
+        found.append((_criterion(values, variances, _straight(places), 0), Change(drift=drift)))
+    return min(found, key=itemgetter(0))[1]
 
 
 def _straight(places: Array) -> Array:
@@ -108,7 +113,9 @@ def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
     own = float(_slopes(values[None], weights[None], places)[0])
     others = _slopes(values[orders], weights[orders], places)
     columns = _straight(places)
-    each = variances + _between(values, variances, columns)
+    # The likeliest scatter about a line is less than that about the true one.
+    rest = len(values) / (len(values) - columns.shape[1])
+    each = variances + _between(values, variances, columns) * rest
     coefficients, covariance = _fitted(values, each, columns)
     return Drift(
         slope=float(coefficients[1] / reach),
