@@ -17,6 +17,7 @@ from axisid.estimation.diagnostics.diagnose import (
     conclusion,
 )
 from axisid.estimation.diagnostics.diagnosis import Case
+from axisid.estimation.diagnostics.preferred import Choice
 from axisid.estimation.methods import METHODS
 from axisid.estimation.thresholds import diagnostics as thresholds
 from axisid.presentation.report.page import report_html
@@ -90,13 +91,10 @@ def test_every_row_makes_the_check_of_its_name(emps2015: GeneratedAxis, twin: Re
         twin_record(emps2015, velocity_noise=0.0, acceleration_noise=0.0),
         force=emps2015.axis.drive.gain * twin.control,
     )
-    case = Case(
-        problem=(result := identify(emps2015, measured, methods=[*METHODS])).problem,
-        estimates=result.estimates,
-    )
-    by_instruments = replace(
-        case, estimates={n: e for n, e in result.estimates.items() if n != "didim"}
-    )
+    result = identify(emps2015, measured, methods=[*METHODS])
+    case = Case.of(result.choice)
+    others = {n: e for n, e in result.estimates.items() if n != "didim"}
+    by_instruments = Case.of(Choice(problem=result.problem, estimates=others))
     for name, row in DIAGNOSTICS.items():
         if row.several:
             continue

@@ -89,9 +89,11 @@ def test_workers_end_with_a_process_that_is_killed(root: Path, by: signal.Signal
 def _hanging(root: Path) -> "subprocess.Popen[str]":
     """A program whose two workers hang."""
     program = (
+        "import signal\n"
         "from axisid.support.jobs.run import run_jobs\n"
         "from tests.support.jobs.work import HANGS, double\n"
         "if __name__ == '__main__':\n"
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a background has none
         "    for _ in run_jobs(double, [1, HANGS, HANGS], total=3, jobs=2):\n"
         "        print('begun', flush=True)\n"
     )
