@@ -1,7 +1,7 @@
 """From where a search ended to a result: deviations, intervals, what the law moves."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -13,7 +13,7 @@ from scipy.special import log_ndtr, ndtri_exp
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.freed import axis_at
-from axisid.estimation.predictions import Predictions, WindowPredictions, slopes_of
+from axisid.estimation.predictions import Predictions, WindowPredictions, record_rows, slopes_of
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.estimation.thresholds.fitting import FEWEST_TWINS
@@ -140,7 +140,7 @@ class Ended:
         with np.errstate(all="ignore"):
             return self.predictions.by_steps(self.best.physical)
 
-    @property
+    @cached_property
     def left(self) -> Left:
         """The errors, to be asked what the model lacks."""
         s, weights, steps = self.scores, self.weighing.weights, self.errors_by_steps
@@ -181,7 +181,7 @@ class Ended:
         weights = [
             np.full(there[-1].stop - there[0].start, self.weighing.weights[rows].max(initial=0.0))
             for there, rows in zip(
-                short.spans, map(_whole_rows, self.predictions.spans), strict=True
+                short.spans, map(record_rows, self.predictions.spans), strict=True
             )
         ]
         return replace(
@@ -258,10 +258,6 @@ class Ended:
             past = float(self.best.at_bound[j]) * (centre - float(self.best.physical[j]))
             found[self.unknowns.names[j]] = max(past, 0.0) / deviation if deviation > 0 else 0.0
         return found
-
-
-def _whole_rows(spans: Sequence[slice]) -> slice:
-    return slice(spans[0].start, spans[-1].stop)
 
 
 def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tuple[float, float]:
@@ -362,7 +358,7 @@ def _of_records(ended: Ended) -> tuple[RecordError, ...]:
     counted, found = ended.predictions.counted > 0, []
     for spans, model in zip(ended.predictions.spans, ended.autoregressions, strict=True):
         for place, output in enumerate(ended.outputs):
-            rows = slice(spans[0].start + place, spans[-1].stop, len(ended.outputs))
+            rows = record_rows(spans, place, len(ended.outputs))
             used = counted[rows]
             e, y = errors[rows][used], measured[rows][used]
             size = float(np.linalg.norm(y))
@@ -382,7 +378,7 @@ def _of_records(ended: Ended) -> tuple[RecordError, ...]:
 
 def _errors(ended: Ended) -> tuple[Array, ...]:
     errors, count = ended.best.slopes.errors, len(ended.outputs)
-    whole = (errors[s[0].start : s[-1].stop] for s in ended.predictions.spans)
+    whole = (errors[record_rows(spans)] for spans in ended.predictions.spans)
     return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
 
 

@@ -1,7 +1,7 @@
 """Output error: a simulated output follows the recorded one, by whatever parameters are free."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from axisid.estimation.predictions import (
     Predictions,
     TimedPredictions,
     WindowPredictions,
+    record_rows,
 )
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
@@ -343,12 +344,12 @@ class _Run:
         Beside what was known before, a record whose errors follow one another counts for less.
         """
         weights, shares = self.predictions.counted.copy(), np.ones(len(errors))
-        for r, rows in enumerate(self._by_record()):
+        for r, spans in enumerate(self.predictions.spans):
             for place, given in enumerate(self.given):
-                of_one = slice(rows.start + place, rows.stop, len(self.given))
+                of_one = record_rows(spans, place, len(self.given))
                 own = errors[of_one][weights[of_one] > 0]
                 weights[of_one] *= self._weight(own) if np.isnan(given) else given
-            shares[rows] = 1.0 if effects is None else 1 / effects[r]
+            shares[record_rows(spans)] = 1.0 if effects is None else 1 / effects[r]
         tuning = 1.0 if self.loss == SQUARES else HUBER_TUNING.value
         loss = LOSS_FUNCTIONS[self.loss]
         if effects is not None:
@@ -361,10 +362,6 @@ class _Run:
         if self.loss != SQUARES:
             noise = deviation_by_median(errors) or noise
         return 1 / (noise or 1.0)
-
-    def _by_record(self) -> Iterator[slice]:
-        for spans in self.predictions.spans:
-            yield slice(spans[0].start, spans[-1].stop)
 
 
 def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note | None:

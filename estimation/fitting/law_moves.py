@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.predictions import Predictions
+from axisid.estimation.predictions import Predictions, record_rows
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
@@ -39,7 +39,7 @@ def moves_per_percent(
     slopes = predictions.slopes_by_law(physical)
     return tuple(
         {name: -_PERCENT * (influence[:, rows] @ slope[rows]) for name, slope in slopes.items()}
-        for rows in (slice(spans[0].start, spans[-1].stop) for spans in predictions.spans)
+        for rows in map(record_rows, predictions.spans)
     )
 
 

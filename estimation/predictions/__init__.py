@@ -8,6 +8,7 @@ from .added_slopes import Motion as Motion
 from .free_time import TimedPredictions as TimedPredictions
 from .lanes import Lanes as Lanes
 from .lanes import Predictions as Predictions
+from .lanes import record_rows as record_rows
 from .loop_predictions import LoopPredictions as LoopPredictions
 from .measured_output import MeasuredOutput as MeasuredOutput
 from .measured_output import measured_output as measured_output

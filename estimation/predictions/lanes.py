@@ -84,3 +84,8 @@ class Predictions(Protocol):
 
     def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
         """Slopes of the errors by factors of added controls, (n, k), that are (N, k) by motion."""
+
+
+def record_rows(spans: Sequence[slice], place: int = 0, outputs: int = 1) -> slice:
+    """Rows of a record by its stretches: all, or those of the output at a place of so many."""
+    return slice(spans[0].start + place, spans[-1].stop, outputs)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from axisid.estimation.predictions import Predictions
+from axisid.estimation.predictions import Predictions, record_rows
 from axisid.support.arrays import Array
 
 from .missing import Left
@@ -28,7 +28,7 @@ def noise_left(predictions: Predictions, physical: Array, left: Left) -> tuple[f
     models, found = left.autoregressions(left.errors), []
     for model, spans in zip(models, left.spans, strict=True):
         for place, variance in enumerate(model.innovations):
-            rows = slice(spans[0].start + place, spans[-1].stop, left.outputs)
+            rows = record_rows(spans, place, left.outputs)
             used = left.counted[rows]
             weight = float(left.weights[rows][used].max(initial=0.0)) or 1.0
             own = [np.sqrt(max(variance, 0.0)) / weight]

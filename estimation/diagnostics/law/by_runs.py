@@ -154,13 +154,15 @@ class GainsBeside:
     def steps(self, point: LawPoint) -> dict[str, tuple[float, float]]:
         """Change of the logarithm of each such gain that least squares asks for; its deviation."""
         names = [*self.along.law.gains]
-        columns = self._besides_start(point, self._by_gain(point))
+        both = np.column_stack([self._by_gain(point), self._off(point)])
+        both = self._besides_start(point, both)
+        columns, left = both[:, :-1], both[:, -1]
         size = float(np.linalg.norm(self.compared(self.along.control)))
         told = _told_apart(np.where(self._vague(point, columns), 0.0, columns), size)
         if not told:
             return {}
         regressor = factor(columns[:, told], [names[i] for i in told], neighbours=self.neighbours)
-        fit = least_squares(self.left(point), regressor)
+        fit = least_squares(left, regressor)
         lags = min(LAGS, len(fit.residuals) // 4)
         variances = np.diag(Hac(lags).matrix(fit))
         if open_ := self.left_open(point):
