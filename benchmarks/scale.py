@@ -2,12 +2,12 @@
 
 A fleet of short twins with three corrupt logs, of whose workers one is killed in the middle: what
 each log costs with its diagnosis, what resuming costs, and how often right and wrong machines are
-told. Then what Dask adds to a task, on a cluster of this machine, and what an identification costs
-alone and among lanes.
+told. Then what Dask adds to a task, on a cluster of this machine, what an identification costs
+alone and among lanes, and what a log costs that is read in blocks.
 
     python benchmarks/scale.py                  a table
     python benchmarks/scale.py --json -         one JSON object
-    python benchmarks/scale.py --only fleet --logs 1000 --jobs 2
+    python benchmarks/scale.py --only fleet --logs 1000 --cycles 1 --jobs 2
 """
 
 import os
@@ -15,14 +15,16 @@ import signal
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from figures import give, parser_of
 from fleet_logs import AXIS, write_logs
 from lanes import measure as lane_figures
+from streams import figures as stream_figures
 
 from axisid import fleet
 from axisid.fleets import Fleet
@@ -45,11 +47,14 @@ def nothing(number: int) -> int:
     return number
 
 
-def fleet_figures(logs: int, jobs: int) -> Figures:
-    """Cost of a log, and what becomes of a fleet in which a worker is killed."""
+def fleet_figures(
+    logs: int, jobs: int, cycles: int = 2, methods: Sequence[str] | None = None
+) -> Figures:
+    """Cost of a log of so many cycles of 3 s, and what becomes of a fleet with a killed worker."""
+    how: dict[str, Any] = {"jobs": jobs, **({"methods": methods} if methods else {})}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        write_logs(folder, logs)
+        write_logs(folder, logs, cycles=cycles)
         for number in range(CORRUPT):
             (folder / f"axis{number * logs // CORRUPT:05}.npz").write_bytes(b"no archive")
         begin, killed = time.perf_counter(), threading.Event()
@@ -59,10 +64,10 @@ def fleet_figures(logs: int, jobs: int) -> Figures:
                 killed.set()
                 _kill_a_worker()
 
-        made = fleet(folder, AXIS, folder / "out", jobs=jobs, progress=progress)
+        made = fleet(folder, AXIS, folder / "out", progress=progress, **how)
         wall = time.perf_counter() - begin
         begin = time.perf_counter()
-        again = fleet(folder, AXIS, folder / "out", jobs=jobs, resume=True)
+        again = fleet(folder, AXIS, folder / "out", resume=True, **how)
         resumed = time.perf_counter() - begin
         assert again.counts["ok"] == 0, again.counts
         return {"fleet_wall_s": wall, "fleet_resume_s": resumed, **_cost(made, wall, jobs)}
@@ -119,13 +124,16 @@ def dask_figures(tasks: int) -> Figures:
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--logs", type=int, default=200, help="of the fleet")
+    parser.add_argument("--cycles", type=int, default=2, help="of each log, 3 s each")
+    parser.add_argument("--method", action="append", help="of each log, in place of the default")
     parser.add_argument("--jobs", type=int, default=2, help="processes of the fleet")
-    parser.add_argument("--only", choices=["fleet", "dask", "lanes"], help="one part")
+    parser.add_argument("--only", choices=["fleet", "dask", "lanes", "streams"], help="one part")
     given = parser.parse_args()
     parts: Mapping[str, Callable[[], Figures]] = {
-        "fleet": lambda: fleet_figures(given.logs, given.jobs),
+        "fleet": lambda: fleet_figures(given.logs, given.jobs, given.cycles, given.method),
         "dask": lambda: dask_figures(TASKS),
         "lanes": lane_figures,
+        "streams": stream_figures,
     }
     figures: Figures = {}
     for name, measure in parts.items():

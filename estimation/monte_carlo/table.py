@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import replace_file
-from axisid.estimation.tables import library
+from axisid.estimation.tables import library, parquet_bytes
 from axisid.support.errors import UsageError
 from axisid.support.version import __version__
 
@@ -35,20 +35,25 @@ def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
         "status": np.array(result.statuses, dtype=np.str_),
         "reason": np.array(result.reasons, dtype=np.str_),
     }
-    for place, estimand in enumerate(result.estimands):
-        name = column_name(estimand)
-        columns[name] = result.values[:, place]
-        columns[f"{name}.corrected"] = result.corrected[:, place]
-        for of in INTERVALS:
-            stated = result.deviations(of)[:, place]
-            if not np.isfinite(stated).any():
-                continue
-            columns[f"{name}.{of}.sd"] = stated
-            low, high = result.intervals(of)[:, place].T
-            columns[f"{name}.{of}.low"], columns[f"{name}.{of}.high"] = low, high
+    for place in range(len(result.estimands)):
+        columns |= _of_estimand(result, place)
     words = np.array([*STATUSES, ""])  # -1 is the last
     for i, check in enumerate(result.numbers.checks):
         columns[f"check.{check}"] = words[result.numbers.statuses[:, i]]
+    return columns
+
+
+def _of_estimand(result: MonteCarlo, place: int) -> dict[str, NDArray[Any]]:
+    """The columns of an estimand, which have its unit."""
+    name = column_name(result.estimands[place])
+    columns = {name: result.values[:, place], f"{name}.corrected": result.corrected[:, place]}
+    for of in INTERVALS:
+        stated = result.deviations(of)[:, place]
+        if not np.isfinite(stated).any():
+            continue
+        columns[f"{name}.{of}.sd"] = stated
+        low, high = result.intervals(of)[:, place].T
+        columns[f"{name}.{of}.low"], columns[f"{name}.{of}.high"] = low, high
     return columns
 
 
@@ -56,6 +61,15 @@ def column_name(estimand: Estimand) -> str:
     """What an estimand's columns begin with."""
     kind = () if estimand.kind == PARAMETER else (estimand.kind,)
     return ".".join((estimand.method, *kind, estimand.name))
+
+
+def column_units(result: MonteCarlo) -> dict[str, str]:
+    """Units of the columns of `run_columns` that have one."""
+    return {
+        name: estimand.unit
+        for place, estimand in enumerate(result.estimands)
+        for name in _of_estimand(result, place)
+    }
 
 
 def settings_text(result: MonteCarlo) -> str:
@@ -80,6 +94,7 @@ def settings_text(result: MonteCarlo) -> str:
                 for each, truth in zip(result.estimands, result.truths.tolist(), strict=True)
                 if np.isfinite(truth)
             },
+            "units": column_units(result),
             "axisid": __version__,
         }
     )
@@ -139,10 +154,5 @@ def _npz(result: MonteCarlo, _: Path) -> bytes:
 
 
 def _parquet(result: MonteCarlo, file: Path) -> bytes:
-    arrow = library("pyarrow", "parquet", file)
-    parquet = library("pyarrow.parquet", "parquet", file)
-    made = arrow.table({name: arrow.array(values) for name, values in run_columns(result).items()})
-    made = made.replace_schema_metadata({SETTINGS: settings_text(result)})
-    buffer = io.BytesIO()
-    parquet.write_table(made, buffer)
-    return buffer.getvalue()
+    about = {SETTINGS: settings_text(result)}
+    return parquet_bytes(run_columns(result), column_units(result), about, file)

@@ -6,6 +6,7 @@ Knows nothing of file formats, axes and roles.
 
 from .long_format import says_long as says_long
 from .long_format import wide as wide
+from .parquet import parquet_bytes as parquet_bytes
 from .provenance import LogClock as LogClock
 from .provenance import Provenance as Provenance
 from .provenance import Repair as Repair

@@ -19,7 +19,9 @@ from axisid import (
     load_result,
     read_record,
 )
-from axisid.fleets import Fleet
+from axisid.fleets import Fleet, FleetRow
+from axisid.fleets.row import FleetValue
+from axisid.fleets.table import columns_of, units_of
 
 FILTER = Prefilter(cutoff=60.0)
 
@@ -100,10 +102,34 @@ def _csv(file: Path) -> Any:
 
     with file.open(newline="") as stream:
         rows = list(csv.DictReader(stream))
-    return {name: [row[name] for row in rows] for name in rows[0]}
+    return {name.partition(" [")[0]: [row[name] for row in rows] for name in rows[0]}
 
 
 COLUMNS: dict[str, Callable[[Path], Any]] = {"parquet": _parquet, "csv": _csv, "npz": np.load}
+
+
+def test_columns_tell_their_units(made: Fleet, tmp_path: Path) -> None:
+    from pyarrow import parquet
+
+    schema = parquet.read_schema(made.write(tmp_path / "table.parquet"))
+    told = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in schema}
+    assert (told["M"], told["Fv.sd"], told["Fc.low"]) == ("kg", "N/(m/s)", "N")
+    assert (told["seconds"], told["reason"]) == ("s", "")
+    assert schema.metadata[b"axisid"].startswith(b"axisid.fleet/")
+    heads = made.write(tmp_path / "table.csv").read_text().split("\n", 1)[0]
+    assert "M [kg],M.sd [kg],M.low [kg],M.high [kg],Fv [N/(m/s)]" in heads
+    with np.load(made.write(tmp_path / "table.npz")) as arrays:
+        assert json.loads(str(arrays["axisid.units"]))["Fc.high"] == "N"
+
+
+def test_a_name_of_two_units_has_them_in_its_rows() -> None:
+    def row(name: str, unit: str) -> FleetRow:
+        value = FleetValue(value=1.0, sd=0.1, interval_95=(0.8, 1.2), unit=unit)
+        return FleetRow(name=name, log=name, axis=name, status="ok", parameters={"M": value})
+
+    rows = [row("stage", "kg"), row("table", "kg m^2")]
+    assert columns_of(rows, ())["M.unit"] == ["kg", "kg m^2"]
+    assert "M" not in units_of(rows)
 
 
 def test_the_text_tells_counts_and_reasons(made: Fleet) -> None:

@@ -2,14 +2,16 @@
 
 import csv
 import io
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from axisid.codegen.artefacts import replace_file
-from axisid.estimation.tables import library
+from axisid.estimation.tables import parquet_bytes
 from axisid.presentation.schema import schema_of
 from axisid.support.errors import UsageError
 from axisid.support.user_values import quoted
@@ -19,6 +21,9 @@ from .row import FleetRow
 
 Cell = str | float | None
 Columns = dict[str, list[Cell]]
+Units = Mapping[str, str]
+#: What the units of an archive of NumPy's arrays are called, as JSON.
+UNITS = "axisid.units"
 #: Its names where it is given none.
 TABLES = ("fleet.parquet", "fleet.csv")
 
@@ -34,8 +39,8 @@ def write_table(
             f"the table is {quoted(str(file))}; give a name that ends in {', '.join(_WRITERS)}.",
             code="fleet-table",
         )
-    columns = columns_of(rows, outliers)
-    written = _WRITERS[file.suffix](columns, file)
+    columns, units = columns_of(rows, outliers), units_of(rows)
+    written = _WRITERS[file.suffix](columns, units, file)
     try:
         replace_file(file, written)
     except OSError as error:
@@ -78,48 +83,62 @@ def _of_conditions(rows: Sequence[FleetRow]) -> Columns:
 
 def _of_parameter(name: str, rows: Sequence[FleetRow]) -> Columns:
     values = [row.parameters.get(name) for row in rows]
-    return {
+    columns: Columns = {
         name: [None if v is None else v.value for v in values],
         f"{name}.sd": [None if v is None else v.sd for v in values],
         f"{name}.low": [None if v is None else v.interval_95[0] for v in values],
         f"{name}.high": [None if v is None else v.interval_95[1] for v in values],
     }
+    if _unit(name, rows) is None:  # of axes that call different things the same
+        columns[f"{name}.unit"] = [None if v is None else v.unit for v in values]
+    return columns
+
+
+def _unit(name: str, rows: Sequence[FleetRow]) -> str | None:
+    """The unit of a parameter; None where its rows have several."""
+    units = {row.parameters[name].unit for row in rows if name in row.parameters}
+    return units.pop() if len(units) == 1 else None
+
+
+def units_of(rows: Sequence[FleetRow]) -> dict[str, str]:
+    """Units of the columns that have one."""
+    found: dict[str, str] = {}
+    for name in _each(row.parameters for row in rows):
+        if unit := _unit(name, rows):
+            found |= dict.fromkeys((name, f"{name}.sd", f"{name}.low", f"{name}.high"), unit)
+    return {**found, "outlier_distance": "1", "outlier_p": "1", "seconds": "s"}
 
 
 def _figure(outliers: Mapping[str, Outlier], name: str, what: str) -> float | None:
     return getattr(outliers[name], what) if name in outliers else None
 
 
-def _csv(columns: Columns, _: Path) -> str:
+def _csv(columns: Columns, units: Units, _: Path) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
+    writer.writerow(f"{name} [{units[name]}]" if name in units else name for name in columns)
     writer.writerows(zip(*columns.values(), strict=True))
     return text.getvalue()
 
 
-def _parquet(columns: Columns, file: Path) -> bytes:
-    arrow = library("pyarrow", "parquet", file)
-    parquet = library("pyarrow.parquet", "parquet", file)
-    buffer = io.BytesIO()
-    made = arrow.table(columns).replace_schema_metadata({"axisid": schema_of(FleetRow)})
-    parquet.write_table(made, buffer)
-    return buffer.getvalue()
+def _parquet(columns: Columns, units: Units, file: Path) -> bytes:
+    return parquet_bytes(columns, units, {"axisid": schema_of(FleetRow)}, file)
 
 
-def _npz(columns: Columns, _: Path) -> bytes:
+def _npz(columns: Columns, units: Units, _: Path) -> bytes:
     buffer = io.BytesIO()
-    arrays = {
+    arrays: dict[str, Any] = {
         name: np.array(["" if cell is None else cell for cell in cells])
         if any(isinstance(cell, str) for cell in cells)
         else np.array(cells, dtype=np.float64)
         for name, cells in columns.items()
     }
-    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
+    arrays[UNITS] = np.array(json.dumps(units))
+    np.savez_compressed(buffer, **arrays)
     return buffer.getvalue()
 
 
-_WRITERS: Mapping[str, Callable[[Columns, Path], str | bytes]] = {
+_WRITERS: Mapping[str, Callable[[Columns, Units, Path], str | bytes]] = {
     ".parquet": _parquet,
     ".csv": _csv,
     ".npz": _npz,

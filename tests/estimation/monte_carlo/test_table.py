@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from pyarrow.parquet import read_schema as parquet_schema
 
 from axisid.estimation.monte_carlo.table import run_columns, write_runs
 from tests.estimation.monte_carlo.short import judged
@@ -28,6 +29,10 @@ def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
     assert told["prefilter"]["cutoff"] == 60
     assert told["settings"]["covariance"] == "hac"
     assert told["checks"] == 1
+    units = {f.name: (f.metadata or {}).get(b"unit", b"") for f in parquet_schema(parquet)}
+    assert {name: unit.decode() for name, unit in units.items() if unit} == told["units"]
+    assert (units["idm-iv.M"], units["idm-iv.Fc.hac.low"], units["run"]) == (b"kg", b"N", b"")
+    assert units["ddm-ls.direct.theta1"] == b"1/kg"
 
 
 def test_columns_are_named_for_method_parameter_and_interval() -> None:
