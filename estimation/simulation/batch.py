@@ -42,9 +42,11 @@ from .steps import (
     check_loop,
     failure,
     has_constant_substeps,
+    has_states,
     inertia_and_hold,
     no_inertia,
     pushes,
+    states_refusal,
     substeps_along,
     substeps_at_start,
     too_stiff,
@@ -338,9 +340,13 @@ class _Batch:
         has_mass, held = inertia_and_hold(*place)
         low, high = np.array([(p.lower, p.upper) for p in self.axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
-        for lane in map(int, np.flatnonzero(~(inside & has_mass & held))):
+        remembers = has_states(self.axis, self.parameters)
+        for lane in map(int, np.flatnonzero(~(inside & has_mass & held & remembers))):
             theta = self.parameters[lane]
             refusal = bounds_refusal(self.axis, theta)
+            if not remembers[lane]:
+                refused[lane] = states_refusal(self.axis, theta)
+                continue
             if not has_mass[lane]:
                 at, own = float(self.start.position[lane]), self._first(np.array([lane]))
                 refused[lane] = no_inertia(self.axis, theta, at, own)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import PASSED, PROBE, PROBED, RESOLVED, STATUSES
 from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
-from axisid.modeling.derivation import forces_at_rest
+from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
@@ -105,6 +105,29 @@ def pushes(axis: GeneratedAxis, parameters: Array) -> str:
         f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: it "
         "would accelerate the axis in the direction of its motion. Check the signs of the friction."
     )
+
+
+def has_states(axis: GeneratedAxis, parameters: Array) -> NDArray[np.bool_]:
+    """Which parameter sets (B, p) are such that friction can remember as it is declared, (B,)."""
+    found = np.ones(len(parameters), dtype=bool)
+    for part, value_of in state_limits(axis.axis):
+        values = np.asarray(value_of(*parameters.T), dtype=float)
+        found &= (values > 0) | (values == 0) & part.allows(0.0)
+    return found
+
+
+def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
+    """What to say of parameters (p,) with which friction cannot remember; empty if it can."""
+    for part, value_of in state_limits(axis.axis):
+        value = float(value_of(*parameters))
+        if not part.allows(value):
+            named = "" if part.value.is_Number else f", {part.value},"
+            return (
+                f"{part.what}{named} is {value:.6g} {part.unit}, with which axis "
+                f"{axis.axis.name!r} is not simulated; it must be {part.least}. Correct the "
+                "nominal value, or give a fit a bound."
+            )
+    return ""
 
 
 def has_inertia(
@@ -387,8 +410,10 @@ def check_inertia(
     Raises
     ------
     EstimationError
-        There is no inertia, or no force.
+        There is no inertia, or no force, or a state of friction is declared by what cannot be.
     """
+    if refusal := states_refusal(axis, parameters):
+        raise EstimationError(refusal, code="state-values")
     has_mass, held = _inertia_and_hold(axis, parameters.tobytes(), position, _kept(recorded))
     if not has_mass:
         raise EstimationError(no_inertia(axis, parameters, position, recorded), code="no-inertia")

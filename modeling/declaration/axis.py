@@ -36,7 +36,7 @@ from .column import column_texts
 from .control import LONGEST_DELAY, ControlLaw
 from .drive import FORCE_TARGET, Drive, Response
 from .experiment import Experiment
-from .unit_check import check_profile, check_states, checked_terms
+from .unit_check import check_profile, check_state_parts, check_states, checked_terms
 
 #: What a column of a record can be.
 ROLES = (
@@ -419,6 +419,7 @@ class Axis:
 
     def _check_units(self) -> None:
         try:
+            check_state_parts(self.states, self.coordinate, self.parameters)
             checked_terms(self.force, self.coordinate, self.parameters, self._beside)
             check_states(self.states, self.coordinate, self.parameters)
             symbols: list[Parameter | Signal] = [*self.parameters, *self.signals]

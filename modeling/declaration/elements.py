@@ -11,7 +11,7 @@ a `Constant`. A plain number has the unit of its place.
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import sympy
 
@@ -19,6 +19,7 @@ from axisid.modeling.quantities import (
     Coordinate,
     G,
     State,
+    StatePart,
     Symbolic,
     check_coordinate,
     expression,
@@ -121,7 +122,11 @@ def dahl(
     def rate(z: sympy.Symbol) -> sympy.Expr:
         return dq - s0 * sympy.Abs(dq) * z / level
 
-    return s0 * State(name or _state_name(s0), coordinate.unit, rate).symbol
+    parts = (
+        _part("the stiffness of Dahl friction", s0, coordinate, "/{}", "0 or more"),
+        _part("the Coulomb level of Dahl friction", level, coordinate, "", "positive"),
+    )
+    return s0 * State(name or _state_name(s0), coordinate.unit, rate, parts=parts).symbol
 
 
 def lugre(
@@ -152,7 +157,19 @@ def lugre(
     def rate(z: sympy.Symbol) -> sympy.Expr:
         return dq - s0 * sympy.Abs(dq) * z / level
 
-    z = State(name or _state_name(s0), coordinate.unit, rate).symbol
+    parts = (
+        _part("the stiffness of LuGre friction", s0, coordinate, "/{}", "0 or more"),
+        _part("the damping of LuGre friction", s1, coordinate, "/({}/s)"),
+        _part("the Coulomb level of LuGre friction", slides, coordinate, "", "positive"),
+        _part("the static level of LuGre friction", sticks, coordinate, "", "positive"),
+        StatePart(
+            what="the Stribeck velocity of LuGre friction",
+            value=speed,
+            unit=f"{coordinate.unit}/s",
+            least="positive",
+        ),
+    )
+    z = State(name or _state_name(s0), coordinate.unit, rate, parts=parts).symbol
     return s0 * z + s1 * rate(z)
 
 
@@ -167,8 +184,12 @@ def maxwell_slip(
     """
     check_coordinate(coordinate)
     k, most = _amount(stiffness, coordinate, "/{}"), _amount(level, coordinate)
-    state = State(name or _state_name(k), coordinate.unit, coordinate.velocity, limit=most / k)
-    return k * state.symbol
+    parts = (
+        _part("the stiffness of a Maxwell slider", k, coordinate, "/{}", "positive"),
+        _part("the level of a Maxwell slider", most, coordinate, "", "0 or more"),
+    )
+    called, follows = name or _state_name(k), coordinate.velocity
+    return k * State(called, coordinate.unit, follows, limit=most / k, parts=parts).symbol
 
 
 def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) -> sympy.Expr:
@@ -340,6 +361,18 @@ def _amount(value: Amount, coordinate: Coordinate, over: str = "") -> sympy.Expr
         return sympy.S.Zero
     unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
     return with_unit(value, unit, _AMOUNT)
+
+
+def _part(
+    what: str,
+    value: sympy.Expr,
+    coordinate: Coordinate,
+    over: str = "",
+    least: Literal["positive", "0 or more", ""] = "",
+) -> StatePart:
+    """What a state is declared by, in the axis's force unit `over` the coordinate's."""
+    unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
+    return StatePart(what=what, value=value, unit=unit, least=least)
 
 
 def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:

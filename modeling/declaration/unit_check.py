@@ -81,6 +81,31 @@ def check_profile(
         )
 
 
+def check_state_parts(
+    states: Iterable[State], coordinate: Coordinate, parameters: Iterable[Parameter]
+) -> None:
+    """Refuse what a ready state is declared by and is not in the unit of its place.
+
+    Raises
+    ------
+    ModelError
+        One is not; it is named as it was declared, with both units.
+    """
+    table = unit_table(coordinate, parameters)
+    for part in (part for state in states for part in state.parts):
+        reader = UnitReader(table, loose_numbers=True)
+        try:
+            fits = part.value == 0 or reader.fits(part.value, parse_unit(part.unit))
+        except UnitsError as error:
+            raise ModelError(
+                f"the units in {part.what}, {part.value}, do not fit: {error}"
+            ) from error
+        if not fits:
+            raise ModelError(
+                f"{part.what}, {part.value}, is in {reader.unit(part.value)}; give {part.unit}."
+            )
+
+
 def check_states(
     states: Iterable[State], coordinate: Coordinate, parameters: Iterable[Parameter]
 ) -> None:

@@ -16,3 +16,4 @@ from .null_space import generic_points as generic_points
 from .parameter_map import ParameterMap as ParameterMap
 from .rest_force import forces_at_rest as forces_at_rest
 from .state_equations import StateEquation as StateEquation
+from .state_equations import state_limits as state_limits

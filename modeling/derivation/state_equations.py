@@ -1,12 +1,21 @@
 """The equations of an axis's internal states, by the friction direction, each checked."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 import sympy
 
 from axisid.modeling.algebra import vanishes
 from axisid.modeling.declaration import Axis
-from axisid.modeling.quantities import DIRECTION, State, with_numbers, with_own_symbols
+from axisid.modeling.quantities import (
+    DIRECTION,
+    State,
+    StatePart,
+    with_numbers,
+    with_own_symbols,
+)
 from axisid.support.errors import ModelError
 
 from .friction_direction import directed
@@ -46,6 +55,22 @@ def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
         return ()
     _check_axis(axis)
     return tuple(_equation(axis, state) for state in axis.states)
+
+
+def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[..., Any]], ...]:
+    """What the states are declared by that may not be any number, as functions of parameters.
+
+    The functions take the parameters one by one, numbers or arrays of NumPy.
+    """
+    symbols = tuple(p.symbol for p in axis.parameters)
+    parts = [part for state in axis.states for part in state.parts if part.least]
+    return tuple((part, _as_function(symbols, with_numbers(part.value))) for part in parts)
+
+
+@lru_cache(maxsize=64)
+def _as_function(symbols: tuple[sympy.Symbol, ...], value: sympy.Expr) -> Callable[..., Any]:
+    found: Callable[..., Any] = sympy.lambdify(symbols, value, "numpy")
+    return found
 
 
 def in_direction(value: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:

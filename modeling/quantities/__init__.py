@@ -37,6 +37,7 @@ from .size import MOST_TERMS as MOST_TERMS
 from .size import check_size as check_size
 from .size import most_terms as most_terms
 from .state import State as State
+from .state import StatePart as StatePart
 from .state import StateSymbol as StateSymbol
 from .state import at_start as at_start
 from .state import replaced_in as replaced_in

@@ -1,19 +1,23 @@
 """An internal state of friction that remembers: presliding, hysteresis."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import sympy
 
 from axisid.support.errors import ModelError
 
+from .constants import with_numbers
 from .names import check_symbol
 from .symbols import Symbolic, expression
 from .units import parse_unit
 
 Value: TypeAlias = sympy.Expr | Symbolic | float
+
+#: What to give where a part may not be any number.
+_GIVE = {"positive": "a positive number", "0 or more": "0 or more"}
 
 
 class StateSymbol(sympy.Symbol):  # type: ignore[misc]
@@ -37,6 +41,35 @@ class StateSymbol(sympy.Symbol):  # type: ignore[misc]
         state, none = self.state, sympy.S.Infinity
         limit = none if state.limit is None else state.limit
         return (*super()._hashable_content(), state.unit, state.following, limit, state.start)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatePart:
+    """An amount that a ready state was declared by.
+
+    Attributes
+    ----------
+    what : str
+        In words: ``the stiffness of LuGre friction``.
+    value : sympy.Expr
+    unit : str
+        That it must have.
+    least : {"positive", "0 or more", ""}
+        What it must be; empty for any number.
+    """
+
+    what: str
+    value: sympy.Expr
+    unit: str
+    least: Literal["positive", "0 or more", ""] = ""
+
+    def with_replaced(self, new: Mapping[sympy.Symbol, sympy.Expr]) -> "StatePart":
+        """The same with others in place of symbols."""
+        return replace(self, value=self.value.xreplace(dict(new)))
+
+    def allows(self, value: float) -> bool:
+        """Whether it may be a number."""
+        return not self.least or value > 0 or (value == 0 and self.least == "0 or more")
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +96,9 @@ class State(Symbolic):
         limit begins at the limit.
     description : str
         A few words for tables.
+    parts : tuple of StatePart
+        What a ready element is declared by, so that what is wrong is said of that and not of the
+        state's equation.
 
     References
     ----------
@@ -75,6 +111,7 @@ class State(Symbolic):
     limit: Value | None = None
     start: Value = 0
     description: str = ""
+    parts: tuple[StatePart, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         check_symbol(self.name, "a state")
@@ -87,6 +124,8 @@ class State(Symbolic):
         if self.limit is not None:
             limit = expression(self.limit, f"the limit of state {self.name!r}")
             object.__setattr__(self, "limit", limit)
+        for part in self.parts:
+            _check_number(part)
 
     @property
     def own(self) -> sympy.Symbol:
@@ -108,6 +147,7 @@ class State(Symbolic):
             limit=limit[0] if limit else None,
             start=start,
             description=self.description,
+            parts=tuple(part.with_replaced(new) for part in self.parts),
         )
 
     @property
@@ -128,6 +168,16 @@ class State(Symbolic):
         """The expressions that it is declared by."""
         start: Any = self.start
         return (*self.laws, start)
+
+
+def _check_number(part: StatePart) -> None:
+    """Refuse a part that is a plain number and out of range."""
+    value = with_numbers(part.value)
+    if value.is_Number and not part.allows(float(value)):
+        raise ModelError(
+            f"{part.what} is {float(value):g} {part.unit}; give {_GIVE[part.least]}.",
+            code="state-part",
+        )
 
 
 # Of an axis's force it is asked again and again.

@@ -1,5 +1,6 @@
 """Friction that remembers: against closed forms, an independent integrator, and at rest."""
 
+import re
 from collections.abc import Iterator
 from functools import cache
 
@@ -161,3 +162,27 @@ def test_a_log_between_the_samples_of_the_law_is_refused() -> None:
     axis = virtual("dahl")
     with refuses("clocks-and-states"):
         simulate(axis, axis.nominal, np.zeros(30), 0.7e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "wrong", "says"),
+    [
+        ("bristle", {"vs": 0.0}, "the Stribeck velocity of LuGre friction, vs, is 0 m/s"),
+        ("bristle", {"Fc": 0.0, "Fs": 0.0}, "the Coulomb level of LuGre friction, Fc, is 0 N"),
+        ("bristle", {"Fs": -1.0}, "the static level of LuGre friction, Fs, is -1 N"),
+        ("dahl", {"s0": -1e6}, "the stiffness of Dahl friction, s0, is -1e"),
+        ("stack", {"k2": 0.0}, "the stiffness of a Maxwell slider, k2, is 0 N/m"),
+    ],
+)
+def test_what_no_friction_is_made_of_is_named(
+    kind: str, wrong: dict[str, float], says: str
+) -> None:
+    """Not as a loop that diverges; of lanes, those that have it."""
+    axis = virtual(kind)
+    theta = np.array([wrong.get(n, v) for n, v in zip(axis.names, axis.nominal, strict=True)])
+    reference = 1e-4 * np.sin(np.arange(20) / 3)
+    with refuses("state-values", says):
+        simulate(axis, theta, reference, 1e-3)
+    batch = simulate_batch(axis, [theta, axis.nominal], reference, 1e-3, wanted=["position"])
+    assert [*batch.failures] == [0]
+    assert re.match(says, batch.failures[0])

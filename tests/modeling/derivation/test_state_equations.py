@@ -8,12 +8,25 @@ import sympy
 
 from axisid import Constant, Signal, derive, leave_out
 from axisid.control import cascade_pd
-from axisid.elements import Drive, State, coulomb, maxwell_slip
+from axisid.elements import Drive, State, coulomb, dahl, lugre, maxwell_slip
 from axisid.modeling.declaration.axis import Axis
-from tests.axes.remembering import Fc, Fv, bristle, dahl_axis, declared, s0, stack, x
+from tests.axes.remembering import (
+    Fc,
+    Fs,
+    Fv,
+    bristle,
+    dahl_axis,
+    declared,
+    s0,
+    s1,
+    stack,
+    vs,
+    x,
+)
 from tests.refusals import refuses
 
 q, dq = x.symbol, x.velocity
+PARTS = (s0, s1, Fc, Fs, vs)
 
 
 def _with(*states: State) -> Axis:
@@ -72,6 +85,37 @@ def test_units_of_a_state_are_checked() -> None:
         _with(State("z", "m", q))
     with refuses("units-differ"):
         _with(State("z", "m", dq, limit=Fc))
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "says"),
+    [
+        ("s0", "N", r"the stiffness of LuGre friction, s0, is in N; give N/m"),
+        ("s1", "N", r"the damping of LuGre friction, s1, is in N; give N/\(m/s\)"),
+        ("Fc", "m", r"the Coulomb level of LuGre friction, Fc, is in m; give N"),
+        ("Fs", "kg", r"the static level of LuGre friction, Fs, is in kg; give N"),
+        ("vs", "m", r"the Stribeck velocity of LuGre friction, vs, is in m; give m/s"),
+    ],
+)
+def test_a_wrong_unit_is_said_of_what_was_declared(name: str, unit: str, says: str) -> None:
+    p = {each.name: replace(each, unit=unit if each.name == name else each.unit) for each in PARTS}
+    friction = lugre(
+        p["s0"], p["s1"], x, coulomb=p["Fc"], static=p["Fs"], velocity=p["vs"], name="bent"
+    )
+    with refuses("units-differ", says):
+        declared("wrong", tuple(p.values()), friction)
+
+
+def test_an_amount_of_a_state_may_be_made_of_parameters() -> None:
+    with refuses("units-differ", r"the level of a Maxwell slider, 2\*s0, is in N/m; give N"):
+        declared("made", (s0,), maxwell_slip(s0, 2 * s0.symbol, x))
+
+
+def test_a_number_that_no_bristle_has_is_refused() -> None:
+    with refuses("state-part", "the stiffness of Dahl friction is -1e"):
+        dahl(-1e6, x, coulomb=Fc)
+    with refuses("state-part", "the static level of LuGre friction is 0 N"):
+        lugre(s0, s1, x, coulomb=Fc, static=0.0, velocity=vs)
 
 
 def test_what_a_loop_with_states_is_not_simulated_with_is_refused() -> None:
