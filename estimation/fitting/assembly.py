@@ -16,8 +16,13 @@ from axisid.estimation.freed import axis_at
 from axisid.estimation.predictions import Predictions, WindowPredictions, record_rows, slopes_of
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
-from axisid.estimation.thresholds.fitting import FEWEST_TWINS
-from axisid.estimation.told_by_outputs import Colour, Left, Unseen, unseen_directions
+from axisid.estimation.told_by_outputs import (
+    Colour,
+    Left,
+    Scattering,
+    Unseen,
+    unseen_directions,
+)
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
@@ -25,13 +30,12 @@ from axisid.support.remedy import Note
 from .basis import FitBasis
 from .result import OutputFit, RecordError
 from .search import Found, Weighing
-from .spread import Scores, scores_of, with_steps
+from .spread import Scores, scores_of, twins_errors, with_steps
 from .starting import FitStart, Searched
 from .unknowns import Unknowns
 
 _FEWEST_TWINS = 2
 _PARTS = 4  # of a window, that what the model lacks is asked of
-_TWINS = 48  # of an axis whose friction remembers: a deviation is known to 10 % then
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
@@ -95,10 +99,7 @@ class Ended:
         """What noise of the position makes of the errors, (n, B), where friction remembers it."""
         if not self.axis.states:
             return None
-        with np.errstate(all="ignore"):
-            random = np.random.default_rng(self.seed)
-            errors = self.predictions.by_noise(self.best.physical, _TWINS, random)
-        return errors if errors.shape[1] >= FEWEST_TWINS.value else None
+        return twins_errors(self.predictions, self.best.physical, self.seed)
 
     @property
     def autoregressions(self) -> tuple[Colour, ...]:
@@ -120,7 +121,7 @@ class Ended:
             nothing = np.zeros((len(chosen), len(chosen)))
             return {"coloured": nothing, "iid": nothing}
         inner = {
-            "coloured": self._coloured(self.scores),
+            "coloured": self._with_steps(self.coloured.matrix, self.scores),
             "iid": self.scores.independent(),
         }
         found = {name: self._whole(matrix, chosen) for name, matrix in inner.items()}
@@ -129,10 +130,27 @@ class Ended:
             found["bootstrap"] = self._whole(moved + self.scores.by_known(), chosen)
         return found
 
-    def _coloured(self, scores: Scores) -> Array:
-        """Covariance of the parameters of scores by coloured errors and the encoders' steps."""
-        found, steps = scores.coloured(self.autoregressions), self.errors_by_steps
-        return found if steps is None else with_steps(found, -self._influence(scores) @ steps)
+    @cached_property
+    def coloured(self) -> Scattering:
+        """By coloured errors, of the parameters that are free and not at a bound."""
+        return self.scores.coloured(self.autoregressions)
+
+    @property
+    def freedom(self) -> Array:
+        """Degrees of freedom of each variance that is told, (P,)."""
+        found = np.full(len(self.scale), np.inf)
+        if self.chosen == "bootstrap":
+            found[:] = self.bootstrap - 1
+        elif self.inner.any():
+            found[self.inner] = self.coloured.freedom
+        return found
+
+    def _with_steps(self, covariance: Array, scores: Scores) -> Array:
+        """Covariance of the parameters of scores with what the encoders' steps add."""
+        steps = self.errors_by_steps
+        if steps is None:
+            return covariance
+        return with_steps(covariance, -self._influence(scores) @ steps)
 
     @cached_property
     def errors_by_steps(self) -> Array | None:
@@ -239,7 +257,7 @@ class Ended:
         free = self.inner.copy()
         free[j] = True
         scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
-        covariance = self._coloured(scores)
+        covariance = self._with_steps(scores.coloured(self.autoregressions).matrix, scores)
         off = self.unknowns.known_errors(self.best.physical)
         downhill = -(scores.jacobian.T @ scores.errors + scores.known.T @ off)
         centre = float(self.best.physical[j]) + float((scores.inverse @ downhill)[place])
@@ -332,12 +350,7 @@ def assembled(ended: Ended) -> OutputFit:
 
 
 def _values(ended: Ended) -> dict[str, Value]:
-    found, chosen = {}, ended.chosen
-    freedom = max(float(ended.weighing.weights.astype(bool).sum()) - ended.inner.sum(), 1.0)
-    if chosen == "bootstrap":
-        freedom = float(ended.bootstrap - 1)
-    elif ended.errors_by_noise is not None:
-        freedom = min(freedom, float(ended.errors_by_noise.shape[1] - 1))
+    found, chosen, freedom = {}, ended.chosen, ended.freedom
     for j, q in enumerate(ended.unknowns.quantities):
         value = float(ended.best.physical[j])
         # What is hardly shown may have a variance that rounding made negative.
@@ -346,7 +359,7 @@ def _values(ended: Ended) -> dict[str, Value]:
         if ended.best.at_bound[j]:
             interval = ended.one_sided(j)
         else:
-            interval = student_interval(value, deviations[chosen], freedom)
+            interval = student_interval(value, deviations[chosen], float(freedom[j]))
         found[q.name] = Value(
             value=value, unit=q.unit, deviations=deviations, interval=interval, chosen=chosen
         )

@@ -37,7 +37,7 @@ from .losses import LOSSES as LOSS_FUNCTIONS
 from .losses import counting_for, deviation_by_median
 from .result import OutputFit
 from .search import Found, Search, Weighing, best_of, cost_of
-from .spread import scores_of
+from .spread import scores_of, twins_errors
 from .starting import (
     FitStart,
     Searched,
@@ -214,6 +214,7 @@ class _Asked:
             self.loss,
             self.weights,
             least_sizes(whose.form) > 0,
+            self.seed,
             self.progress,
         )
         first, begun, lost = run.first(begins)
@@ -256,6 +257,7 @@ class _Run:
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
     of_start: NDArray[np.bool_]  # (P,)
+    seed: int
     progress: Progress | None
 
     def __post_init__(self) -> None:
@@ -333,7 +335,9 @@ class _Run:
         if not self.unknowns.has_prior.any():
             return None
         known = self.weighing, self.unknowns, self.predictions, self.records
-        return scores_of(found, *known, self.unknowns.free).effects()
+        at = self.predictions, found.physical, self.seed
+        twins = twins_errors(*at) if self.axes[0].states else None
+        return scores_of(found, *known, self.unknowns.free, twins).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
         """Weigh the rows of each output of each record by the inverse of what is left of them.

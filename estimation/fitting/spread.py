@@ -12,7 +12,7 @@ Friction that remembers answers to noise otherwise at rest than in motion: there
 colour, and twins with noise tell it too, see `uneven`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,11 +22,20 @@ from numpy.typing import NDArray
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError, beyond_shown
-from axisid.estimation.told_by_outputs import Colour, autoregression_of, uneven
+from axisid.estimation.thresholds.fitting import FEWEST_TWINS
+from axisid.estimation.told_by_outputs import (
+    Colour,
+    Scattering,
+    added,
+    autoregression_of,
+    uneven,
+)
 from axisid.support.arrays import Array
 
 from .search import Found, Weighing
 from .unknowns import Unknowns
+
+_TWINS = 48  # of an axis whose friction remembers: a deviation is known to 10 % then
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,12 +96,14 @@ class Scores:
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
 
-    def coloured(self, models: Sequence[Colour]) -> Array:
+    def coloured(self, models: Sequence[Colour]) -> Scattering:
         """Covariance for errors that follow these autoregressions, or are as twins', (k, k)."""
         if self.twins is not None:
-            return self._sandwich(sum(self._uneven(self.twins), self._of_known))
+            return self._by_twins(self.jacobian @ self.inverse, self.twins).beside(self.by_known())
         pairs = zip(models, self.spans, strict=True)
-        return self._sandwich(sum((self._coloured(*pair) for pair in pairs), self._of_known))
+        meat = sum((_coloured(self.jacobian, *pair) for pair in pairs), self._of_known)
+        freedom = max(float(self.counted.sum()) - len(meat), 1.0)
+        return Scattering(matrix=self._sandwich(meat), freedom=np.full(len(meat), freedom))
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""
@@ -109,9 +120,10 @@ class Scores:
         counts beside what was known as its coloured errors allow, for one parameter exactly.
         """
         reach, found = self.known @ self.inverse, []
-        for model, spans in zip(self.autoregressions, self.spans, strict=True):
-            both = self._coloured(model, spans), self._independent(spans)
-            told, white = (float(np.einsum("ij,jk,ik", reach, meat, reach)) for meat in both)
+        columns = self.jacobian @ reach.T
+        for r, spans in enumerate(self.spans):
+            told = float(np.trace(self._of_record(columns, r)))
+            white = float(np.einsum("ij,jk,ik", reach, self._independent(spans), reach))
             found.append(told / white if told > 0 and white > 0 else 1.0)
         return np.array(found)
 
@@ -119,14 +131,19 @@ class Scores:
     def _of_known(self) -> Array:
         return np.asarray(self.known.T @ self.known)
 
-    def _coloured(self, model: Colour, spans: Sequence[slice]) -> Array:
-        pieces = (model.coloured(self.jacobian[rows]) for rows in spans)
-        return sum(pieces, np.zeros_like(self._of_known))
+    def _of_record(self, columns: Array, r: int) -> Array:
+        """Covariance of what columns (n, j) make of a record's errors, (j, j)."""
+        if self.twins is not None:
+            return self._uneven(columns, self.twins, r).matrix
+        return _coloured(columns, self.autoregressions[r], self.spans[r])
 
-    def _uneven(self, twins: Array) -> Iterator[Array]:
-        for spans, period in zip(self.spans, self.periods, strict=True):
-            whole = uneven(self.jacobian, self.errors, twins, spans, period, self.outputs)
-            yield whole.matrix
+    def _by_twins(self, columns: Array, twins: Array) -> Scattering:
+        """Of each column, such as a parameter's: by what of it is more."""
+        return added([self._uneven(columns, twins, r) for r in range(len(self.spans))])
+
+    def _uneven(self, columns: Array, twins: Array, r: int) -> Scattering:
+        pair = self.spans[r], self.periods[r]
+        return uneven(columns, self.errors, twins, *pair, self.outputs)
 
     def _independent(self, spans: Sequence[slice]) -> Array:
         J = np.concatenate([self.jacobian[rows] for rows in spans])
@@ -137,6 +154,22 @@ class Scores:
     def _sandwich(self, meat: Array) -> Array:
         found = self.inverse @ meat @ self.inverse
         return np.asarray((found + found.T) / 2)
+
+
+def _coloured(columns: Array, model: Colour, spans: Sequence[slice]) -> Array:
+    """Covariance of what columns make of errors of one record that follow an autoregression."""
+    nothing = np.zeros((columns.shape[1], columns.shape[1]))
+    return sum((model.coloured(columns[rows]) for rows in spans), nothing)
+
+
+def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array | None:
+    """What noise of the position makes of the outputs of an axis whose friction remembers, (n, B).
+
+    None where too few of the twins can be simulated.
+    """
+    with np.errstate(all="ignore"):
+        errors = predictions.by_noise(physical, _TWINS, np.random.default_rng(seed))
+    return errors if errors.shape[1] >= FEWEST_TWINS.value else None
 
 
 def scores_of(

@@ -12,7 +12,8 @@ from .colour import Colour as Colour
 from .colour import autoregression_of as autoregression_of
 from .missing import Left as Left
 from .noise import noise_left as noise_left
-from .uneven import Uneven as Uneven
+from .uneven import Scattering as Scattering
+from .uneven import added as added
 from .uneven import uneven as uneven
 from .unseen import Unseen as Unseen
 from .unseen import unseen_directions as unseen_directions

@@ -8,7 +8,7 @@ variance is follows from the autoregression's own, and Student's distribution of
 freedom has the chance of g over its deviation.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import repeat
 
@@ -20,7 +20,7 @@ from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS
 from axisid.support.arrays import Array
 
 from .colour import Colour, autoregression_of
-from .uneven import uneven
+from .uneven import Scattering, added, uneven
 
 _ALIKE = 0.05  # of a column: what parameters, or other columns, leave of one that is theirs
 _HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
@@ -223,24 +223,22 @@ def _scattering(left: Left, errors: Array, column: Array) -> tuple[float, float]
 def _of(left: Left, errors: Array, column: Array) -> tuple[float, float]:
     """The same by autoregressions."""
     models = left.autoregressions(errors)
-    found = [*map(_variance, models, left.spans, left.used, repeat(column))]
-    return _added([(variance, 2 / share) for variance, share in found])
+    return _of_records(map(_variance, models, left.spans, left.used, repeat(column)))
 
 
-def _added(found: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """A sum of variances, each of so many degrees of freedom, and of how many the sum is."""
-    whole = sum(variance for variance, _ in found)
-    unsure = sum(variance**2 / freedom for variance, freedom in found)
-    return whole, whole**2 / unsure if unsure > 0 else np.inf
+def _of_records(found: Iterable[Scattering]) -> tuple[float, float]:
+    """The sum of the variances of one column, and of how many degrees of freedom it is."""
+    whole = added([*found])
+    return float(whole.matrix[0, 0]), float(whole.freedom[0])
 
 
 def _by_twins(left: Left, errors: Array, column: Array) -> tuple[float, float]:
     """The same by twins with noise, and by neighbouring scores, as `uneven` has it."""
     twins = np.zeros((len(errors), 0)) if left.twins is None else left.twins
     pairs = zip(left.spans, left.periods, strict=True)
-    found = [uneven(column[:, None], errors, twins, *pair, left.outputs) for pair in pairs]
-    each = [(float(one.matrix[0, 0]), float(one.freedom[0])) for one in found]
-    return _added(each)
+    return _of_records(
+        uneven(column[:, None], errors, twins, *pair, left.outputs) for pair in pairs
+    )
 
 
 def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]:
@@ -251,10 +249,9 @@ def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]
     return float(scores @ scores), float(sizes.sum() ** 2 / (sizes @ sizes))
 
 
-def _variance(
-    model: Colour, spans: Sequence[slice], rows: int, column: Array
-) -> tuple[float, float]:
-    """Of what a column makes of a record's errors; and of that variance, over its square."""
+def _variance(model: Colour, spans: Sequence[slice], rows: int, column: Array) -> Scattering:
+    """Of what a column makes of a record's errors, as sure as its autoregression is."""
     pieces = [column[span] for span in spans]
     whole = sum(float(model.coloured(piece[:, None])[0, 0]) for piece in pieces)
-    return whole, model.uncertainty(pieces, rows)
+    freedom = 2 / model.uncertainty(pieces, rows)
+    return Scattering(matrix=np.array([[whole]]), freedom=np.array([freedom]))

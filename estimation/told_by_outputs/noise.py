@@ -23,8 +23,10 @@ def noise_left(predictions: Predictions, physical: Array, left: Left) -> tuple[f
         The estimate.
     left : Left
     """
-    with np.errstate(all="ignore"):
-        twins = predictions.by_noise(physical, _TWINS, np.random.default_rng(_SEED))
+    twins = None
+    if left.twins is None:
+        with np.errstate(all="ignore"):
+            twins = predictions.by_noise(physical, _TWINS, np.random.default_rng(_SEED))
     models, found = left.autoregressions(left.errors), []
     for model, spans in zip(models, left.spans, strict=True):
         for place, variance in enumerate(model.innovations):
@@ -32,10 +34,11 @@ def noise_left(predictions: Predictions, physical: Array, left: Left) -> tuple[f
             used = left.counted[rows]
             weight = float(left.weights[rows][used].max(initial=0.0)) or 1.0
             own = [np.sqrt(max(variance, 0.0)) / weight]
-            if twins.shape[1]:
+            if twins is not None and twins.shape[1]:
                 own.append(_size(twins[rows][used]))
-            if left.steps is not None:
-                own.append(_size(left.steps[rows][used]) / weight)
+            own += [
+                _size(e[rows][used]) / weight for e in (left.twins, left.steps) if e is not None
+            ]
             found.append(float(max(own)))
     return tuple(found)
 

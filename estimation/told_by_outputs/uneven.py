@@ -22,8 +22,8 @@ _FEWEST_ROWS = 4  # for each lag
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Uneven:
-    """Covariance of what columns make of a record's errors.
+class Scattering:
+    """Covariance of what columns make of errors, and how sure it is.
 
     Attributes
     ----------
@@ -35,6 +35,19 @@ class Uneven:
     matrix: Array
     freedom: Array
 
+    def beside(self, sure: Array) -> "Scattering":
+        """The sum with a covariance (k, k) that is known."""
+        return added([self, Scattering(matrix=sure, freedom=np.full(len(sure), np.inf))])
+
+
+def added(found: Sequence[Scattering]) -> Scattering:
+    """The sum of independent ones, such as those of records: of how many degrees it is."""
+    matrix = np.sum([each.matrix for each in found], axis=0)
+    whole = np.diag(matrix)
+    unsure = np.sum([np.diag(each.matrix) ** 2 / each.freedom for each in found], axis=0)
+    freedom = np.divide(whole**2, unsure, out=np.full(len(whole), np.inf), where=unsure > 0)
+    return Scattering(matrix=matrix, freedom=freedom)
+
 
 def uneven(
     columns: Array,
@@ -43,7 +56,7 @@ def uneven(
     spans: Sequence[slice],
     period: float,
     outputs: int = 1,
-) -> Uneven:
+) -> Scattering:
     """Of columns (n, k) and errors (n,), by twins and by the scores, whichever is more.
 
     Parameters
@@ -71,7 +84,7 @@ def uneven(
     made = sum((each @ own for each, own in pairs), np.zeros((k, twins.shape[1])))
     by_twins = made.var(axis=1, ddof=1)
     larger = by_twins > np.diag(long_run.covariance)
-    return Uneven(
+    return Scattering(
         matrix=widened(long_run.covariance, by_twins),
         freedom=np.where(larger, twins.shape[1] - 1.0, long_run.freedom),
     )

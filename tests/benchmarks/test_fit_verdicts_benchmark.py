@@ -19,3 +19,12 @@ def test_what_a_model_lacks_is_named() -> None:
     found = study.figures_of("missing offset", "control", runs=2, seed=1)
     assert found["named"] == {"a constant force: declare offset": 2}
     assert not found["believed"]
+
+
+def test_how_often_right_machines_may_fail_is_told_with_its_chance() -> None:
+    """None of 40: up to 7 % by 0.93**40 = 5 %."""
+    assert study.most_believable(0, 40) == pytest.approx(1 - 0.05 ** (1 / 40))
+    assert study.most_believable(3, 3) == 1.0
+    counted = {"runs": 20, "believed": 19}
+    right = study.right_of({"fine encoder": counted, "sines": counted, "spring": counted})
+    assert (right["runs"], right["failed"]) == (40, 2)

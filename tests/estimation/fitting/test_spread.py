@@ -51,7 +51,7 @@ def test_the_sandwich_is_the_scatter_of_estimates_with_coloured_errors(
     claimed = []
     for e in errors[:20]:
         scores = _scores(J, e)
-        claimed.append(np.sqrt(np.diag(scores.coloured(scores.autoregressions))))
+        claimed.append(np.sqrt(np.diag(scores.coloured(scores.autoregressions).matrix)))
     np.testing.assert_allclose(np.mean(claimed, axis=0), scatter, rtol=0.12)
     independent = np.sqrt(np.diag(_scores(J, errors[0]).independent()))
     assert np.all((independent > 1.5 * scatter) if a < 0 else (independent < 0.7 * scatter))
@@ -91,6 +91,37 @@ def test_coloured_errors_count_beside_what_was_known_as_they_tell_of_it(
     assert scores.effects() == pytest.approx((1 + a) / (1 - a), rel=0.2)
 
 
+def test_each_parameter_of_uneven_errors_has_its_own_variance_and_freedom(
+    rng: np.random.Generator,
+) -> None:
+    """One that twins with noise tell more of, and one that the errors themselves do."""
+    n = 4000
+    first = np.arange(n) < n // 2
+    J = np.column_stack([first, ~first]).astype(float)
+    twins = rng.standard_normal((n, 48))
+    slow = lfilter([1.0], [1.0, -0.98], rng.standard_normal(n))
+    errors = np.where(first, slow, 0.1 * rng.standard_normal(n))
+    scores = replace(_scores(J, errors), twins=twins)
+    told = scores.coloured(())
+    made = (scores.inverse @ J.T @ twins).var(axis=1, ddof=1)
+    assert told.matrix[0, 0] > 2 * made[0]
+    assert told.matrix[1, 1] == pytest.approx(made[1])
+    assert told.freedom[1] == 47
+    assert told.freedom[0] != 47
+
+
+def test_uneven_errors_count_beside_what_was_known_as_their_twins_tell(
+    rng: np.random.Generator,
+) -> None:
+    """Of a mean whose twins go together for 50 samples: 50 times the variance of white errors."""
+    n = 5000
+    lasting = np.repeat(rng.standard_normal((n // 50, 48)), 50, axis=0)
+    white = rng.standard_normal(n)
+    known = np.array([[3.0]])
+    scores = replace(_scores(np.ones((n, 1)), white), known=known, twins=lasting)
+    assert scores.effects() == pytest.approx(50.0, rel=0.5)
+
+
 def test_masked_errors_are_none(rng: np.random.Generator) -> None:
     """Half of the samples, in blocks: the same errors, and the scatter of what is left."""
     counted = np.arange(4000) // 50 % 2 == 0
@@ -100,7 +131,7 @@ def test_masked_errors_are_none(rng: np.random.Generator) -> None:
     claimed, white = [], []
     for e in errors[:10]:
         scores = replace(_scores(J, e), counted=counted)
-        claimed.append(float(scores.coloured(scores.autoregressions)[0, 0]))
+        claimed.append(float(scores.coloured(scores.autoregressions).matrix[0, 0]))
         white.append(float(scores.independent()[0, 0] * (J.T @ J)[0, 0]))
     assert np.sqrt(np.mean(claimed)) == pytest.approx(scatter, rel=0.2)
     assert np.mean(white) == pytest.approx(1 / (1 - 0.9**2), rel=0.15)

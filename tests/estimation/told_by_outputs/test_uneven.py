@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import lfilter
 
-from axisid.estimation.told_by_outputs import autoregression_of, uneven
+from axisid.estimation.told_by_outputs import Scattering, added, autoregression_of, uneven
 from axisid.support.arrays import Array
 
 _ROWS, _PERIOD = 4000, 1e-3
@@ -54,6 +54,18 @@ def test_what_is_no_noise_of_the_twins_is_seen_by_the_scores(rng: np.random.Gene
 def test_without_noise_the_scores_alone_tell(rng: np.random.Generator) -> None:
     errors = _noise(rng, 1)[:, 0]
     assert np.all(_claimed(errors, np.zeros((_ROWS, 48))) > 0)
+
+
+def test_a_sum_is_as_sure_as_its_larger_parts() -> None:
+    """Degrees of freedom by Satterthwaite's equation; what is known has no end of them."""
+    one = Scattering(matrix=np.diag([4.0, 1.0]), freedom=np.array([10.0, 10.0]))
+    two = Scattering(matrix=np.diag([4.0, 0.0]), freedom=np.array([10.0, 5.0]))
+    both = added([one, two])
+    np.testing.assert_allclose(np.diag(both.matrix), [8.0, 1.0])
+    np.testing.assert_allclose(both.freedom, [20.0, 10.0])
+    np.testing.assert_allclose(one.beside(np.diag([4.0, 0.0])).freedom, [40.0, 10.0])
+    nothing = Scattering(matrix=np.zeros((1, 1)), freedom=np.ones(1))
+    assert np.isinf(added([nothing]).freedom[0])
 
 
 def test_stretches_are_no_neighbours(rng: np.random.Generator) -> None:
