@@ -63,7 +63,7 @@ class LaneLibrary:
     """
 
     def __init__(self, call: Any, parameters: int, *, known: bool) -> None:
-        self._call, self._columns = call, parameters + known
+        self._call, self._parameters, self._columns = call, parameters, parameters + known
         self._own = local()
 
     def motion(
@@ -156,6 +156,31 @@ class LaneLibrary:
         )
         return out
 
+    def turns(self, velocity: Array, rest: float, reach: int) -> NDArray[np.bool_]:
+        """Samples, (N, L), within a reach of reversals and rests, no faster than a share."""
+        samples, lanes = velocity.shape
+        out = np.empty((samples, lanes), dtype=np.bool_)
+        self._call("lanes_turns", samples, lanes, velocity, float(rest), reach, _bytes(out))
+        return out
+
+    def information(
+        self,
+        motion: tuple[Array, Array, Array],
+        kept: NDArray[np.bool_],
+        near: NDArray[np.bool_],
+        slow: Array,
+    ) -> tuple[Array, Array]:
+        """Products of the regressor's columns, (p, p, L), of samples (N,) that are kept.
+
+        Of those faster than a lane's slow speed, (L,), and of those that are not near reversals.
+        """
+        samples, lanes = near.shape
+        size = self._parameters
+        moving, left = np.empty((size, size, lanes)), np.empty((size, size, lanes))
+        masks = (_bytes(kept), _bytes(near))
+        self._call("lanes_information", samples, lanes, *motion, *masks, slow, moving, left)
+        return moving, left
+
     def products(self, one: Array, other: Array) -> Array:
         """Sums over rows of products of columns, (p, q, L), of (n, p, L) and (n, q, L)."""
         (rows, p, lanes), q = one.shape, other.shape[1]
@@ -176,7 +201,7 @@ class LaneLibrary:
         every, blocks = int(thinning.sizes[5]), int(thinning.sizes[8])
         columns, groups = self._columns + 1, -(-lanes // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
-        states = _STRETCH + groups * (-(-blocks // _STRETCH) + 1)
+        states = groups * (_STRETCH + -(-blocks // _STRETCH) + 1)
         return self._memory((blocked + columns * states * _STATES) * _WIDE)
 
     def _memory(self, size: int) -> Array:

@@ -4,7 +4,7 @@ import re
 from importlib import resources
 
 #: In the order of the text, each of which calls those before it.
-_PARTS = ("motion.c", "rows.c", "products.c")
+_PARTS = ("motion.c", "rows.c", "products.c", "turns.c")
 _HEADERS = "#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n"
 
 

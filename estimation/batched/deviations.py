@@ -6,6 +6,7 @@ import numpy as np
 
 from axisid.estimation.batched.rows import (
     Block,
+    LaneSolutions,
     combined,
     inverse_products,
     lagged_products,
@@ -33,8 +34,7 @@ def lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> LaneDevia
     found = LaneDeviations(*({name: np.full(shape, np.nan) for name in names} for _ in range(2)))
     inverse = inverse_products(block.library, fits.instruments)
     scores = combined(fits.instruments, fits.mixing) * fits.residuals[:, None]
-    most = (most_lags(len(scores)) if lags is None else lags) + 2
-    lagged = lagged_products(block.library, scores, min(most, len(scores) - 1))
+    lagged = _lagged(block, scores, lags)
     models = {name: COVARIANCES[name].covariance(lags) for name in names}
     for lane in map(int, np.flatnonzero(fits.well)):
         n, k = fits.counts[lane], shape[1]
@@ -52,6 +52,27 @@ def lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> LaneDevia
                 of_few = variances
             found.deviations[name][lane] = np.sqrt(np.maximum(of_few, 0.0))
     return found
+
+
+def shown_variances(
+    block: Block, found: LaneSolutions, instruments: Array, rows: int
+) -> Array | None:
+    """Mean of the variances that neighbours show of each solution, (p,), of so many rows each.
+
+    None where scores of any are so few that their own are not what HAC says of them.
+    """
+    scores = combined(instruments, found.mixing) * found.residuals[:, None]
+    lagged = _lagged(block, scores, None)
+    of_each = [_hac(Hac(), lagged[:, :, lane], rows) for lane in range(scores.shape[2])]
+    if min(float(np.min(freedom)) for _, freedom in of_each) < FEW_SCORES.value:
+        return None
+    return np.asarray(np.mean([variances for variances, _ in of_each], axis=0))
+
+
+def _lagged(block: Block, scores: Array, lags: int | None) -> Array:
+    """Products of scores (n, p, L) at as many lags as a covariance may look at."""
+    most = (most_lags(len(scores)) if lags is None else lags) + 2
+    return lagged_products(block.library, scores, min(most, len(scores) - 1))
 
 
 def _hac(model: Covariance, lagged: Array, rows: int) -> tuple[Array, Array]:

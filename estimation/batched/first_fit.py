@@ -90,13 +90,11 @@ def near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
 
 def _show_too_little(block: Block, near: Chosen) -> Chosen:
     """Which lanes hardly show a parameter without what is near reversals, (L,)."""
-    kept, found = block.template.kept, np.zeros(near.shape[1], dtype=bool)
+    slow = MIN_MOVING_SPEED.value * np.abs(block.measured.motion[1]).max(axis=0)
+    moving, left = block.information(near, slow)
+    found = np.zeros(near.shape[1], dtype=bool)
     for lane in range(len(found)):
-        motion = [np.ascontiguousarray(each[:, lane]) for each in block.measured.motion]
-        speed = np.abs(motion[1])
-        columns, _ = block.axis.evaluate("idm_regressor", *motion, np.sign(motion[1]))
-        moving = kept & (speed > MIN_MOVING_SPEED.value * speed.max())
         information = Information(block.axis)
-        information.add_rows(columns[moving], columns[kept & ~near[:, lane]])
+        information.add_products(moving[lane], left[lane])
         found[lane] = information.remaining < MIN_INFORMATION_LEFT.value
     return found

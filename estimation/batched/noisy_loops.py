@@ -5,8 +5,10 @@ side by side.
 """
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.batched.rows import (
@@ -16,17 +18,24 @@ from axisid.estimation.batched.rows import (
     solved,
 )
 from axisid.estimation.problems import NoiseFree, confirmed, settled_noise_free, white_part
-from axisid.estimation.regression import Covariance, Solution, hidden_scatter
+from axisid.estimation.regression import Covariance, Solution, beyond_shown, hidden_scatter
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR, SETTLED_FILTER_BIAS
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
-from .deviations import lane_solution
+from .deviations import lane_solution, shown_variances
 from .iteration import LaneFits, unexplained
 
 LaneQuiet = tuple[Array, Array]
 
 _DRAWS, _OF_A_DRAW = 4, 2  # as of one record: orders of the noise, each with either sign
+
+
+@lru_cache(maxsize=2)  # a block's lanes are as long as each other
+def _orders(samples: int) -> tuple[NDArray[np.int64], ...]:
+    """The orders in which noise of so many samples is drawn, the same at every place."""
+    rng = np.random.default_rng(0)
+    return tuple(rng.permutation(samples) for _ in range(_DRAWS))
 
 
 class NoisyLoops:
@@ -45,7 +54,7 @@ class NoisyLoops:
         self._excluded = None if fits.excluded is None else fits.excluded[:, [lane]]
         self._instruments = fits.instruments[:, :, [lane]]
         self._whole = fits.measured.whole[:, [lane]]
-        self._theta = fits.theta[lane]
+        self._theta, self._position = fits.theta[lane], fits.position[:, lane]
         self._solution = lane_solution(block, fits, lane)
         start, _ = block.starts
         self._start = start.position[lane], start.velocity[lane]
@@ -68,8 +77,8 @@ class NoisyLoops:
         EstimationError
             A loop cannot be simulated.
         """
-        _, _, position = self._solved(self._theta, None)
-        here = self._with_noise(self._quiet(*first), self._theta, position, deviations)
+        quiet = self._quiet(*first)
+        here = self._with_noise(quiet, self._theta, self._position, deviations)
         found = settled_noise_free(here, self._found_at, self._theta, deviations)
         noisy = confirmed(found, self._solution, model)
         if noisy.has_noise and not noisy.doubt:
@@ -102,8 +111,7 @@ class NoisyLoops:
         noise = white_part(self._block.lanes.position[:, self._lane] - position)
         if not noise.any():
             return quiet
-        rng = np.random.default_rng(0)
-        orders = [rng.permutation(noise) for _ in range(_DRAWS)]
+        orders = [noise[order] for order in _orders(len(noise))]
         drawn = np.column_stack([sign * each for each in orders for sign in (1.0, -1.0)])
         found, _, _ = self._solved(physical, drawn)
         moved = found.theta - physical
@@ -116,7 +124,7 @@ class NoisyLoops:
             quiet,
             bias=np.mean(moved, axis=0),
             has_noise=True,
-            hidden=hidden_scatter(self._solutions(found)),
+            hidden=self._hidden(found),
             halves=left.reshape(2, -1, left.shape[1]).mean(axis=1),
         )
 
@@ -139,6 +147,15 @@ class NoisyLoops:
         instruments = np.repeat(self._instruments, count, axis=2)
         found = solved(self._block.library, rows.left, rows.regressor, instruments)
         return found, rows.whole, first
+
+    def _hidden(self, found: LaneSolutions) -> Array:
+        """As `hidden_scatter`, of variances alone, which is all that is asked of lanes."""
+        instruments = np.repeat(self._instruments, len(found.theta), axis=2)
+        rows = len(self._solution.residuals)
+        shown = shown_variances(self._block, found, instruments, rows)
+        if shown is None:
+            return hidden_scatter(self._solutions(found))
+        return beyond_shown(found.theta, np.diag(shown))
 
     def _solutions(self, found: LaneSolutions) -> list[Solution]:
         """Solutions of loops as if each were alone."""

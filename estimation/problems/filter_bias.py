@@ -249,8 +249,9 @@ def share_in_residuals(
         drawn = factor(other[:, None], ["share"])
         found = instrumental_variables(solution.residuals, columns, drawn)
     share = float(found.theta[0])
-    deviation = float(np.sqrt(covariance.matrix(found)[0, 0]))
-    reach = float(stdtrit(covariance.freedom(found)[0], 1 - SIGNIFICANCE_LEVEL.value))
+    applied = covariance.applied(found)
+    deviation = float(np.sqrt(applied.matrix[0, 0]))
+    reach = float(stdtrit(applied.freedom[0], 1 - SIGNIFICANCE_LEVEL.value))
     return share, share + reach * deviation
 
 

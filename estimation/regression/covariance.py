@@ -250,7 +250,7 @@ class Hac(Covariance):
             white = _whitened(products(lags + 1), colour)
         return LongRun(
             power=raw[0],
-            white=bartlett(list(white[: lags + 1])),
+            white=bartlett(white[: lags + 1]),
             colour=colour,
             lags=lags,
             rows=rows,
@@ -381,12 +381,12 @@ def _whitened(products: Array, colour: Array) -> Array:
     return np.asarray(here + left * here * right - left * before - after * right, dtype=float)
 
 
-def bartlett(products: Sequence[Array]) -> Array:
+def bartlett(products: Array) -> Array:
     """Long-run covariance of scores from their products ``sum s_t s_(t-lag)'``, lag 0 first."""
-    total = products[0]
-    for lag, product in enumerate(products[1:], 1):
-        total = total + (1 - lag / len(products)) * (product + product.T)
-    return total
+    ahead = products[1:]
+    weights = 1 - np.arange(1, len(products)) / len(products)
+    both = weights[:, None, None] * (ahead + ahead.transpose(0, 2, 1))
+    return np.asarray(np.concatenate([products[:1], both]).sum(axis=0), dtype=float)
 
 
 def most_lags(n: int) -> int:

@@ -62,8 +62,12 @@ class Information:
 
     def add_rows(self, moving: Array, left: Array) -> None:
         """Rows of the inverse model, (n, p) each: in motion, and of those that are left."""
-        self._moving += moving.T @ moving
-        self._left += left.T @ left
+        self.add_products(moving.T @ moving, left.T @ left)
+
+    def add_products(self, moving: Array, left: Array) -> None:
+        """The same of their products, (p, p) each."""
+        self._moving += moving
+        self._left += left
 
     @property
     def remaining(self) -> float:

@@ -98,16 +98,18 @@ static void simulated_rows(const struct source *s, ptrdiff_t first, ptrdiff_t co
         const wide found = load(s->parameters + j * s->lanes + first, count);
         memcpy(parameters[j], &found, sizeof found);
     }
-    for (ptrdiff_t e = 0; e < all; ++e) {
-        double row[PARAMETERS + 1], earlier[PARAMETERS + 1], p[PARAMETERS], slowed;
-        for (int j = 0; j < PARAMETERS; ++j)
-            p[j] = parameters[j][e % WIDE];
-        row_of(q[e], dq[e], ddq[e], now[e], row);
-        direct_dynamics(q[e], dq[e], held[e], before[e], p, &slowed);
-        row_of(q[e], dq[e], slowed, before[e], earlier);
-        for (int c = 0; c < PARAMETERS + KNOWN; ++c)
-            values[c * all + e] = (row[c] + earlier[c]) / 2;
-    }
+    for (ptrdiff_t j = 0; j < size; ++j)
+        for (int l = 0; l < WIDE; ++l) { /* so that parameters are registers, not looked up */
+            double row[PARAMETERS + 1], earlier[PARAMETERS + 1], p[PARAMETERS], slowed;
+            const ptrdiff_t e = j * WIDE + l;
+            for (int i = 0; i < PARAMETERS; ++i)
+                p[i] = parameters[i][l];
+            row_of(q[e], dq[e], ddq[e], now[e], row);
+            direct_dynamics(q[e], dq[e], held[e], before[e], p, &slowed);
+            row_of(q[e], dq[e], slowed, before[e], earlier);
+            for (int c = 0; c < PARAMETERS + KNOWN; ++c)
+                values[c * all + e] = (row[c] + earlier[c]) / 2;
+        }
 }
 
 /* Rows of samples, `size` of each column in turn, with what has no weight set to zero. */
@@ -274,24 +276,29 @@ static inline void thin(enum kind kind, const int columns, const struct source *
     w.others = w.values + COLUMNS * every;
     ptrdiff_t *at = (ptrdiff_t *)(w.others + COLUMNS * every);
     wide(*state)[STATES] = (wide(*)[STATES])(w.others + (COLUMNS + 1) * every);
-    wide(*within)[STATES] = state + groups * columns, (*kept)[STATES] = within + STRETCH * columns;
+    wide(*within)[STATES] = state + groups * columns;
+    wide(*kept)[STATES] = within + STRETCH * groups * columns;
     const ptrdiff_t stretches = (t->blocks + STRETCH - 1) / STRETCH;
     for (int m = 0; m < STREAMS; ++m)
         w.streams[m] = work + m * every * WIDE;
-    for (ptrdiff_t n = 0; n < stretches; ++n)
-        for (ptrdiff_t g = 0; g < groups; ++g) {
-            const ptrdiff_t first = g * WIDE, begin = n * STRETCH;
-            const ptrdiff_t end = begin + STRETCH < t->blocks ? begin + STRETCH : t->blocks;
-            for (ptrdiff_t b = n ? begin : -1; b < end; ++b) {
+    for (ptrdiff_t n = 0; n < stretches; ++n) {
+        const ptrdiff_t begin = n * STRETCH;
+        const ptrdiff_t end = begin + STRETCH < t->blocks ? begin + STRETCH : t->blocks;
+        for (ptrdiff_t b = n ? begin : -1; b < end; ++b)
+            for (ptrdiff_t g = 0; g < groups; ++g) {
+                const ptrdiff_t first = g * WIDE, place = g * STRETCH + (b < 0 ? 0 : b - begin);
                 block_rows(kind, s, t, t->from + b * every, first, s->lanes - first, columns, &w,
                            at);
                 pass_block(columns, s, t, b, first, state + g * columns, w.values,
-                           within + (b < 0 ? 0 : b - begin) * columns, out);
+                           within + place * columns, out);
             }
+        for (ptrdiff_t g = 0; g < groups; ++g) {
             wide(*found)[STATES] = kept + (n * groups + g) * columns;
             memset(found, 0, sizeof *found * (size_t)columns);
-            go_back(columns, s, t, begin, end, first, found, within, out);
+            go_back(columns, s, t, begin, end, g * WIDE, found, within + g * STRETCH * columns,
+                    out);
         }
+    }
     for (ptrdiff_t n = stretches - 1; n >= 0; --n)
         for (ptrdiff_t g = 0; g < groups; ++g) {
             const ptrdiff_t begin = n * STRETCH;

@@ -13,10 +13,11 @@ from axisid.estimation.signals import FilteredRecord, SampledFilter
 from axisid.estimation.thresholds.signals import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array
 
-from .columns import LaneSignals, loop_columns, measured_columns
+from .columns import LaneSignals, loop_columns, measured_columns, motion_rows
 from .lane_starts import lane_starts
 from .lanes import RecordLanes
 from .loops import simulated_lanes
+from .regression import products
 from .thinning import thinning_of
 from .workspace import spaces
 
@@ -157,6 +158,8 @@ class Block:
 
     def turns(self, velocity: Array) -> Chosen:
         """Samples near reversals and rests of filtered velocities, (N, L)."""
+        if self.library is not None:
+            return self.library.turns(velocity, REST_SPEED.value, self.filter.turn_reach)
         speed = np.abs(velocity)
         direction = np.sign(velocity) * (speed > REST_SPEED.value * speed.max(axis=0))
         turns = direction == 0
@@ -167,6 +170,19 @@ class Block:
         places = np.arange(len(turns))
         ahead = np.minimum(places + reach + 1, len(turns))
         return np.asarray(count[ahead] > count[np.maximum(places - reach, 0)])
+
+    def information(self, near: Chosen, slow: Array) -> tuple[Array, Array]:
+        """Products of the regressor's columns over samples that are kept, (L, p, p) each.
+
+        Of those faster than lanes' slow speeds, (L,), and of those that are not near reversals.
+        """
+        kept, motion = self.template.kept, self.measured.motion
+        if self.library is not None:
+            moving, left = self.library.information(motion, kept, near, slow)
+            return moving.transpose(2, 0, 1), left.transpose(2, 0, 1)
+        rows = motion_rows(self.axis, (*motion, np.sign(motion[1])))[:, : len(self.axis.parameters)]
+        moves, away = ((kept[:, None] & e)[:, None] for e in (np.abs(motion[1]) > slow, ~near))
+        return products(None, moves * rows, rows), products(None, away * rows, rows)
 
     @cached_property
     def starts(self) -> tuple[LoopStart, Chosen]:

@@ -31,7 +31,7 @@ def measured_columns(axis: GeneratedAxis, s: LaneSignals, delay: float) -> Array
     force = made.reshape(q.shape)
     if delay:
         force = (1 - delay) * force + delay * earlier(force)
-    return np.concatenate([_rows(axis, (*s.motion, np.sign(dq))), force[:, None]], axis=1)
+    return np.concatenate([motion_rows(axis, (*s.motion, np.sign(dq))), force[:, None]], axis=1)
 
 
 def loop_columns(
@@ -49,13 +49,13 @@ def loop_columns(
     physical : (L, p) array
     """
     q, dq, ddq, force, direction = signals
-    after = _rows(axis, (q, dq, ddq, direction))
+    after = motion_rows(axis, (q, dq, ddq, direction))
     if before is None:
         return after
     sets = np.broadcast_to(physical, (len(q), *physical.shape)).reshape(q.size, -1)
     motion = (np.ravel(each) for each in (q, dq, earlier(force), before))
     (acceleration,) = axis.evaluate("direct_dynamics", *motion, sets)
-    return (after + _rows(axis, (q, dq, acceleration.reshape(q.shape), before))) / 2
+    return (after + motion_rows(axis, (q, dq, acceleration.reshape(q.shape), before))) / 2
 
 
 def earlier(values: Array) -> Array:
@@ -63,7 +63,8 @@ def earlier(values: Array) -> Array:
     return np.concatenate([values[:1], values[:-1]])
 
 
-def _rows(axis: GeneratedAxis, motion: tuple[Array, ...]) -> Array:
+def motion_rows(axis: GeneratedAxis, motion: tuple[Array, ...]) -> Array:
+    """Regressor and known part of a motion and its direction, (N, L) each: (N, p + 1, L)."""
     row, known = axis.evaluate("idm_regressor", *(np.ravel(each) for each in motion))
     shape = motion[0].shape
     every = np.concatenate([row, known], axis=1).reshape(*shape, -1)

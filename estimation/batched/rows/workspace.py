@@ -16,6 +16,7 @@ from axisid.support.arrays import Array
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 _KEPT = local()
+_LINE = 8  # values of a line
 _MOST = 2**24  # values that a thread keeps, 134 MB; what would go beyond is let go after use
 
 
@@ -27,8 +28,14 @@ def space(name: str, *shape: int) -> Array:
         kept.pop(name, None)
         if size + sum(each.size for each in kept.values()) > _MOST:
             return np.empty(shape)
-        kept[name] = np.empty(size)
+        kept[name] = _at_cache_lines(size)
     return kept[name][:size].reshape(shape)
+
+
+def _at_cache_lines(size: int) -> Array:
+    """Values that begin with a line of the cache, so that no register of them lies in two."""
+    values = np.empty(size + _LINE)
+    return values[-values.ctypes.data // values.itemsize % _LINE :][:size]
 
 
 def spaces(name: str, count: int, *shape: int) -> tuple[Array, ...]:

@@ -10,6 +10,7 @@ from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
 from axisid.estimation.batched.rows import Block
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import trajectory
 
 TRUTH = np.array([100.2, 236.9, 24.8])
@@ -64,16 +65,37 @@ def test_a_lane_is_what_identify_makes_of_its_record(
     _agree(found, lane, identify(axis, lanes.record(lane), prefilter, ["idm-iv"])["idm-iv"])
 
 
+@pytest.mark.parametrize("prefilter", [None, PUBLISHED], ids=["default", "published"])
 def test_without_a_compiler_lanes_are_the_same(
-    axis: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
+    axis: GeneratedAxis,
+    lanes: RecordLanes,
+    prefilter: Prefilter | None,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert axis.native.lanes() is not None
-    compiled = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    compiled = identify_lanes(axis, lanes, prefilter=prefilter)
     monkeypatch.setattr(Block, "library", None)
-    plain = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    plain = identify_lanes(axis, lanes, prefilter=prefilter)
     assert plain.how == compiled.how == ("side by side",) * 3
     np.testing.assert_allclose(plain.values, compiled.values, rtol=1e-9)
     np.testing.assert_allclose(plain.deviations["hac"], compiled.deviations["hac"], rtol=1e-7)
+
+
+def test_reversals_and_what_is_left_without_them_are_the_same_without_a_compiler(
+    axis: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    template = FilteredRecord.bind(axis, lanes.record(0), replace(Prefilter(), reversals="keep"))
+    block = Block(axis=axis, lanes=lanes, template=template)
+    velocity = block.measured.motion[1].copy()
+    velocity[100:400, 1] = 0.0  # a rest
+    slow = np.array([0.0, 1e-3, 2e-2])
+    near = block.turns(velocity)
+    found = block.information(near, slow)
+    assert 0 < near[:, 0].sum() < near[:, 1].sum() < len(near)
+    monkeypatch.setattr(Block, "library", None)
+    assert np.array_equal(near, block.turns(velocity))
+    for compiled, plain in zip(found, block.information(near, slow), strict=True):
+        np.testing.assert_allclose(compiled, plain, rtol=1e-10, atol=1e-12 * np.abs(plain).max())
 
 
 def test_a_lane_is_the_same_to_the_last_bit_in_any_company(

@@ -33,6 +33,14 @@ def test_the_next_block_has_the_memory_of_the_one_before() -> None:
     in_a_thread_of_its_own(check)
 
 
+def test_arrays_begin_with_a_line_of_the_cache() -> None:
+    def check() -> None:
+        for size in (3, 1000, 50_001):
+            assert workspace.space(f"of {size}", size).ctypes.data % 64 == 0
+
+    in_a_thread_of_its_own(check)
+
+
 def test_what_is_kept_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(workspace, "_MOST", 100)
 
