@@ -10,7 +10,7 @@ from axisid.estimation.thresholds.fitting import MIN_PAIRS
 from axisid.support.arrays import Array
 
 _LONGEST = 0.1  # s, of an autoregression
-_FEWEST, _MOST = 20, 1000  # orders that are tried, whatever the period
+_FEWEST = 20  # orders that are tried, whatever the period
 _ROWS_PER_ORDER = 10
 
 
@@ -47,8 +47,7 @@ def lag_covariances(
     rows = sum(map(len, pieces))
     used = rows if counted is None else int(sum(map(np.sum, counted)))
     outputs = pieces[0].shape[1]
-    longest = min(round(_LONGEST / period), _MOST // outputs**2)
-    most = min(max(longest, _FEWEST), used // (_ROWS_PER_ORDER * outputs))
+    most = min(max(round(_LONGEST / period), _FEWEST), used // (_ROWS_PER_ORDER * outputs))
     products = _products(pieces, most)
     if used < rows and counted is not None:
         whole = _products([np.ones((len(e), 1)) for e in pieces], most)

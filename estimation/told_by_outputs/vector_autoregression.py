@@ -12,6 +12,7 @@ import numpy as np
 from axisid.support.arrays import Array
 
 _OWN = 1e-6  # of each output's variance: what no other output and no past tells of it
+_PATIENCE = 250  # orders beyond twice the best one, after which none longer is tried
 _WRAPPED = 2  # times a stretch, after which errors have forgotten what was
 
 
@@ -146,6 +147,8 @@ def by_whittle(covariances: Array, samples: int) -> VectorAutoregression:
         return best
     least = samples * np.linalg.slogdet(v)[1]
     for p in range(1, len(own)):
+        if p > _PATIENCE + 2 * best.order:
+            break  # each order costs as many products as there are orders below it
         partial = np.einsum("pij,pjk->ik", ahead, own[p:0:-1])
         first, second = -np.linalg.solve(u.T, partial.T).T, -np.linalg.solve(v.T, partial).T
         pad = np.zeros_like(unit)

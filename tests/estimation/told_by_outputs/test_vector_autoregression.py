@@ -81,3 +81,15 @@ def test_masked_samples_are_no_errors() -> None:
     found = autoregression_of([np.where(there, e, 0.0)], 1e-3, [there], 2)
     assert isinstance(found, VectorAutoregression)
     np.testing.assert_allclose(found.variance, _NOISE, atol=0.1)
+
+
+def test_lags_are_as_long_in_time_for_several_outputs_as_for_one() -> None:
+    """At 10 kHz, of errors that come back after 20 and after 38 ms."""
+    noise = np.random.default_rng(3).standard_normal((30_000, 2))
+    e = np.zeros_like(noise)
+    for t in range(380, len(e)):
+        e[t] = 0.5 * e[t - 200] + 0.3 * e[t - 380] + noise[t]
+    both = autoregression_of([e.ravel()], 1e-4, None, 2)
+    alone = autoregression_of([np.ascontiguousarray(e[:, 0])], 1e-4)
+    assert both.order == pytest.approx(380, abs=5)
+    assert alone.order == pytest.approx(380, abs=5)
