@@ -77,7 +77,7 @@ FLOORS = (
     ("exports",),
     ("populations", "fleets.items"),
     ("fleets",),
-    ("trends",),
+    ("trends", "twins"),
     ("paper",),
     ("commands.options",),
     ("commands.many",),

@@ -10,6 +10,8 @@ from .monte_carlo import Keep as Keep
 from .monte_carlo import monte_carlo as monte_carlo
 from .noise import TwinNoise as TwinNoise
 from .plan import MonteCarloPlan as MonteCarloPlan
+from .plan import check_noise as check_noise
+from .plan import twin_of as twin_of
 from .result import MonteCarlo as MonteCarlo
 from .runs import DIRECT as DIRECT
 from .runs import INTERVALS as INTERVALS
@@ -25,4 +27,5 @@ from .table import write_runs as write_runs
 from .told import CheckFigures as CheckFigures
 from .told import EstimandFigures as EstimandFigures
 from .told import StudyFigures as StudyFigures
+from .twins import drawn_twin as drawn_twin
 from .twins import twins as twins

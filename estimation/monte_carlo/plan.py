@@ -54,23 +54,7 @@ class MonteCarloPlan:
         _check_count("runs", self.runs, least=1)
         _check_count("seed", self.seed, least=0)
         _check_count("checks", self.checks, least=0)
-        if not isinstance(self.noise, TwinNoise):
-            raise UsageError(
-                f"the noise is {quoted(self.noise)}; give a TwinNoise, or leave it out.",
-                code="twin-noise-type",
-            )
-        if self.noise.disturbance and self.twin.axis.drive.logs_what_acts:
-            raise ModelError(
-                f"the twins of {self.twin.axis.name!r} log what acts, which a disturbance is part "
-                "of; leave it out, or declare a drive that logs its command.",
-                code="twin-disturbance",
-            )
-        if self.noise.anywhere and not resolution_of(self.noise, twin_plan(self.twin)):
-            raise UsageError(
-                f"the twins of {self.twin.axis.name!r} are to begin anywhere in a count, and their "
-                "encoder has none; give its resolution, or leave it out.",
-                code="twin-anywhere",
-            )
+        check_noise(self.noise, self.twin)
         if not isinstance(self.prefilter, Prefilter):
             raise UsageError(
                 f"the prefilter is {quoted(self.prefilter)}; give a Prefilter, or leave it out.",
@@ -94,6 +78,36 @@ class MonteCarloPlan:
     def chosen(self) -> str:
         """Of `COVARIANCES`, what printed intervals are of."""
         return str(self.settings["covariance"])
+
+
+def check_noise(noise: object, twin: GeneratedAxis) -> None:
+    """Refuse noise that an axis's twins cannot have.
+
+    Raises
+    ------
+    UsageError
+        It is none, or it begins anywhere in a count and the encoder has none.
+    ModelError
+        It disturbs what is logged.
+    """
+    name = twin.axis.name
+    if not isinstance(noise, TwinNoise):
+        raise UsageError(
+            f"the noise is {quoted(noise)}; give a TwinNoise, or leave it out.",
+            code="twin-noise-type",
+        )
+    if noise.disturbance and twin.axis.drive.logs_what_acts:
+        raise ModelError(
+            f"the twins of {name!r} log what acts, which a disturbance is part of; leave it out, "
+            "or declare a drive that logs its command.",
+            code="twin-disturbance",
+        )
+    if noise.anywhere and not resolution_of(noise, twin_plan(twin)):
+        raise UsageError(
+            f"the twins of {name!r} are to begin anywhere in a count, and their encoder has none; "
+            "give its resolution, or leave it out.",
+            code="twin-anywhere",
+        )
 
 
 def twin_of(

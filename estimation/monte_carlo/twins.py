@@ -30,14 +30,39 @@ def twins(
     A record is made when it is asked for: of a block the signals of the loops are held, not the
     records.
     """
-    made = twin_plan(plan.twin)
-    experiment = replace(made.experiment, resolution=resolution_of(plan.noise, made))
-    made = replace(made, experiment=experiment)
+    made = _measuring(twin_plan(plan.twin), plan.noise)
     drawn = [DrawnNoise(noise=plan.noise, plan=made, seed=plan.seed, run=run) for run in runs]
     # A law with a clock of its own is simulated loop by loop.
     loops = _alone(made, drawn) if made.clocks is not None else _together(made, drawn, threads)
     for each, (own, loop) in zip(drawn, loops, strict=True):
         yield each.run, loop if isinstance(loop, Note) else _record(own, each, loop, plan.noise)
+
+
+def drawn_twin(plan: TwinPlan, noise: TwinNoise, seed: int, run: int) -> Record:
+    """The record of one run alone.
+
+    Parameters
+    ----------
+    plan : TwinPlan
+    noise : TwinNoise
+    seed, run : int
+        As of a study, whose run has the same noise.
+
+    Raises
+    ------
+    AxisidError
+        The loop runs away.
+    """
+    made = _measuring(plan, noise)
+    drawn = DrawnNoise(noise=noise, plan=made, seed=seed, run=run)
+    own = _own(made, drawn)
+    return _record(own, drawn, own.loop(drawn.position), noise)
+
+
+def _measuring(plan: TwinPlan, noise: TwinNoise) -> TwinPlan:
+    """The plan with the encoder of its noise."""
+    experiment = replace(plan.experiment, resolution=resolution_of(noise, plan))
+    return replace(plan, experiment=experiment)
 
 
 Loop = tuple[TwinPlan, Simulation | Note]

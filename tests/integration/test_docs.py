@@ -21,6 +21,7 @@ def test_every_public_name_is_in_the_api_reference(root: Path) -> None:
             for of in ("Identification", "Estimate", "MonteCarlo", "OutputFit")
         ),
         *("axisid.fleets.Fleet", "axisid.trends.Trend"),
+        *(f"axisid.twins.{name}" for name in ("TwinMachines", "write_twin", "write_twins")),
     }
     assert listed == public - {*FACES, "axisid.__version__"} | carried
 

@@ -19,6 +19,7 @@ import click
 
 from axisid.commands.many.fleet import fleet
 from axisid.commands.many.trend import trend
+from axisid.commands.many.twin import twin
 from axisid.commands.options.completion import completion
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import as_options
@@ -56,6 +57,7 @@ _NO_MEMORY = (
         trend,
         law,
         study,
+        twin,
         new,
         show,
         generate,

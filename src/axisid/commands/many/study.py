@@ -2,11 +2,10 @@
 
 import shlex
 import sys
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -33,30 +32,19 @@ from axisid.commands.options.start_option import start_option
 from axisid.estimation.choices.methods import method_names
 from axisid.presentation.console import ProgressLine
 
+from .twin_options import (
+    anywhere_option,
+    given_noise,
+    noise_options,
+    truth_of,
+    truth_option,
+)
+
 if TYPE_CHECKING:
     from axisid.codegen.artefacts import GeneratedAxis
     from axisid.estimation.monte_carlo import MonteCarlo
 
 _RUNS, _CHECKS = 200, 0
-#: The noise of the twins, by option: what it is called in Python, its unit, and its help.
-_NOISE = {
-    "--position-noise": ("position", "Deviation of the measured position's noise, in the loop."),
-    "--resolution": ("resolution", "Of the encoder, in the loop and in the record; 0 for none."),
-    "--velocity-noise": ("velocity", "Of a velocity that is measured beside the loop."),
-    "--acceleration-noise": ("acceleration", "Of an acceleration that is measured likewise."),
-    "--control-noise": ("control", "Of what the record adds to the control, in the drive's unit."),
-    "--disturbance": ("disturbance", "Of what acts beside the control and is not recorded."),
-    "--correlation-time": ("correlation_time", "Of the last two, s; 0 for white noise."),
-}
-
-
-def _noise_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options of the noise; the command takes each as ``noise_`` and its name."""
-    for name, (parameter, said) in reversed(_NOISE.items()):
-        default = "  [default: the experiment's]" * (parameter in ("position", "resolution"))
-        own = f"noise_{parameter}"
-        command = click.option(name, own, type=float, metavar="X", help=said + default)(command)
-    return command
 
 
 @click.command(
@@ -82,18 +70,9 @@ def _noise_options(command: Callable[..., None]) -> Callable[..., None]:
     shell_complete=complete_axis,
     help="The axis that is simulated, where the model is to be wrong.  [default: AXIS]",
 )
-@click.option(
-    "--truth",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="A true value of the twins, SI, in place of the experiment's; again for each.",
-)
-@_noise_options
-@click.option(
-    "--anywhere",
-    is_flag=True,
-    help="Begin each motion elsewhere in a count of the encoder, as on a machine.",
-)
+@truth_option
+@noise_options
+@anywhere_option
 @click.option(
     "--checks",
     type=click.IntRange(min=0),
@@ -176,9 +155,9 @@ def study(
             runs,
             methods,
             prefilter=filtering.prefilter(),
-            noise=TwinNoise(anywhere=anywhere, **_given(noise)),
+            noise=TwinNoise(anywhere=anywhere, **given_noise(noise)),
             twin=simulated,
-            truth=_truth(truth),
+            truth=truth_of(truth),
             checks=checks,
             seed=seed,
             covariance=covariance,
@@ -208,27 +187,6 @@ def _axes(
     if twin is not None:
         return identified, build(load_axis(twin), native=native)
     return identified, build(whole, native=native) if left_out else identified
-
-
-def _given(noise: Mapping[str, float | None]) -> dict[str, Any]:
-    """The noise as `TwinNoise` takes it, what is not given left out."""
-    return {
-        name.removeprefix("noise_"): value for name, value in noise.items() if value is not None
-    }
-
-
-def _truth(texts: tuple[str, ...]) -> dict[str, float]:
-    """True values by name."""
-    found: dict[str, float] = {}
-    for text in texts:
-        name, _, value = text.partition("=")
-        try:
-            found[name.strip()] = float(value)
-        except ValueError as error:
-            raise click.BadParameter(
-                f"{text!r}: write NAME=VALUE, SI, as in M=110", param_hint="--truth"
-            ) from error
-    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -34,6 +34,8 @@ _MARKS = {
     "fleet": _SCHEMA % b"fleet",
     "fleet-table": rb"\Aname,log,axis,serial,|axisid\.fleet/\d",
     "paper-distributions": rb"\A\d+ twins, appropriate filter",
+    "twin": rb"axisid\.twin/\d",
+    "twin-manifest": rb"\Alog,axis,serial,(?:date,)?true ",
     "trend": _SCHEMA % b"trend",
     "trend-table": rb"\Aaxis,serial,result,place,",
     "paper": rb"\A[^\n]* samples of [^\n]* ms\ntrue values: ",
@@ -50,8 +52,8 @@ def is_earlier(file: Path, kind: str) -> bool:
     kind : str
         ``identify``, ``fit``, ``sweep``, ``compare``, ``compare-results``, ``study``, ``export``,
         ``generate``, ``fleet``, ``trend`` or ``paper``, of the command's own document;
-        ``study-runs``, ``paper-distributions``, ``report``, ``figure``, ``fleet-table`` or
-        ``trend-table``.
+        ``study-runs``, ``paper-distributions``, ``report``, ``figure``, ``fleet-table``,
+        ``trend-table``, ``twin`` or ``twin-manifest``.
 
     Raises
     ------

@@ -1,0 +1,208 @@
+"""``axisid twin``."""
+
+import shlex
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import click
+
+from axisid.commands.options.completion import complete_axis
+from axisid.commands.options.option_checks import Command, check_needed
+from axisid.commands.options.outputs import Target, check_folder, check_targets, force_option
+from axisid.presentation.console import ProgressLine
+
+from .twin_options import (
+    anywhere_option,
+    given_noise,
+    noise_options,
+    shares_of,
+    truth_of,
+    truth_option,
+)
+
+if TYPE_CHECKING:
+    from axisid.modeling.declaration import Move
+    from axisid.twins import TwinMachines
+
+_MOTION = ("--acceleration", "--seconds", "--repeat")
+
+
+@click.command(
+    cls=Command,
+    short_help="Write logs of twins, to try things on.",
+    epilog="Examples: axisid twin emps2015 --output twin.csv, or "
+    "axisid twin emps2015 --count 3 --scatter 2% --output twins",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.option(
+    "--output",
+    required=True,
+    metavar="PLACE",
+    help="A file for one log, .csv or .parquet; a folder for those of --count and --days.",
+)
+@click.option("--count", type=click.IntRange(min=1), metavar="N", help="Machines, each a twin.")
+@click.option(
+    "--days",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Logs of each machine, one a day from 2026-01-01 on.",
+)
+@click.option(
+    "--scatter",
+    multiple=True,
+    metavar="[NAME=]SHARE",
+    help="Relative deviation of a true value between machines, or of all: 2% or Fc=0.05; again for "
+    "each.",
+)
+@click.option(
+    "--drift",
+    multiple=True,
+    metavar="NAME=SHARE",
+    help="What a true value changes by a day, as a share of it; again for each.",
+)
+@truth_option
+@noise_options
+@anywhere_option
+@click.option(
+    "--speed",
+    "speeds",
+    type=float,
+    multiple=True,
+    metavar="V",
+    help="A motion to and fro at this speed, coordinate unit per second, in place of the "
+    "experiment's; again for each.",
+)
+@click.option("--acceleration", type=float, metavar="A", help="Of that motion, per second squared.")
+@click.option("--seconds", type=float, metavar="S", help="Of each of its moves.  [default: 1]")
+@click.option("--repeat", type=int, metavar="N", help="How often it is made.  [default: 1]")
+@click.option("--sample-period", type=float, metavar="S", help="Of the logs.  [default: the law's]")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["csv", "parquet"]),
+    default="csv",
+    show_default=True,
+    help="Of the logs in a folder.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@force_option
+def twin(
+    axis: str,
+    output: str,
+    count: int | None,
+    days: int | None,
+    scatter: tuple[str, ...],
+    drift: tuple[str, ...],
+    truth: tuple[str, ...],
+    anywhere: bool,
+    speeds: tuple[float, ...],
+    acceleration: float | None,
+    seconds: float | None,
+    repeat: int | None,
+    sample_period: float | None,
+    form: str,
+    seed: int,
+    no_native: bool,
+    force: bool,
+    **noise: float | None,
+) -> None:
+    """Write the log of a twin of AXIS, or logs of many.
+
+    A twin is simulated with true values that are known: by the axis's own experiment, or another
+    motion. identify reads its log without further options. Of a folder the manifest, which fleet
+    takes, has the true values of every machine.
+    """
+    folder = count is not None or days is not None
+    check_needed(_MOTION, ("--speed",))
+    check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
+    check_needed(("--scatter", "--format"), ("--count", "--days"))
+    check_needed(("--drift",), ("--days",))
+    if not folder:
+        check_targets([Target("--output", output, "twin")], [axis], force=force)
+        _check_ending(output)
+    scatters, drifts = shares_of(scatter, "--scatter"), shares_of(drift, "--drift")
+    moves, values = _moves(speeds, acceleration, seconds, repeat), truth_of(truth)
+    with ProgressLine(f"deriving {axis}"):
+        from axisid.codegen.artefacts import build
+        from axisid.estimation.monte_carlo import TwinNoise, twin_of
+        from axisid.modeling.text import load_axis
+        from axisid.twins import TwinMachines
+
+        alike = TwinMachines(
+            axis=twin_of(build(load_axis(axis), native=not no_native), values, moves),
+            count=count or 1,
+            days=days or 1,
+            drift=drifts,
+            noise=TwinNoise(anywhere=anywhere, **given_noise(noise)),
+            seed=seed,
+            sample_period=sample_period,
+        )
+        of_all = scatters.pop("", 0.0)
+        each = {name: of_all for name, value in alike.true_values.items() if value and of_all}
+        machines = replace(alike, scatter={**each, **scatters})
+    if folder:
+        _write_many(machines, axis, output, f".{form}", force=force)
+    else:
+        _write_one(machines, axis, output)
+
+
+def _check_ending(output: str) -> None:
+    """Refuse a name that does not say what is written, before anything is computed."""
+    if not output.endswith((".csv", ".parquet")):
+        raise click.BadParameter(
+            f"{output!r}: one log is a file whose name ends in .csv or .parquet; name one, or add "
+            "--count or --days, whose logs are in a folder",
+            param_hint="--output",
+        )
+
+
+def _moves(
+    speeds: tuple[float, ...], acceleration: float | None, seconds: float | None, repeat: int | None
+) -> "tuple[Move, ...] | None":
+    """The motion in place of the experiment's, if there is one."""
+    if not speeds:
+        return None
+    if acceleration is None:
+        raise click.UsageError("--speed says nothing without --acceleration; add that too.")
+    from axisid.modeling.declaration import back_and_forth
+
+    return back_and_forth(
+        speeds=speeds,
+        acceleration=acceleration,
+        seconds=1.0 if seconds is None else seconds,
+        repeat=1 if repeat is None else repeat,
+    )
+
+
+def _write_one(machines: "TwinMachines", axis: str, output: str) -> None:
+    """Write a log and say how it is identified."""
+    from axisid.twins import write_twin
+
+    with ProgressLine(f"simulating {axis}"):
+        file = write_twin(machines, output)
+    click.echo(f"wrote {file}")
+    units = {p.name: p.unit for p in machines.axis.declared.parameters}
+    truth = machines.truth(0, 0).items()
+    click.echo("true: " + ", ".join(f"{name} = {v:.6g} {units[name]}" for name, v in truth))
+    measured = [
+        f"{role}={role}"
+        for role in ("velocity", "acceleration")
+        if getattr(machines.noise, role) is not None and role not in machines.axis.axis.columns
+    ]
+    columns = ["--columns", ",".join(measured)] if measured else []
+    click.echo("next: " + shlex.join(["axisid", "identify", axis, str(file), *columns]))
+
+
+def _write_many(
+    machines: "TwinMachines", axis: str, output: str, ending: str, *, force: bool
+) -> None:
+    """Write logs and their manifest, and say how they are identified."""
+    from axisid.twins import twin_files, write_twins
+
+    check_folder(output, "--output", twin_files(machines, ending), deep=True, force=force)
+    with ProgressLine(f"simulating {axis}") as line:
+        manifest = write_twins(machines, output, axis=axis, ending=ending, progress=line)
+    logs = machines.count * machines.days
+    click.echo(f"wrote {logs} {'log' if logs == 1 else 'logs'} and {manifest}")
+    click.echo("next: " + shlex.join(["axisid", "fleet", str(manifest)]))

@@ -1,0 +1,13 @@
+"""Logs of twins: of one machine, or of many whose true values scatter and drift.
+
+In: an axis, what its twins are. Out: logs that are read back as they are, a manifest with
+the truth. Knows nothing of how a log is identified, and of the command line.
+"""
+
+from .log_file import LOG_FORMATS as LOG_FORMATS
+from .log_file import MARK as MARK
+from .machines import TwinMachines as TwinMachines
+from .written import MANIFEST as MANIFEST
+from .written import twin_files as twin_files
+from .written import write_twin as write_twin
+from .written import write_twins as write_twins

@@ -1,0 +1,131 @@
+"""Machines whose true values scatter and drift, and their logs in a folder."""
+
+import csv
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import Record, UsageError, build, load_axis, read_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.monte_carlo import TwinNoise, monte_carlo, twin_of, twins
+from axisid.fleets.items import gather_items
+from axisid.modeling.declaration import back_and_forth
+from axisid.twins import TwinMachines, twin_files, write_twins
+from tests.refusals import refuses
+
+SHORT = back_and_forth(speeds=(0.05, 0.1), acceleration=0.75, seconds=0.1)
+
+
+@pytest.fixture(scope="module")
+def short() -> GeneratedAxis:
+    return twin_of(build(load_axis("emps2015")), {}, SHORT)
+
+
+def is_same(one: Record, other: Record) -> bool:
+    """Whether two records have the same columns to the last bit, wherever they are from."""
+    columns = zip(one.channels().values(), other.channels().values(), strict=True)
+    return all(np.array_equal(a, b) for a, b in columns)
+
+
+def test_true_values_scatter_as_told_and_keep_their_sign(short: GeneratedAxis) -> None:
+    machines = TwinMachines(axis=short, count=400, scatter={"M": 0.02, "Fc": 0.5})
+    true = [machines.truth(machine, 0) for machine in range(400)]
+    mass, friction = (np.log([each[name] for each in true]) for name in ("M", "Fc"))
+    assert np.exp(mass.mean()) == pytest.approx(100.2, rel=0.004)
+    assert mass.std() == pytest.approx(0.02, rel=0.1)
+    assert friction.std() == pytest.approx(0.5, rel=0.1)
+    assert abs(np.corrcoef(mass, friction)[0, 1]) < 0.2
+    assert {each["Fv"] for each in true} == {236.9}
+
+
+def test_what_drifts_goes_on_by_the_same_each_day(short: GeneratedAxis) -> None:
+    machines = TwinMachines(axis=short, days=3, drift={"Fc": 0.1})
+    found = [machines.truth(0, day)["Fc"] for day in range(3)]
+    assert found == pytest.approx([24.8, 27.28, 29.76])
+
+
+def test_machines_and_days_that_are_added_change_none(short: GeneratedAxis) -> None:
+    few = TwinMachines(axis=short, count=2, scatter={"M": 0.02})
+    more = replace(few, count=5, days=4)
+    for machine in range(2):
+        assert few.truth(machine, 0) == more.truth(machine, 0)
+        assert is_same(few.record(machine, 0), more.record(machine, 0))
+    assert not is_same(more.record(1, 0), more.record(1, 1))
+
+
+def test_machines_that_are_alike_are_the_runs_of_a_study(short: GeneratedAxis) -> None:
+    plan = monte_carlo(short, 2, ["idm-ls"], seed=7).plan
+    machines = TwinMachines(axis=short, count=2, seed=7)
+    for run, record in twins(plan, range(2)):
+        assert isinstance(record, Record)
+        assert is_same(record, machines.record(run, 0))
+
+
+def test_a_manifest_tells_a_fleet_what_is_true(short: GeneratedAxis, tmp_path: Path) -> None:
+    machines = TwinMachines(axis=short, count=2, days=2, scatter={"M": 0.02})
+    manifest = write_twins(machines, tmp_path / "logs", axis="emps2015")
+    written = {file.name for file in manifest.parent.iterdir()}
+    assert written == {*twin_files(machines, ".csv")}
+    items = gather_items(manifest, tmp_path / "out")
+    assert [item.serial for item in items] == ["0001", "0001", "0002", "0002"]
+    assert {item.axis for item in items} == {"emps2015"}
+    assert items[3].conditions["date"] == "2026-01-02"
+    assert items[3].conditions["true M [kg]"] == machines.truth(1, 1)["M"]
+    assert is_same(read_record(items[3].log, short), machines.record(1, 1))
+
+
+def test_an_axis_file_is_named_as_from_the_folder(short: GeneratedAxis, tmp_path: Path) -> None:
+    for given, told in (("my.toml", "../my.toml"), ("my.py:stage", "../my.py:stage")):
+        place = tmp_path / given
+        manifest = write_twins(TwinMachines(axis=short), tmp_path / "logs", axis=str(place))
+        with manifest.open(newline="") as file:
+            assert next(csv.DictReader(file))["axis"] == told
+
+
+def test_nothing_is_left_where_a_twin_cannot_be_simulated(
+    short: GeneratedAxis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machines = TwinMachines(axis=short, count=3)
+    monkeypatch.setattr(TwinMachines, "record", _failing_at(2, TwinMachines.record))
+    for folder in (tmp_path / "new", tmp_path):
+        with pytest.raises(UsageError, match="runs away"):
+            write_twins(machines, folder)
+        assert not [*tmp_path.iterdir()]
+
+
+def _failing_at(place: int, record: Callable[..., Any]) -> Callable[..., Any]:
+    def failing(self: TwinMachines, machine: int, day: int) -> Any:
+        if machine == place:
+            raise UsageError("it runs away")
+        return record(self, machine, day)
+
+    return failing
+
+
+@pytest.mark.parametrize(
+    ("given", "code"),
+    [
+        ({"count": 0}, "twin-count"),
+        ({"days": 1.5}, "twin-count"),
+        ({"seed": -1}, "twin-count"),
+        ({"scatter": {"m": 0.1}}, "twin-share-name"),
+        ({"scatter": {"M": "much"}}, "twin-share"),
+        ({"scatter": {"M": -0.1}}, "twin-scatter"),
+        ({"noise": 3}, "twin-noise-type"),
+        ({"noise": TwinNoise(anywhere=True)}, "twin-anywhere"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    short: GeneratedAxis, given: dict[str, Any], code: str
+) -> None:
+    with refuses(code):
+        TwinMachines(axis=short, **given)
+
+
+def test_no_share_of_a_true_value_of_zero(short: GeneratedAxis) -> None:
+    with refuses("twin-share-of-zero"):
+        TwinMachines(axis=twin_of(short, {"Fc": 0.0}, None), days=2, drift={"Fc": 0.1})
