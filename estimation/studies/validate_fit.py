@@ -4,12 +4,16 @@ The windows of an open loop start where that record is: their first positions an
 it, for whatever parameters are held against it, and nothing else is.
 """
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.outputs import OPEN_LOOP
+from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.freed import STARTS
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
@@ -17,8 +21,12 @@ from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
+from axisid.support.missing import Missing
 from axisid.support.real_numbers import is_real
+from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
+
+_ALIKE = 1e-3  # of periods: clocks are as exact
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,6 +52,9 @@ class FitValidation(Exact):
         Which of the samples are measurements.
     percent : float
         Root mean square of what is left, of that of the recorded output.
+    notes : tuple of Note
+        What says that the record may be of another axis, as a record does not know its axis: a
+        control law that it does not have, another sample period than that of the fit's records.
     """
 
     record: Record
@@ -55,6 +66,7 @@ class FitValidation(Exact):
     samples: NDArray[np.intp]
     counted: NDArray[np.bool_]
     percent: float
+    notes: tuple[Note, ...] = ()
 
     @property
     def error(self) -> float:
@@ -89,9 +101,10 @@ def validate_fit(
     Raises
     ------
     UsageError
-        The result is no fit, has parameters of its own for each record, or no windows.
+        The result is no fit, has parameters of its own for each record, or no windows; or the
+        record has signals that the fit's axis does not declare.
     DataError
-        The record lacks what is compared.
+        The record lacks what is compared, or a signal.
     EstimationError
         The record cannot be simulated with these parameters.
     """
@@ -99,6 +112,7 @@ def validate_fit(
     length = _horizon(result, horizon)
     followed = _output(result, output)
     axis = result.basis.axes[0]
+    _check_signals(axis, record)
     form = InverseForm(axis)
     # Gains are in the axis, and where a loop starts is the record's.
     physical = result.physical[: len(form.physical_quantities)]
@@ -128,7 +142,33 @@ def validate_fit(
         samples=predictions.samples[0],
         counted=counted,
         percent=100 * float(np.linalg.norm(errors[counted])) / size if size else float("inf"),
+        notes=tuple(_doubts(result, axis, record)),
     )
+
+
+def _check_signals(axis: GeneratedAxis, record: Record) -> None:
+    """Refuse a record with signals of another axis."""
+    declared = [signal.name for signal in axis.axis.signals]
+    if others := [name for name in record.signals if name not in declared]:
+        raise UsageError(
+            f"{record.provenance.source} has the signal {others[0]!r}, which the fit's axis "
+            f"{axis.axis.name!r} does not declare: it is of another axis. Read the record for "
+            "this one, or fit that one.",
+            code="validated-fit-signals",
+        )
+
+
+def _doubts(result: OutputFit, axis: GeneratedAxis, record: Record) -> Iterator[Note]:
+    """What says that a record is of another axis, or of other settings of its drive."""
+    periods = [each.period for each in result.records]
+    if not any(math.isclose(record.period, each, rel_tol=_ALIKE) for each in periods):
+        yield Note(
+            f"the record is sampled every {record.period:.6g} s, and what was fitted every "
+            f"{periods[0]:.6g} s: see whether it is of the same axis and drive"
+        )
+    law = Missing("") if result.outputs == (OPEN_LOOP,) else check_law(axis, record)
+    if isinstance(law, LawCheck) and not law.passed:
+        yield Note.of("the record's control is not the law's of the fit's axis: ", law.note)
 
 
 def _horizon(result: object, asked: object) -> float | None:

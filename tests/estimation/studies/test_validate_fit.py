@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Record, fit, twin_record
+from axisid import Record, build, fit, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.control import cascade_pd
 from axisid.estimation import OutputFit, validate_fit
 from tests.refusals import refuses
 
@@ -75,6 +76,25 @@ def test_what_was_known_of_the_records_is_not_taken_for_another(
     known = replace(opened, basis=replace(opened.basis, known=("payload",)))
     with refuses("validated-fit-local"):
         validate_fit(known, twin)
+
+
+def test_a_record_of_another_axis_is_told_by_what_it_shows(
+    emps2015: GeneratedAxis, twin: Record, other: Record
+) -> None:
+    """By its law, its sample period and its signals; a record of the axis tells nothing of it."""
+    followed = fit(emps2015, twin, "control", start=TRUTH)
+    assert validate_fit(followed, other).notes == ()
+    stiffer = twin_record(
+        build(replace(emps2015.axis, control=cascade_pd(kp=200.0, kv=243.45, period=1e-3)))
+    )
+    (said,) = validate_fit(followed, stiffer).notes
+    assert "not the law's" in said.text
+    assert "kp" in said.text
+    slower = validate_fit(followed, twin_record(emps2015, sample_period=2e-3)).notes
+    assert "every 0.002 s, and what was fitted every 0.001 s" in slower[0].text
+    pressed = replace(other, signals={"pressure": np.ones(len(other.time))})
+    with refuses("validated-fit-signals", "pressure"):
+        validate_fit(followed, pressed)
 
 
 def test_what_is_no_fit_is_refused(twin: Record) -> None:
