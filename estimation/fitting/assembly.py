@@ -12,7 +12,7 @@ from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Value, student_interval
-from axisid.estimation.freed import axis_at
+from axisid.estimation.freed import are_starts, axis_at
 from axisid.estimation.predictions import Predictions, WindowPredictions, record_rows, slopes_of
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
@@ -345,6 +345,7 @@ def assembled(ended: Ended) -> OutputFit:
             asked=asked.predictions,
             asked_left=asked.left,
             known=ended.known,
+            of_start=are_starts(ended.whose.form),
         ),
     )
 

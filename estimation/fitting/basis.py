@@ -3,6 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.told_by_outputs import Left
@@ -36,6 +39,8 @@ class FitBasis:
         Their errors.
     known : tuple of str
         Names of what was known of each record.
+    of_start : (P,) array of bool
+        Which parameters are first positions and velocities of loops.
     """
 
     axes: tuple[GeneratedAxis, ...]
@@ -48,3 +53,4 @@ class FitBasis:
     asked: Predictions
     asked_left: Left
     known: tuple[str, ...]
+    of_start: NDArray[np.bool_]

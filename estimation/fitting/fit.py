@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUTPUTS, SQUARES
 from axisid.estimation.diagnostics.law import LawCheck, first_law
-from axisid.estimation.freed import FormByTime, least_sizes
+from axisid.estimation.freed import FormByTime, are_starts
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told
 from axisid.estimation.predictions import (
@@ -213,7 +213,7 @@ class _Asked:
             unknowns,
             self.loss,
             self.weights,
-            least_sizes(whose.form) > 0,
+            are_starts(whose.form),
             self.seed,
             self.progress,
         )

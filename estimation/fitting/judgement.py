@@ -9,7 +9,6 @@ import numpy as np
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.diagnostics.law import LawCheck, law_check
-from axisid.estimation.freed import is_start
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.fitting import (
     LACKING_LEVEL,
@@ -112,7 +111,7 @@ def _sensitive(of: Judged) -> Iterator[Check]:
     if not of.law_moves:
         return
     sizes = np.abs(of.physical)
-    counted = (sizes > 0) & [not is_start(name) for name in of.names]
+    counted = (sizes > 0) & ~of.basis.of_start
     sizes = np.where(counted, sizes, np.inf)
     shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
     term = max(shares, key=lambda name: float(shares[name].max()))

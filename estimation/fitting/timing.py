@@ -96,10 +96,9 @@ def with_time_found(
         found = ended.best.physical
         moved = float(np.clip(found[-1] - value, -_FURTHEST * period, _FURTHEST * period))
         start = dict(zip(ended.unknowns.names, map(float, found), strict=True))
-        value = max(value + moved, 0.0)
         if abs(moved) < MAX_TIME_STEP.value * period:
-            last = search(_at(axis, time.name, value), start, time)
-            return replace(last, start=began.start, begun=began.begun, remarks=began.remarks)
+            return replace(ended, start=began.start, begun=began.begun, remarks=began.remarks)
+        value = max(value + moved, 0.0)
     raise EstimationError(
         f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "
         "and the model are right.",

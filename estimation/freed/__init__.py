@@ -11,7 +11,7 @@ from .gains import inputs_at as inputs_at
 from .start import START as START
 from .start import STARTS as STARTS
 from .start import FormByStart as FormByStart
-from .start import is_start as is_start
+from .start import are_starts as are_starts
 from .start import least_sizes as least_sizes
 from .start import started_at as started_at
 from .time import FormByTime as FormByTime

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.loops import loop_starts
@@ -126,9 +127,14 @@ class FormByStart(InverseForm):
         return self.of_model.own(physical[: len(physical) - len(self.parameters)], record)
 
 
-def is_start(name: str) -> bool:
-    """Whether a parameter of a fit is called as one of a start."""
-    return name.startswith(STARTS)
+def are_starts(form: Form) -> NDArray[np.bool_]:
+    """Which physical parameters are first positions and velocities of loops, (P,)."""
+    if isinstance(form, FormByTime):
+        return np.append(are_starts(form.of_model), False)
+    found = np.zeros(len(form.physical_quantities), dtype=bool)
+    if isinstance(form, FormByStart):
+        found[len(found) - len(form.parameters) :] = True
+    return found
 
 
 def least_sizes(form: Form) -> Array:
