@@ -15,14 +15,17 @@ from axisid import (
     Prefilter,
     UsageError,
     build,
+    fit,
     identify,
     load_axis,
     load_result,
     trend,
     twin_record,
 )
+from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import FleetRow
 from axisid.fleets.ledger import ledger_of, write_row
+from axisid.modeling.declaration import back_and_forth
 from axisid.support.missing import Missing
 from axisid.trends import Trend
 from axisid.trends.point import Point, place_of
@@ -160,6 +163,48 @@ def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> 
         trend([3])  # type: ignore[list-item]
     with pytest.raises(UsageError, match=r"ends in \.csv, \.html, \.json"):
         made.write(tmp_path / "t.pdf")
+
+
+@pytest.fixture(scope="module")
+def fitted() -> dict[str, Any]:
+    """A fit of a short twin."""
+    moves = back_and_forth(speeds=(0.05, 0.1), acceleration=0.75, seconds=0.3)
+    axis = twin_of(build(load_axis("emps2015")), {}, moves)
+    return fit(axis, twin_record(axis), fixed={"Fv": 236.9}).to_dict()
+
+
+def test_fits_have_a_trend_of_what_they_fitted(fitted: dict[str, Any], tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    for i in range(12):
+        made = copy.deepcopy(fitted)
+        friction = made["parameters"]["Fc"]
+        friction["value"] += 4.0 * (i >= 6) + 0.1 * rng.normal()
+        (tmp_path / f"f{i:02}.json").write_text(json.dumps(made))
+    (series,) = trend(tmp_path).series
+    assert [chart.parameter for chart in series.charts] == ["M", "Fc"]  # Fv is held
+    assert {point.method for point in series.points} == {"fit:control"}
+    assert series.points[0].parameters["M"].deviation == fitted["parameters"]["M"]["sd"]
+    assert [step.place for step in series.charts[1].steps] == [6]
+    assert trend(tmp_path, method="fit:control").series == (series,)
+    with refuses("trend-of-fit"):
+        trend(tmp_path, method="idm-iv")
+
+
+def test_a_value_at_its_bound_is_as_sure_as_its_interval(
+    fitted: dict[str, Any], tmp_path: Path
+) -> None:
+    made = copy.deepcopy(fitted)
+    made["parameters"]["Fc"] |= {
+        "value": 0.0,
+        "sd": 0.0,
+        "deviations": {"coloured": 0.0, "iid": 0.0},
+        "interval_95": [0.0, 1.645],
+        "at_bound": "lower",
+    }
+    file = tmp_path / "f.json"
+    file.write_text(json.dumps(made))
+    point = trend(file).series[0].points[0]
+    assert point.parameters["Fc"].deviation == pytest.approx(1.0, rel=1e-3)
 
 
 @pytest.mark.skipif(not hasattr(time, "tzset"), reason="the zone cannot be set")

@@ -6,12 +6,19 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
+from scipy.special import ndtri
+
+from axisid.estimation.estimates import Value
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.fleets import FleetRow, read_ledger
-from axisid.presentation.saved import SavedIdentification, load_result
+from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
 from axisid.support.errors import DataError, UsageError
 from axisid.support.user_values import quoted
+
+#: A result of which there are several over time.
+Saved: TypeAlias = SavedIdentification | SavedOutputFit
 
 _RESULTS = "*.json"
 _DAY = 86_400.0  # s
@@ -26,7 +33,8 @@ class PointValue:
     value : float
         Less the filter's own bias, where that is known.
     deviation : float
-        Of the chosen covariance, HAC by default.
+        Of the chosen covariance, HAC or of coloured errors by default; of a value at its bound what
+        the interval to its one side tells.
     interval : (float, float)
         95 %.
     unit : str
@@ -50,7 +58,9 @@ class Point:
     conditions : mapping of str to str or float
         What a fleet's manifest says of its log.
     method : str
+        Of a fit ``fit:`` and its outputs.
     parameters : mapping of str to PointValue
+        That were estimated.
     """
 
     name: str
@@ -71,7 +81,7 @@ def points_of(results: object, method: str | None) -> list[Point]:
     DataError
         A file cannot be read, or is no result.
     """
-    listed = [results] if isinstance(results, (str, Path, SavedIdentification)) else results
+    listed = [results] if isinstance(results, (str, Path, Saved)) else results
     if not isinstance(listed, Iterable):
         raise UsageError(f"the results are {quoted(results)}; give files, or folders of them.")
     ledgers: dict[Path, dict[str, FleetRow]] = {}
@@ -80,14 +90,14 @@ def points_of(results: object, method: str | None) -> list[Point]:
     found = [_point(saved, ledgers, method) for saved in every]
     if not found:
         raise UsageError(
-            f"there is no result in {quoted(results)}; give files that identify --json or a fleet "
-            "wrote.",
+            f"there is no result in {quoted(results)}; give files that identify --json, fit --json "
+            "or a fleet wrote.",
             code="no-results",
         )
     return found
 
 
-def _check_once(results: Sequence[SavedIdentification]) -> None:
+def _check_once(results: Sequence[Saved]) -> None:
     """A result that counts twice moves limits and hides steps."""
     files = Counter(Path(saved.file).resolve() for saved in results)
     if twice := [str(file) for file, times in files.items() if times > 1]:
@@ -97,8 +107,8 @@ def _check_once(results: Sequence[SavedIdentification]) -> None:
         )
 
 
-def _saved(given: object) -> Iterator[SavedIdentification]:
-    if isinstance(given, SavedIdentification):
+def _saved(given: object) -> Iterator[Saved]:
+    if isinstance(given, Saved):
         yield given
     elif not isinstance(given, (str, Path)):
         raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
@@ -118,41 +128,80 @@ def last_results(rows: Iterable[FleetRow]) -> set[str]:
     return {row.name for row in last.values() if row.has_result}
 
 
-def _loaded(file: str | Path) -> SavedIdentification:
+def _loaded(file: str | Path) -> Saved:
     found = load_result(file)
-    if not isinstance(found, SavedIdentification):
+    if not isinstance(found, Saved):
         raise DataError(
-            f"{file} is of a fit of an output, or of a study, and a trend is of results of "
-            "identify; leave it out.",
-            code="trend-of-fit",
+            f"{file} is of a study, and a trend is of results of identify and of fit; leave it "
+            "out.",
+            code="trend-of-study",
         )
     return found
 
 
-def _point(
-    saved: SavedIdentification, ledgers: dict[Path, dict[str, FleetRow]], method: str | None
-) -> Point:
+def _point(saved: Saved, ledgers: dict[Path, dict[str, FleetRow]], method: str | None) -> Point:
     file = Path(saved.file)
     if file.parent not in ledgers:
         ledgers[file.parent] = read_ledger(file.parent)
     row = ledgers[file.parent].get(file.stem)
-    estimate = saved.preferred if method is None else saved[method]
+    told, parameters = (
+        _of_fit(saved, method)
+        if isinstance(saved, SavedOutputFit)
+        else _of_identification(saved, method)
+    )
     return Point(
         name=file.stem,
         axis=saved.name,
         serial="" if row is None else row.serial,
         conditions={} if row is None else row.conditions,
-        method=estimate.method,
-        parameters={
-            name: PointValue(
-                value=value.corrected,
-                deviation=value.deviations[estimate.chosen],
-                interval=value.interval,
-                unit=value.unit,
-            )
-            for name, value in estimate.parameters.items()
-        },
+        method=told,
+        parameters=parameters,
     )
+
+
+def _of_identification(
+    saved: SavedIdentification, method: str | None
+) -> tuple[str, dict[str, PointValue]]:
+    """The method and its parameters."""
+    estimate = saved.preferred if method is None else saved[method]
+    return estimate.method, {
+        name: PointValue(
+            value=value.corrected,
+            deviation=value.deviations[estimate.chosen],
+            interval=value.interval,
+            unit=value.unit,
+        )
+        for name, value in estimate.parameters.items()
+    }
+
+
+def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, PointValue]]:
+    """The outputs that were fitted, and the parameters that were free and that they show."""
+    own = f"fit:{saved.output.replace(' and ', ',')}"
+    if method not in (None, own):
+        raise UsageError(
+            f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",
+            code="trend-of-fit",
+        )
+    found = {
+        name: PointValue(
+            value=value.value,
+            deviation=_one_sided(value) if told.at_bound else value.deviation,
+            interval=value.interval,
+            unit=value.unit,
+        )
+        for (name, value), told in zip(
+            saved.parameters.items(), saved.document.parameters.values(), strict=True
+        )
+        if not told.fixed
+    }
+    return own, {name: each for name, each in found.items() if math.isfinite(each.deviation)}
+
+
+def _one_sided(value: Value) -> float:
+    """The deviation of a value at its bound, by its 95 % interval to one side."""
+    low, high = value.interval
+    return float((high - low) / ndtri(INTERVAL_LEVEL.value))
 
 
 def place_of(point: Point, by: str) -> float:

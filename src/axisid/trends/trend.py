@@ -8,14 +8,13 @@ from pathlib import Path
 from axisid.codegen.artefacts import replace_file
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.html import blocks_html
-from axisid.presentation.saved import SavedIdentification
 from axisid.support.errors import UsageError
 from axisid.support.files.json_text import json_text
 
 from .chart import chart_of
 from .document import trend_document
 from .page import trend_page
-from .point import Point, place_of, points_of
+from .point import Point, Saved, place_of, points_of
 from .series import Series
 from .table import trend_csv, trend_dict
 
@@ -95,7 +94,7 @@ class Trend:
 
 
 def trend(
-    results: str | Path | SavedIdentification | Iterable[str | Path | SavedIdentification],
+    results: str | Path | Saved | Iterable[str | Path | Saved],
     *,
     by: str | None = None,
     method: str | None = None,
@@ -108,14 +107,15 @@ def trend(
 
     Parameters
     ----------
-    results : path, SavedIdentification or iterable of them
-        Files, and folders of files, that ``axisid identify --json`` or `fleet` wrote, in the order
-        of their names; in a folder of a fleet its manifest's serial numbers and conditions are
-        known.
+    results : path, result of `load_result` or iterable of them
+        Files, and folders of files, that ``axisid identify --json``, ``fit --json`` or `fleet`
+        wrote, in the order of their names; in a folder of a fleet its manifest's serial numbers and
+        conditions are known.
     by : str, optional
         Condition that orders them, a number or a date; by default they are in order.
     method : str, optional
-        Whose estimates are taken; by default each result's judged one.
+        Whose estimates are taken; by default each result's judged one. Of a fit ``fit:control``,
+        by what it fitted.
 
     Returns
     -------

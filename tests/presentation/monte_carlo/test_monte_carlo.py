@@ -84,7 +84,7 @@ def test_a_file_reads_back_as_what_was_written(tmp_path: Path) -> None:
     assert saved.of("idm-iv", "M").bias == live.of("idm-iv", "M").bias
     with refuses("no-such-estimand"):
         saved.of("idm-iv", "mass")
-    with refuses("trend-of-fit"):
+    with refuses("trend-of-study"):
         trend(file)
 
 

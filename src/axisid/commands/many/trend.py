@@ -47,7 +47,8 @@ def trend(
 ) -> None:
     """Follow the parameters of axes over RESULTS, and tell what changed.
 
-    RESULTS are files that identify --json wrote, and folders of them, such as those of a fleet.
+    RESULTS are files that identify --json or fit --json wrote, and folders of them, such as those
+    of a fleet.
     Results of one axis and serial number are a series: control limits are from the results'
     deviations and the scatter between them; results beyond the limits and steps are told.
     """
