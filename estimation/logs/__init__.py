@@ -8,4 +8,5 @@ from .file_kinds import check_regular as check_regular
 from .formats import format_of as format_of
 from .formats import log_endings as log_endings
 from .formats import streamed_formats as streamed_formats
+from .packings import packing_of as packing_of
 from .reading import read_table as read_table

@@ -10,7 +10,7 @@ from axisid.estimation.tables import Table
 from axisid.support.files.memory import Room
 
 from .columnar import parquet_blocks, read_npz, read_parquet
-from .json_log import read_json, read_json_lines
+from .json_log import json_lines_blocks, read_json, read_json_lines
 from .matlab import matlab_blocks, read_matlab
 from .measurement import read_mdf, read_tdms
 from .measurement_blocks import mdf_blocks, tdms_blocks
@@ -117,7 +117,7 @@ FORMATS = (
         name="JSON lines",
         endings=(".jsonl", ".ndjson"),
         read=read_json_lines,
-        whole="a column is known once its last line is",
+        blocks=json_lines_blocks,
     ),
     # An archive is known by what is in it.
     Format(

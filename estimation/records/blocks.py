@@ -10,7 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
-from axisid.estimation.logs import check_kind, check_regular, format_of, streamed_formats
+from axisid.estimation.logs import (
+    check_kind,
+    check_regular,
+    format_of,
+    packing_of,
+    streamed_formats,
+)
 from axisid.estimation.logs.text import cut_end_notes, encoding_of
 from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.records.faults import Jumps, jump_note
@@ -76,7 +82,9 @@ class LogBlocks:
     def _chosen(self) -> Iterator[RoleColumns]:
         log_format = format_of(self.file)
         if log_format.blocks is None or self.file.suffix.lower() not in log_format.endings:
-            why = f": {log_format.whole}" if log_format.whole else ""
+            packed = packing_of(self.file)
+            whole = f"{packed.name} packs it as a whole" if packed else log_format.whole
+            why = f": {whole}" if whole else ""
             raise UsageError(
                 f"{self.file} cannot be read in blocks{why}; ",
                 Remedy.of(f"give {streamed_formats()}, or ", _AT_ONCE, "."),

@@ -1,5 +1,6 @@
 """A log in blocks is the log read whole: values, names, and what is assumed of it."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -162,6 +163,47 @@ def test_formats_whose_rows_can_be_read_in_order_are_read_in_blocks(
     assert (told.assumed, told.sha256) == (whole.provenance.assumed, whole.provenance.sha256)
 
 
+def lines_of_records() -> list[str]:
+    each = zip(TIME.tolist(), POSITION.tolist(), strict=True)
+    return [json.dumps({"t": t, "drive": {"q": q}, "state": "on"}) for t, q in each]
+
+
+@pytest.mark.parametrize("rows", [1, 37, 1000])
+def test_lines_of_json_are_read_in_blocks(tmp_path: Path, rows: int) -> None:
+    file = tmp_path / "log.jsonl"
+    file.write_text("\n".join(["", *lines_of_records(), ""]))
+    check_agreement(file, {"time": "t", "position": "drive.q"}, rows)
+
+
+def test_rows_of_json_have_their_names_in_the_first_line_alone(tmp_path: Path) -> None:
+    file = tmp_path / "log.ndjson"
+    each = zip(TIME.tolist(), POSITION.tolist(), strict=True)
+    file.write_text("\n".join(map(json.dumps, [["t", "q [mm]"], *map(list, each)])))
+    check_agreement(file, COLUMNS)
+    (first, *_) = LogBlocks(file=file, columns=COLUMNS, rows=50)
+    assert first["position"] == pytest.approx(1e-3 * POSITION[:49])
+
+
+def test_stamps_of_json_count_from_the_first_of_all_blocks(tmp_path: Path) -> None:
+    file = tmp_path / "log.jsonl"
+    each = zip(TIME.tolist(), POSITION.tolist(), strict=True)
+    stamped = [{"t": f"2026-02-01T12:00:0{t:.3f}", "q": q} for t, q in each]
+    file.write_text("\n".join(map(json.dumps, stamped)))
+    check_agreement(file, COLUMNS)
+
+
+def test_what_a_line_of_json_lacks_is_told_as_of_the_whole_log(tmp_path: Path) -> None:
+    file = tmp_path / "log.jsonl"
+    lines = lines_of_records()
+    for place, line, code in ((150, "{", "no-json"), (150, "x" * 1_000_001, "json-long-line")):
+        file.write_text("\n".join([*lines[:place], line, *lines[place:]]))
+        with refuses(code):
+            list(LogBlocks(file=file, columns={"time": "t", "position": "drive.q"}, rows=100))
+    file.write_text("\n".join([*lines[:200], *(['{"t": 1}'] * 200)]))
+    blocks = list(LogBlocks(file=file, columns={"time": "t", "position": "drive.q"}, rows=100))
+    assert np.isnan(blocks[-1]["position"]).all()
+
+
 def test_clock_of_the_channels_is_the_time_of_a_block(tmp_path: Path) -> None:
     asammdf = pytest.importorskip("asammdf")
     file = tmp_path / "log.mf4"
@@ -176,7 +218,12 @@ def test_clock_of_the_channels_is_the_time_of_a_block(tmp_path: Path) -> None:
 
 
 def test_what_is_read_whole_only_is_refused_with_the_reason(tmp_path: Path) -> None:
-    for name, why in (("a.npz", "one after the other"), ("a.json", "it is one value")):
+    whole = {
+        "a.npz": "one after the other",
+        "a.json": "it is one value",
+        "a.csv.gz": "gzip packs it",
+    }
+    for name, why in whole.items():
         with refuses("not-in-blocks", says=why):
             list(LogBlocks(file=tmp_path / name))
     old = tmp_path / "old.mat"
