@@ -171,15 +171,15 @@ def identification_floor(hand: ctypes.CDLL, record: Record, solves: int) -> Call
 
 
 def profile_shares(run: Callable[[], Any]) -> dict[str, float]:
-    """Where a fit spends its time: shares of filters, native code, linear algebra and the rest."""
+    """Where a fit spends its time: shares of compiled code, linear algebra and the rest."""
     profile = cProfile.Profile()
     profile.enable()
     for _ in range(20):
         run()
     profile.disable()
     parts = {
-        "filters": ("scipy/signal",),
-        "simulation_and_rows": ("codegen/native/library.py",),
+        "filters_of_scipy": ("scipy/signal",),
+        "compiled": ("codegen/native/library.py",),
         "linear_algebra": ("numpy/linalg", "estimation/regression/linear.py"),
     }
     spent = dict.fromkeys([*parts, "rest"], 0.0)

@@ -3,6 +3,7 @@
 In: generated C. Out: native functions, or why there are none. Knows nothing of SymPy.
 """
 
+from .column_filter import column_filter as column_filter
 from .errors import NativeUnavailableError as NativeUnavailableError
 from .lanes import LaneLibrary as LaneLibrary
 from .lanes import Thinning as Thinning

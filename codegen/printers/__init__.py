@@ -10,4 +10,5 @@ from .c import print_c_prelude as print_c_prelude
 from .c import print_c_rows as print_c_rows
 from .casadi import print_function as print_function
 from .lanes_c import has_known_part as has_known_part
+from .lanes_c import print_c_filter as print_c_filter
 from .lanes_c import print_c_lanes as print_c_lanes

@@ -17,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.codegen.native import column_filter
 from axisid.estimation.thresholds.signals import (
     MAX_STEP_REMAINDER,
     MIN_CUTOFF,
@@ -45,10 +46,13 @@ class SampledFilter:
     settings : Prefilter
     period : float
         Sampling period, s.
+    native : bool
+        Whether compiled code filters where it can be had; to the same last bit.
     """
 
     settings: Prefilter
     period: float
+    native: bool = False
 
     @property
     def dropped(self) -> tuple[int, int]:
@@ -157,7 +161,7 @@ class SampledFilter:
 
     def low_passed(self, signal: Array) -> Array:
         """A signal of one stretch through the low-pass of the motion, (N,)."""
-        return self.low_pass.without_phase(signal, self.padding)
+        return self._without_phase(self.low_pass, signal, self.padding)
 
     @property
     def low_pass(self) -> "Sections":
@@ -191,6 +195,14 @@ class SampledFilter:
             kept = self.smoothed(kept)
         return kept[self.rows_between(len(signals), 0, len(signals)) - start]
 
+    def _without_phase(self, sections: "Sections", signals: Array, padding: int) -> Array:
+        compiled = column_filter() if self.native else None
+        if compiled is None:
+            return sections.without_phase(signals, padding)
+        columns = np.asarray(signals, dtype=float).reshape(len(signals), -1)
+        made = compiled.without_phase(columns, sections.sections, sections.settled, padding)
+        return made.reshape(signals.shape)
+
     def weightless_ends(self, samples: int) -> tuple[Span, ...]:
         """Samples without weight at the ends of one stretch; none where ends are cut off."""
         if self.settings.drop is not None:
@@ -200,7 +212,7 @@ class SampledFilter:
 
     def smoothed(self, signals: Array) -> Array:
         """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
-        return self.decimation.without_phase(signals, DECIMATION_PADDING)
+        return self._without_phase(self.decimation, signals, DECIMATION_PADDING)
 
     def rows(self, samples: int) -> Array:
         """Sample numbers of the rows of one stretch, (n,)."""
