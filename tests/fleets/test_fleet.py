@@ -13,15 +13,20 @@ from axisid import (
     FleetItem,
     Prefilter,
     UsageError,
+    build,
     fleet,
     identify,
     load_axis,
     load_result,
     read_record,
 )
+from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import Fleet, FleetRow
+from axisid.fleets.items import gather_items
 from axisid.fleets.row import FleetValue
 from axisid.fleets.table import columns_of, units_of
+from axisid.modeling.declaration import back_and_forth
+from axisid.twins import TwinMachines, write_twins
 
 FILTER = Prefilter(cutoff=60.0)
 
@@ -144,6 +149,20 @@ def test_a_log_of_no_axis_is_told_beside_others(logs: Path, tmp_path: Path) -> N
     made = fleet([FleetItem(log=log), FleetItem(log=log, axis=AXIS)], out=tmp_path, jobs=0)
     assert next(iter(made)).code == "no-axis-of-log"
     assert made.counts["failed"] == 2
+
+
+@pytest.mark.slow
+def test_logs_of_several_axes_are_held_against_those_of_their_own(tmp_path: Path) -> None:
+    moves = back_and_forth(speeds=(0.05, 0.1), acceleration=0.75, seconds=0.3)
+    items = []
+    for name in ("emps2015", "emps"):
+        axis = twin_of(build(load_axis(name)), {}, moves)
+        manifest = write_twins(TwinMachines(axis=axis), tmp_path / name, axis=name)
+        items += gather_items(manifest, tmp_path / "out")
+    made = fleet(items, out=tmp_path / "out", jobs=0, methods=["idm-ls"])
+    assert [group.axis for group in made.groups] == ["emps2015", "emps"]
+    assert [len(group.names) for group in made.groups] == [3, 4]
+    assert columns_of(made.rows, ())["tau0"][0] is None
 
 
 @pytest.mark.parametrize(
