@@ -241,8 +241,9 @@ class NativeLibrary:
 
 def beside(parameters: Array, gains: Array) -> Array:
     """Parameters (p,) or (B, p), each with gains (g,) or (B, g) behind them, contiguous."""
-    shape = (*parameters.shape[:-1], gains.shape[-1])
-    return np.concatenate([parameters, np.broadcast_to(gains, shape)], axis=-1)
+    if parameters.ndim > 1:
+        gains = np.broadcast_to(gains, (*parameters.shape[:-1], gains.shape[-1]))
+    return np.concatenate([parameters, gains], axis=-1)
 
 
 def _type_in_c(argument: int | float | NDArray[Any] | None) -> Any:

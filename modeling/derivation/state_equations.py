@@ -62,6 +62,8 @@ def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[..., Any]], ...]
 
     The functions take the parameters one by one, numbers or arrays of NumPy.
     """
+    if not axis.states:  # asked at each simulation, and symbols take long to make
+        return ()
     symbols = tuple(p.symbol for p in axis.parameters)
     parts = [part for state in axis.states for part in state.parts if part.least]
     return tuple((part, _as_function(symbols, with_numbers(part.value))) for part in parts)
