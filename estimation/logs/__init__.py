@@ -9,4 +9,5 @@ from .formats import format_of as format_of
 from .formats import log_endings as log_endings
 from .formats import streamed_formats as streamed_formats
 from .packings import packing_of as packing_of
+from .packings import unpacking as unpacking
 from .reading import read_table as read_table

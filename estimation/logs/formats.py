@@ -64,6 +64,7 @@ class Format:
     read: Callable[[Path, bytes, Room], Table] | None = None
     read_file: Callable[[Path, Room], Table] | None = None
     blocks: Callable[..., Iterator[Table]] | None = None
+    in_order: bool = False
     whole: str = ""
     extra: str = ""
 
@@ -86,7 +87,12 @@ class Format:
 _MESSAGES = "its messages come one by one, each topic at its own times"
 #: In the order of messages.
 FORMATS = (
-    Format(name="delimited text", endings=(".csv", ".tsv", ".txt"), blocks=text_blocks),
+    Format(
+        name="delimited text",
+        endings=(".csv", ".tsv", ".txt"),
+        blocks=text_blocks,
+        in_order=True,
+    ),
     Format(
         name="LabVIEW measurement",
         endings=(".lvm",),
@@ -118,6 +124,7 @@ FORMATS = (
         endings=(".jsonl", ".ndjson"),
         read=read_json_lines,
         blocks=json_lines_blocks,
+        in_order=True,
     ),
     # An archive is known by what is in it.
     Format(

@@ -3,7 +3,8 @@
 import gzip
 import io
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,25 +26,25 @@ class Packing:
     start : bytes
         First bytes of such a file.
     opened : callable
-        A stream that is read by pieces, of a file (for messages) and its content.
+        A stream of what is unpacked, of a file (for messages) and a stream of its content.
     """
 
     name: str
     ending: str
     start: bytes
-    opened: Callable[[Path, bytes], Any]
+    opened: Callable[[Path, Any], Any]
 
 
-def _gzip(_: Path, content: bytes) -> Any:
-    return gzip.open(io.BytesIO(content))
+def _gzip(_: Path, content: Any) -> Any:
+    return gzip.open(content)
 
 
-def _zstd(file: Path, content: bytes) -> Any:
+def _zstd(file: Path, content: Any) -> Any:
     """By Python itself from 3.14 on, else by one of two libraries."""
     ways: tuple[tuple[str, Callable[[Any], Any]], ...] = (
-        ("compression.zstd", lambda m: m.open(io.BytesIO(content))),
+        ("compression.zstd", lambda m: m.open(content)),
         ("zstandard", lambda m: m.ZstdDecompressor().stream_reader(content, **_EVERY_FRAME)),
-        ("pyarrow", lambda m: m.CompressedInputStream(m.BufferReader(content), "zstd")),
+        ("pyarrow", lambda m: m.CompressedInputStream(m.PythonFile(content, "r"), "zstd")),
     )
     for name, opened in ways:
         try:
@@ -96,13 +97,42 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
         It is damaged, or unfolds to more than there is room for.
     """
     pieces = []
+    with unpacking(packing, file, io.BytesIO(content)) as stream:
+        while piece := stream.read(_PIECE):
+            room.take(2 * len(piece))  # by itself and joined
+            if text:
+                room.take_text(piece)
+            pieces.append(piece)
+    return b"".join(pieces)
+
+
+class _Held(io.RawIOBase):
+    """A stream that is not closed with what unpacks it."""
+
+    def __init__(self, content: Any) -> None:
+        self._content = content
+
+    def readable(self) -> bool:
+        """Say that it can be read."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Read into a buffer."""
+        return int(self._content.readinto(buffer) or 0)
+
+
+@contextmanager
+def unpacking(packing: Packing, file: Path, content: Any) -> Iterator[Any]:
+    """A stream of what is unpacked of a stream, which stays open.
+
+    Raises
+    ------
+    DataError
+        It is damaged.
+    """
     try:
-        with packing.opened(file, content) as stream:
-            while piece := stream.read(_PIECE):
-                room.take(2 * len(piece))  # by itself and joined
-                if text:
-                    room.take_text(piece)
-                pieces.append(piece)
+        with packing.opened(file, _Held(content)) as stream:
+            yield stream
     except DataError:
         raise
     except Exception as error:  # each library has errors of its own
@@ -114,4 +144,3 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
             f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew.",
             code="damaged-packing",
         ) from error
-    return b"".join(pieces)

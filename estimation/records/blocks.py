@@ -3,9 +3,11 @@
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from axisid.estimation.logs import (
     format_of,
     packing_of,
     streamed_formats,
+    unpacking,
 )
 from axisid.estimation.logs.text import cut_end_notes, encoding_of
 from axisid.estimation.records.columns import RoleColumns, motion_role
@@ -80,10 +83,11 @@ class LogBlocks:
             yield _columns(str(self.file), chosen.samples)
 
     def _chosen(self) -> Iterator[RoleColumns]:
-        log_format = format_of(self.file)
-        if log_format.blocks is None or self.file.suffix.lower() not in log_format.endings:
-            packed = packing_of(self.file)
-            whole = f"{packed.name} packs it as a whole" if packed else log_format.whole
+        packing, inner = packing_of(self.file), _unpacked_name(self.file)
+        log_format = format_of(inner)
+        known = log_format.blocks is not None and inner.suffix.lower() in log_format.endings
+        if log_format.blocks is None or not known or (packing and not log_format.in_order):
+            whole = "it is packed, unpack it first" if known else log_format.whole
             why = f": {whole}" if whole else ""
             raise UsageError(
                 f"{self.file} cannot be read in blocks{why}; ",
@@ -123,7 +127,13 @@ class LogBlocks:
         )
 
     def _cut_end(self) -> tuple[Note, ...]:
-        return cut_end_notes(self.file) if format_of(self.file).is_text else ()
+        plain = packing_of(self.file) is None and format_of(self.file).is_text
+        return cut_end_notes(self.file) if plain else ()
+
+
+def _unpacked_name(file: Path) -> Path:
+    """A file's name without the ending of what packs it."""
+    return Path(file.stem) if packing_of(file) else file
 
 
 def _columns(source: str, samples: Mapping[str, Samples]) -> dict[str, Array]:
@@ -178,14 +188,27 @@ class _Passes:
         source = str(self.watched.file)
         encoding = (self._found(source),) if text else ()
         with self.watched.opened() as raw:
-            yield from blocks(source, raw, rows, *encoding)
+            with self._unpacked(raw) as stream:
+                for table in blocks(source, stream, rows, *encoding):
+                    yield replace(table, notes=(*self._packed, *table.notes))
             self.watched.finish(raw)
+
+    def _unpacked(self, raw: Any) -> AbstractContextManager[Any]:
+        """What is packed in a pass, or the pass itself."""
+        packing = packing_of(self.watched.file)
+        return nullcontext(raw) if packing is None else unpacking(packing, self.watched.file, raw)
+
+    @property
+    def _packed(self) -> tuple[str, ...]:
+        packing = packing_of(self.watched.file)
+        return () if packing is None else (f"unpacked by {packing.name}",)
 
     def _found(self, source: str) -> str:
         """The encoding, which takes a pass of its own, once."""
         if not self._encoding:
             with self.watched.opened() as raw:
-                self._encoding = encoding_of(source, iter(partial(raw.read, _PIECE), b""))
+                with self._unpacked(raw) as stream:
+                    self._encoding = encoding_of(source, iter(partial(stream.read, _PIECE), b""))
                 self.watched.finish(raw)
         return self._encoding
 

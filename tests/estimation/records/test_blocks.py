@@ -1,5 +1,6 @@
 """A log in blocks is the log read whole: values, names, and what is assumed of it."""
 
+import gzip
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -163,6 +164,36 @@ def test_formats_whose_rows_can_be_read_in_order_are_read_in_blocks(
     assert (told.assumed, told.sha256) == (whole.provenance.assumed, whole.provenance.sha256)
 
 
+def gzipped(text: str) -> bytes:
+    return gzip.compress(text.encode())
+
+
+def zstandardized(text: str) -> bytes:
+    return bytes(pytest.importorskip("pyarrow").compress(text.encode(), "zstd", asbytes=True))
+
+
+@pytest.mark.parametrize(("ending", "pack"), [(".gz", gzipped), (".zst", zstandardized)])
+def test_packed_text_is_unpacked_block_by_block(
+    tmp_path: Path, ending: str, pack: Callable[[str], bytes]
+) -> None:
+    file = tmp_path / f"log.csv{ending}"
+    file.write_bytes(pack("\n".join(["t;q", *rows_of_text(), ""])))
+    check_agreement(file, COLUMNS)
+    blocks = LogBlocks(file=file, columns=COLUMNS, rows=50)
+    assert len(list(blocks)) == 8
+    assert blocks.provenance().sha256 == read_record(file, columns=COLUMNS).provenance.sha256
+    lines = tmp_path / f"log.jsonl{ending}"
+    lines.write_bytes(pack("\n".join(lines_of_records())))
+    check_agreement(lines, {"time": "t", "position": "drive.q"})
+
+
+def test_a_packed_log_that_is_cut_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv.gz"
+    file.write_bytes(gzipped("\n".join(["t;q", *rows_of_text()]))[:-100])
+    with refuses("damaged-packing"):
+        list(LogBlocks(file=file, columns=COLUMNS))
+
+
 def lines_of_records() -> list[str]:
     each = zip(TIME.tolist(), POSITION.tolist(), strict=True)
     return [json.dumps({"t": t, "drive": {"q": q}, "state": "on"}) for t, q in each]
@@ -221,7 +252,7 @@ def test_what_is_read_whole_only_is_refused_with_the_reason(tmp_path: Path) -> N
     whole = {
         "a.npz": "one after the other",
         "a.json": "it is one value",
-        "a.csv.gz": "gzip packs it",
+        "a.parquet.gz": "unpack it first",
     }
     for name, why in whole.items():
         with refuses("not-in-blocks", says=why):
