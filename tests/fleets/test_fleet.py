@@ -24,7 +24,7 @@ from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import Fleet, FleetRow
 from axisid.fleets.items import gather_items
 from axisid.fleets.row import FleetValue
-from axisid.fleets.table import columns_of, units_of
+from axisid.fleets.table import columns_of, units_of, write_table
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, write_twins
 
@@ -127,14 +127,26 @@ def test_columns_tell_their_units(made: Fleet, tmp_path: Path) -> None:
         assert json.loads(str(arrays["axisid.units"]))["Fc.high"] == "N"
 
 
-def test_a_name_of_two_units_has_them_in_its_rows() -> None:
+def test_a_name_of_two_units_has_them_in_its_rows(tmp_path: Path) -> None:
     def row(name: str, unit: str) -> FleetRow:
         value = FleetValue(value=1.0, sd=0.1, interval_95=(0.8, 1.2), unit=unit)
-        return FleetRow(name=name, log=name, axis=name, status="ok", parameters={"M": value})
+        conditions = {"load [kg]": 3.0, "shift": "late"}
+        return FleetRow(
+            name=name,
+            log=name,
+            axis=name,
+            conditions=conditions,
+            status="ok",
+            parameters={"M": value},
+        )
 
     rows = [row("stage", "kg"), row("table", "kg m^2")]
     assert columns_of(rows, ())["M.unit"] == ["kg", "kg m^2"]
     assert "M" not in units_of(rows)
+    assert units_of(rows)["condition.load [kg]"] == "kg"
+    assert "condition.shift" not in units_of(rows)
+    heads = write_table(rows, (), tmp_path, tmp_path / "t.csv").read_text().split("\n", 1)[0]
+    assert "condition.load [kg],condition.shift,M,M.sd,M.low,M.high,M.unit," in heads
 
 
 def test_the_text_tells_counts_and_reasons(made: Fleet) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import replace_file
-from axisid.estimation.tables import parquet_bytes
+from axisid.estimation.tables import parquet_bytes, split_labels
 from axisid.presentation.schema import schema_of
 from axisid.support.errors import UsageError
 from axisid.support.user_values import quoted
@@ -106,6 +106,11 @@ def units_of(rows: Sequence[FleetRow]) -> dict[str, str]:
     for name in _each(row.parameters for row in rows):
         if unit := _unit(name, rows):
             found |= dict.fromkeys((name, f"{name}.sd", f"{name}.low", f"{name}.high"), unit)
+    of_conditions = {
+        f"condition.{name}": split_labels([name])[0][1]
+        for name in _each([row.conditions for row in rows])
+    }
+    found |= {name: unit for name, unit in of_conditions.items() if unit}
     return {**found, "outlier_distance": "1", "outlier_p": "1", "seconds": "s"}
 
 
@@ -116,9 +121,14 @@ def _figure(outliers: Mapping[str, Outlier], name: str, what: str) -> float | No
 def _csv(columns: Columns, units: Units, _: Path) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(f"{name} [{units[name]}]" if name in units else name for name in columns)
+    writer.writerow(_head(name, units.get(name, "")) for name in columns)
     writer.writerows(zip(*columns.values(), strict=True))
     return text.getvalue()
+
+
+def _head(name: str, unit: str) -> str:
+    """A name with its unit, which that of a condition may have already."""
+    return f"{name} [{unit}]" if unit and not name.endswith(("]", ")")) else name
 
 
 def _parquet(columns: Columns, units: Units, file: Path) -> bytes:
