@@ -64,13 +64,13 @@ def _made(name: str, runs: int, seed: int) -> tuple[GeneratedAxis, Iterator[Reco
     return axis, (read_record(each, axis) for each in kept)
 
 
-def figures_of(name: str, output: str, *, runs: int, seed: int) -> Counted:
+def figures_of(name: str, output: str, *, runs: int, seed: int, horizon: float = 1.0) -> Counted:
     """Fit the runs of a case and count."""
     axis, made = _made(name, runs, seed)
     checks, failed, believed, named = Counter[str](), Counter[str](), 0, Counter[str]()
     for record in made:
         try:
-            result = fit(axis, record, output)
+            result = fit(axis, record, output, horizon=horizon)
         except AxisidError as error:
             failed[str(error)[:80]] += 1
             continue
@@ -87,9 +87,12 @@ def figures_of(name: str, output: str, *, runs: int, seed: int) -> Counted:
     }
 
 
-def counted_of(name: str, output: str, *, runs: int, wrong: int, seed: int) -> Counted:
+def counted_of(
+    name: str, output: str, *, runs: int, wrong: int, seed: int, horizon: float
+) -> Counted:
     """The figures of a case, of a wrong machine from fewer runs."""
-    return figures_of(name, output, runs=wrong if name in WRONG else runs, seed=seed)
+    made = wrong if name in WRONG else runs
+    return figures_of(name, output, runs=made, seed=seed, horizon=horizon)
 
 
 def most_believable(failed: int, runs: int) -> float:
@@ -112,12 +115,14 @@ def main() -> None:
     parser.add_argument("--wrong", type=int, default=10, help="of each wrong one (default 10)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--output", default="control", help="what is followed (default control)")
-    parser.add_argument("--only", metavar="NAME", help="one case")
+    parser.add_argument("--horizon", type=float, default=1.0, help="of an open loop, s (default 1)")
+    parser.add_argument("--only", metavar="NAMES", help="cases, by commas")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args()
-    names = [n for n in (*_cases(), *LIBRARY) if options.only in (None, n)]
-    how = {"runs": options.runs, "wrong": options.wrong, "seed": options.seed}
-    work = partial(counted_of, output=options.output, **how)
+    wanted = options.only.split(",") if options.only else [*_cases(), *LIBRARY]
+    names = [n for n in (*_cases(), *LIBRARY) if n in wanted]
+    how = {name: getattr(options, name) for name in ("output", "runs", "wrong", "seed", "horizon")}
+    work = partial(counted_of, **how)
     done = dict[str, Counted]()
     for outcome in run_jobs(work, names, total=len(names), jobs=options.jobs):
         name = names[outcome.place]

@@ -33,4 +33,5 @@ from .start_memory import start_of_law as start_of_law
 from .start_memory import unlimited as unlimited
 from .start_velocity import first_velocities as first_velocities
 from .start_velocity import first_velocity as first_velocity
+from .start_velocity import noise_along as noise_along
 from .start_velocity import position_noise as position_noise

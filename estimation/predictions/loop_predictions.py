@@ -13,7 +13,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.freed import axis_at, gains_in, inputs_at, started_at
-from axisid.estimation.loops import loop_starts, position_noise, two_clocks
+from axisid.estimation.loops import loop_starts, noise_along, two_clocks
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
@@ -234,6 +234,6 @@ def _stretches(
             outputs=tuple(each.signal for each in measured),
             measured=interleaved([each.values[rows] for each in measured]),
             counted=np.repeat(counted[rows], len(measured)),
-            noise=position_noise(record.position[rows]),
+            noise=noise_along(record.position[rows]),
             step=sensor_steps(axis, record).position,
         )

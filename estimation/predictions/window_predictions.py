@@ -14,7 +14,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.loops import position_noise
+from axisid.estimation.loops import noise_along
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
@@ -374,7 +374,7 @@ def _windows(
             control=cut[1],
             counted=cut[2],
             signals=tuple(cut[3:]),
-            noise=position_noise(record.position[first:last]),
+            noise=noise_along(record.position[first:last]),
         )
 
 
