@@ -19,14 +19,13 @@ from axisid.estimation.freed import STARTS
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.thresholds.studies import SAME_PERIOD
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
-
-_ALIKE = 1e-3  # of periods: clocks are as exact
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -161,7 +160,7 @@ def _check_signals(axis: GeneratedAxis, record: Record) -> None:
 def _doubts(result: OutputFit, axis: GeneratedAxis, record: Record) -> Iterator[Note]:
     """What says that a record is of another axis, or of other settings of its drive."""
     periods = [each.period for each in result.records]
-    if not any(math.isclose(record.period, each, rel_tol=_ALIKE) for each in periods):
+    if not any(math.isclose(record.period, each, rel_tol=SAME_PERIOD.value) for each in periods):
         yield Note(
             f"the record is sampled every {record.period:.6g} s, and what was fitted every "
             f"{periods[0]:.6g} s: see whether it is of the same axis and drive"
