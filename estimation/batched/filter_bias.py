@@ -21,7 +21,6 @@ from axisid.estimation.thresholds.estimates import (
     SETTLED_FILTER_BIAS,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, EstimationError
 
 from .iteration import LaneFits, unexplained
 from .noisy_loops import NoisyLoops
@@ -95,17 +94,14 @@ def lane_bias(block: Block, fits: LaneFits, deviations: Array, model: Covariance
         share = shared / own
     hidden = np.zeros_like(bias)
     # Where the record lacks the error, loops with noise are asked.
-    for lane in map(int, np.flatnonzero(well & corrected & ~(share >= MIN_FILTER_SHARE.value))):
-        if not own[lane] > 0:
-            continue
-        at = (first.bias[lane], first.residuals[:, lane]), (bias[lane], residuals[:, lane])
-        try:
-            found = NoisyLoops(block, fits, lane).settled(*at, deviations[lane], model)
-        except (DataError, EstimationError):
-            well[lane] = False
-            continue
-        bias[lane] = np.nan if found.doubt else found.bias
-        hidden[lane] = 0.0 if found.hidden is None else np.diag(found.hidden)
+    asked = well & corrected & ~(share >= MIN_FILTER_SHARE.value) & (own > 0)
+    noisy = NoisyLoops(block, fits, np.flatnonzero(asked))
+    places = (first.bias, first.residuals), (bias, residuals)
+    for lane, found in noisy.settled(*places, deviations, model).items():
+        well[lane] = found is not None
+        if found is not None:
+            bias[lane] = np.nan if found.doubt else found.bias
+            hidden[lane] = 0.0 if found.hidden is None else np.diag(found.hidden)
     return LaneBias(bias=bias, hidden=hidden, well=well & chosen)
 
 

@@ -8,6 +8,7 @@ from .even_times import EvenTimes as EvenTimes
 from .even_times import at_even_times as at_even_times
 from .even_times import evenly as evenly
 from .even_times import jitter_of as jitter_of
+from .filter_bias import Answer as Answer
 from .filter_bias import NoiseFree as NoiseFree
 from .filter_bias import confirmed as confirmed
 from .filter_bias import encoder_error as encoder_error
@@ -16,6 +17,8 @@ from .filter_bias import noise_free as noise_free
 from .filter_bias import noise_free_at as noise_free_at
 from .filter_bias import noise_free_record as noise_free_record
 from .filter_bias import settled_noise_free as settled_noise_free
+from .filter_bias import settled_together as settled_together
+from .filter_bias import settling as settling
 from .filter_bias import slopes_by_gain as slopes_by_gain
 from .following_bias import noise_free_following as noise_free_following
 from .following_bias import white_part as white_part

@@ -3,9 +3,9 @@
 Both keep the instruments: only what was measured is changed.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.special import stdtrit
@@ -35,7 +35,7 @@ from axisid.estimation.thresholds.estimates import (
 )
 from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import DataError, EstimationError
+from axisid.support.errors import AxisidError, DataError, EstimationError
 
 from .problem import Problem
 from .solver import Solver
@@ -87,6 +87,12 @@ class NoiseFree:
     def is_in_record(self) -> bool:
         """Whether what the filter leaves of the noise-free loop is in the record too."""
         return not self.doubt and bool(np.any(self.residuals))
+
+
+#: What is found at parameters: nothing where the loop does not follow, or why there is none.
+Answer: TypeAlias = NoiseFree | DataError | EstimationError | None
+#: Asks for rows at parameters (p,), is answered, and returns where that leads.
+Settling: TypeAlias = Generator[Array, Answer, NoiseFree]
 
 
 def noise_free(
@@ -181,10 +187,7 @@ def settled_noise_free(
 ) -> NoiseFree:
     """The rows of the loop whose estimate, behind the filter, is the one that was found.
 
-    The bias depends on where it is looked for: friction that an estimate has too low turns
-    otherwise than the axis did. It is found again at the corrected parameters, until it stands
-    still, or hops about one value as a reversal falls on one side of a sample or the other; a bias
-    that grows instead corrects nothing.
+    See `settling`.
 
     Parameters
     ----------
@@ -196,17 +199,39 @@ def settled_noise_free(
     physical, deviations : (p,) arrays
         The estimate and its deviations.
     """
+
+    def answer(asked: dict[int, Array]) -> dict[int, Answer]:
+        try:
+            return {0: found_at(asked[0])}
+        except (DataError, EstimationError) as error:
+            return {0: error}
+
+    return settled_together({0: settling(first, physical, deviations)}, answer)[0]
+
+
+def settling(first: NoiseFree, physical: Array, deviations: Array) -> Settling:
+    """Ask for rows of loops at other parameters until their bias stands still; returns the last.
+
+    The bias depends on where it is looked for: friction that an estimate has too low turns
+    otherwise than the axis did. It is found again at the corrected parameters, until it stands
+    still, or hops about one value as a reversal falls on one side of a sample or the other; a bias
+    that grows instead corrects nothing.
+
+    Parameters
+    ----------
+    first, physical, deviations
+        As of `settled_noise_free`.
+    """
     size = _in_deviations(first.bias, deviations)
     if size <= MIN_PRINTED_FILTER_BIAS.value:
         return first
     found = before = first
     for _ in range(_MOST):
-        try:
-            again = found_at(physical - found.bias)
-        except (DataError, EstimationError):
-            return replace(first, doubt="the loop cannot be simulated without it")
+        again = yield physical - found.bias
         if again is None:
             return replace(first, doubt="without it the simulated loop does not follow the record")
+        if isinstance(again, AxisidError):
+            return replace(first, doubt="the loop cannot be simulated without it")
         moved = _in_deviations(again.bias - found.bias, deviations)
         if not moved < size:
             hops = found is not first and moved <= MAX_FILTER_HOP.value
@@ -215,6 +240,30 @@ def settled_noise_free(
         if moved <= SETTLED_FILTER_BIAS.value:
             return replace(found, settled=True)
     return _between(before, found) if size <= MAX_FILTER_HOP.value else _unsettled(first)
+
+
+def settled_together(
+    talks: Mapping[int, Settling], found_at: Callable[[dict[int, Array]], Mapping[int, Answer]]
+) -> dict[int, NoiseFree]:
+    """What several come to, by number, each asking for what it needs.
+
+    Parameters
+    ----------
+    talks : mapping of int to Settling
+    found_at : callable
+        Answers all that is asked at a time.
+    """
+    ended: dict[int, NoiseFree] = {}
+    answers: Mapping[int, Answer] = dict.fromkeys(talks)  # as a generator begins
+    while answers:
+        asked: dict[int, Array] = {}
+        for number, answer in answers.items():
+            try:
+                asked[number] = talks[number].send(answer)
+            except StopIteration as end:
+                ended[number] = end.value
+        answers = found_at(asked) if asked else {}
+    return ended
 
 
 def _between(one: NoiseFree, other: NoiseFree) -> NoiseFree:

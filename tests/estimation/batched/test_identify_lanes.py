@@ -9,9 +9,12 @@ import pytest
 from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
+from axisid.estimation.batched import filter_bias, noisy_loops
+from axisid.estimation.batched.noisy_loops import NoisyLoops
 from axisid.estimation.batched.rows import Block
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import trajectory
+from axisid.estimation.thresholds.estimates import MIN_FILTER_SHARE
 
 TRUTH = np.array([100.2, 236.9, 24.8])
 PERIOD = 1e-3
@@ -106,6 +109,29 @@ def test_a_lane_is_the_same_to_the_last_bit_in_any_company(
     assert np.array_equal(together.values[2:], alone.values)
     assert np.array_equal(together.deviations["hac"][2:], alone.deviations["hac"])
     assert np.array_equal(together.filter_bias[2:], alone.filter_bias)
+
+
+def test_lanes_whose_loops_are_asked_with_noise_are_the_same_in_any_company(
+    axis: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More of them than go together at a time, with reversals left out of each by itself."""
+    # All that is corrected is asked, as if no record had what the filter leaves of quiet loops.
+    monkeypatch.setattr(filter_bias, "MIN_FILTER_SHARE", replace(MIN_FILTER_SHARE, value=np.inf))
+    monkeypatch.setattr(noisy_loops, "_TOGETHER", 2)
+    asked: list[int] = []
+    drawn = NoisyLoops._shaken
+    monkeypatch.setattr(
+        NoisyLoops,
+        "_shaken",
+        lambda self, lane, *rest: asked.append(lane) or drawn(self, lane, *rest),
+    )
+    together = identify_lanes(axis, lanes)
+    assert set(asked) == {0, 1, 2}
+    for lane in range(3):
+        alone = identify_lanes(axis, lanes.part(slice(lane, lane + 1)))
+        for name in ("values", "filter_bias"):
+            assert np.array_equal(getattr(together, name)[lane], getattr(alone, name)[0])
+        assert np.array_equal(together.deviations["hac"][lane], alone.deviations["hac"][0])
 
 
 def test_what_is_not_served_is_identified_alone(axis: GeneratedAxis, lanes: RecordLanes) -> None:
