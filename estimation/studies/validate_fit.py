@@ -19,7 +19,7 @@ from axisid.estimation.freed import STARTS
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.thresholds.studies import SAME_PERIOD
+from axisid.estimation.thresholds.studies import OTHER_PERIOD
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.missing import Missing
@@ -160,7 +160,7 @@ def _check_signals(axis: GeneratedAxis, record: Record) -> None:
 def _doubts(result: OutputFit, axis: GeneratedAxis, record: Record) -> Iterator[Note]:
     """What says that a record is of another axis, or of other settings of its drive."""
     periods = [each.period for each in result.records]
-    if not any(math.isclose(record.period, each, rel_tol=SAME_PERIOD.value) for each in periods):
+    if not any(math.isclose(record.period, each, rel_tol=OTHER_PERIOD.value) for each in periods):
         yield Note(
             f"the record is sampled every {record.period:.6g} s, and what was fitted every "
             f"{periods[0]:.6g} s: see whether it is of the same axis and drive"

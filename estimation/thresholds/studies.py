@@ -138,10 +138,10 @@ MIN_SERIES = Threshold(
     "results of one axis from which the scatter between them tells limits",
     "chosen: with fewer a limit is some ten deviations wide",
 )
-SAME_PERIOD = Threshold(
+OTHER_PERIOD = Threshold(
     1e-3,
     "1",
-    "difference of a record's sample period from that of the records of a fit, from which it may be "
-    "of another axis",
+    "difference of a record's sample period from that of a fit's records, from which it may be of "
+    "another axis",
     "chosen: clocks agree to less",
 )
