@@ -101,6 +101,16 @@ class Ended:
             return None
         return twins_errors(self.predictions, self.best.physical, self.seed)
 
+    @cached_property
+    def at_liberty(self) -> Scores:
+        """Of every free parameter, as if no bound were there.
+
+        What a bound holds is not known: the others are as unsure as its parameter lets them be. A
+        bounded estimate is nearer to whatever is within the bounds than the free one is, so that
+        the free one's deviations about it are enough.
+        """
+        return self._scores(self.unknowns.free)
+
     @property
     def autoregressions(self) -> tuple[Colour, ...]:
         """Of the errors, by record."""
@@ -109,31 +119,40 @@ class Ended:
     @cached_property
     def unseen(self) -> Unseen:
         """What neither outputs nor what was known before show."""
-        chosen = self.inner
+        chosen = self.unknowns.free
         rows = np.vstack([self.rows, self.unknowns.known_rows])[:, chosen]
         return unseen_directions(rows, self.scale[chosen]).among(chosen)
 
     @cached_property
     def covariances(self) -> dict[str, Array]:
-        """By name, (P, P) each."""
-        chosen = self.inner
-        if not chosen.any():
-            nothing = np.zeros((len(chosen), len(chosen)))
-            return {"coloured": nothing, "iid": nothing}
-        inner = {
-            "coloured": self._with_steps(self.coloured.matrix, self.scores),
-            "iid": self.scores.independent(),
+        """By name, (P, P) each; rows of what is at a bound are 0."""
+        return {name: self._told(matrix) for name, matrix in self.free_covariances.items()}
+
+    def _told(self, matrix: Array) -> Array:
+        inner = self.inner
+        return np.where(inner[:, None] & inner, self._whole(matrix, self.unknowns.free), 0.0)
+
+    @cached_property
+    def free_covariances(self) -> dict[str, Array]:
+        """Of every free parameter, as if no bound were there, by name, (k, k) each."""
+        scores = self.at_liberty
+        found = {
+            "coloured": self._with_steps(self.coloured.matrix, scores),
+            "iid": scores.independent(),
         }
-        found = {name: self._whole(matrix, chosen) for name, matrix in inner.items()}
         if self.bootstrap:
-            moved = np.cov(self._twins()[chosen]).reshape(inner["iid"].shape)
-            found["bootstrap"] = self._whole(moved + self.scores.by_known(), chosen)
+            moved = np.cov(self._twins(scores)).reshape(found["iid"].shape)
+            found["bootstrap"] = moved + scores.by_known()
         return found
+
+    @property
+    def _told_free(self) -> Array:
+        return self.free_covariances[self.chosen]
 
     @cached_property
     def coloured(self) -> Scattering:
-        """By coloured errors, of the parameters that are free and not at a bound."""
-        return self.scores.coloured(self.autoregressions)
+        """By coloured errors, of every free parameter, as if no bound were there."""
+        return self.at_liberty.coloured(self.autoregressions)
 
     @property
     def freedom(self) -> Array:
@@ -141,8 +160,8 @@ class Ended:
         found = np.full(len(self.scale), np.inf)
         if self.chosen == "bootstrap":
             found[:] = self.bootstrap - 1
-        elif self.inner.any():
-            found[self.inner] = self.coloured.freedom
+        else:
+            found[self.unknowns.free] = self.coloured.freedom
         return found
 
     def _with_steps(self, covariance: Array, scores: Scores) -> Array:
@@ -209,8 +228,8 @@ class Ended:
             weighing=replace(self.weighing, weights=np.concatenate(weights) * short.counted),
         )
 
-    def _twins(self) -> Array:
-        """What the noise of simulated twins moves the parameters by, (P, B)."""
+    def _twins(self, scores: Scores) -> Array:
+        """What the noise of simulated twins moves the parameters of scores by, (k, B)."""
         random = np.random.default_rng(self.seed)
         errors = self.predictions.by_noise(self.best.physical, self.bootstrap, random)
         if errors.shape[1] < _FEWEST_TWINS:
@@ -219,7 +238,7 @@ class Ended:
                 "of the record; leave the bootstrap out.",
                 code="bootstrap-lost",
             )
-        return np.asarray(-self.influence @ errors)
+        return np.asarray(-self._influence(scores) @ errors)
 
     @property
     def chosen(self) -> str:
@@ -264,9 +283,18 @@ class Ended:
         return centre, float(np.sqrt(covariance[place, place]))
 
     def one_sided(self, j: int) -> tuple[float, float]:
-        """Interval at a bound: of a normal about the estimate without it, cut off there."""
+        """Interval at a bound: of a normal about the estimate without it, cut off there.
+
+        Other parameters at bounds may be elsewhere, so that the normal is as wide as without any,
+        and as many deviations beyond as with the others at theirs.
+        """
         at, side = float(self.best.physical[j]), int(self.best.at_bound[j])
-        return cut_interval(at, *self.without_bounds[j], side)
+        centre, deviation = self.without_bounds[j]
+        free = np.flatnonzero(self.unknowns.free)
+        place = int(np.flatnonzero(free == j)[0])
+        wide = max(math.sqrt(self._told_free[place, place]), deviation)
+        beyond = (centre - at) / deviation if deviation > 0 else 0.0
+        return cut_interval(at, at + beyond * wide, wide, side)
 
     @property
     def beyond(self) -> dict[str, float]:

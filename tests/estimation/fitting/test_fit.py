@@ -129,6 +129,34 @@ def test_friction_of_nothing_is_at_its_bound(emps2015: GeneratedAxis) -> None:
         assert value.deviation == 0.0
 
 
+def test_what_a_bound_holds_leaves_the_others_as_unsure_as_without_it(
+    emps2015: GeneratedAxis, twin: Record, found: OutputFit
+) -> None:
+    below = found["Fc"].value - 0.2 * found["Fc"].deviation
+    result = fit(emps2015, twin, bounds={"Fc": (None, below)})
+    assert result.at_bound == {"Fc": "upper"}
+    for name in ("M", "Fv"):
+        for which, deviation in found[name].deviations.items():
+            assert result[name].deviations[which] == pytest.approx(deviation, rel=0.02)
+    held = fit(emps2015, twin, fixed={"Fc": below})
+    assert held["Fv"].deviation < 0.9 * result["Fv"].deviation
+
+
+@pytest.mark.slow
+def test_intervals_beside_bounds_hold_the_truth_within_a_move(emps2015: GeneratedAxis) -> None:
+    """In 50 ms of a move nothing tells the frictions apart, and chance drives them to bounds."""
+    model, bounded, held = emps2015.axis, 0, 0
+    assert model.experiment is not None
+    for seed in range(100, 108):
+        axis = replace(model, experiment=replace(model.experiment, seed=seed))
+        result = fit(emps2015, twin_record(axis).windowed((1.2, 1.25)))
+        low, high = result["M"].interval
+        bounded += bool(result.at_bound)
+        held += low <= TRUTH["M"] <= high
+    assert bounded >= 4
+    assert held >= 7
+
+
 @pytest.mark.slow
 def test_bounds_hold_and_are_named(emps2015: GeneratedAxis, twin: Record) -> None:
     result = fit(emps2015, twin, bounds={"Fc": (None, 20.0), "M": (90.0, 110.0)})
