@@ -14,8 +14,8 @@ from .prefilter import Prefilter
 from .reversals import near_turns, rest_below
 from .sampled_filter import SampledFilter, Span
 
-#: Numbers that are filtered side by side. More are filtered column by column, to the same last bit:
-#: of columns that no cache holds, memory that is taken anew at each step costs more than the sums.
+#: Numbers that SciPy filters side by side. It gets more of them column by column, to the same last
+#: bit: of columns that no cache holds, memory that it takes anew costs more than the sums.
 _AT_ONCE = 1 << 20
 
 
@@ -167,7 +167,7 @@ class Sampling:
         return self._pieces(np.ones(self.samples))
 
     def _side_by_side(self, signals: Array) -> Array:
-        if signals.size > _AT_ONCE:
+        if signals.size > _AT_ONCE and not self.native:
             return np.stack([self._pieces(column) for column in signals.T], axis=1)
         return self._pieces(signals)
 
