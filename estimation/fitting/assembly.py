@@ -30,7 +30,7 @@ from axisid.support.remedy import Note
 from .basis import FitBasis
 from .result import OutputFit, RecordError
 from .search import Found, Weighing
-from .spread import Scores, scores_of, twins_errors, with_steps
+from .spread import Scores, is_uneven, scores_of, twins_errors, with_steps
 from .starting import FitStart, Searched
 from .unknowns import Unknowns
 
@@ -92,12 +92,13 @@ class Ended:
             self.records,
             chosen,
             self.errors_by_noise,
+            bool(self.axis.states),
         )
 
     @cached_property
     def errors_by_noise(self) -> Array | None:
-        """What noise of the position makes of the errors, (n, B), where friction remembers it."""
-        if not self.axis.states:
+        """What noise of the position makes of the errors, (n, B), where it is of no one colour."""
+        if not is_uneven(self.axis, self.outputs):
             return None
         return twins_errors(self.predictions, self.best.physical, self.seed)
 
@@ -195,6 +196,7 @@ class Ended:
             steps=None if steps is None else weights[:, None] * steps,
             by_windows=self.horizon is not None,
             twins=s.twins,
+            remembers=s.remembers,
         )
 
     @property

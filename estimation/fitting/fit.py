@@ -37,7 +37,7 @@ from .losses import LOSSES as LOSS_FUNCTIONS
 from .losses import counting_for, deviation_by_median
 from .result import OutputFit
 from .search import Found, Search, Weighing, best_of, cost_of
-from .spread import scores_of, twins_errors
+from .spread import is_uneven, scores_of, twins_errors
 from .starting import (
     FitStart,
     Searched,
@@ -215,6 +215,7 @@ class _Asked:
             self.weights,
             are_starts(whose.form),
             self.seed,
+            is_uneven(whose.axes[0], self.outputs),
             self.progress,
         )
         first, begun, lost = run.first(begins)
@@ -258,6 +259,7 @@ class _Run:
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
     of_start: NDArray[np.bool_]  # (P,)
     seed: int
+    uneven: bool
     progress: Progress | None
 
     def __post_init__(self) -> None:
@@ -336,8 +338,9 @@ class _Run:
             return None
         known = self.weighing, self.unknowns, self.predictions, self.records
         at = self.predictions, found.physical, self.seed
-        twins = twins_errors(*at) if self.axes[0].states else None
-        return scores_of(found, *known, self.unknowns.free, twins).effects()
+        twins = twins_errors(*at) if self.uneven else None
+        remembers = bool(self.axes[0].states)
+        return scores_of(found, *known, self.unknowns.free, twins, remembers).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
         """Weigh the rows of each output of each record by the inverse of what is left of them.

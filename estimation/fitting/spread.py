@@ -19,6 +19,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError, beyond_shown
@@ -28,6 +30,7 @@ from axisid.estimation.told_by_outputs import (
     Scattering,
     added,
     autoregression_of,
+    larger,
     uneven,
 )
 from axisid.support.arrays import Array
@@ -35,7 +38,7 @@ from axisid.support.arrays import Array
 from .search import Found, Weighing
 from .unknowns import Unknowns
 
-_TWINS = 48  # of an axis whose friction remembers: a deviation is known to 10 % then
+_TWINS = 48  # a deviation is known to 10 % then
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +65,8 @@ class Scores:
         Whose rows of a sample are neighbours.
     twins : (n, B) array or None
         What noise makes of the weighted errors, where their colour changes on the way.
+    remembers : bool
+        Whether friction remembers, and scores are held against them in place of autoregressions.
     """
 
     jacobian: Array
@@ -73,6 +78,7 @@ class Scores:
     periods: tuple[float, ...]
     outputs: int = 1
     twins: Array | None = None
+    remembers: bool = True
 
     @cached_property
     def inverse(self) -> Array:
@@ -99,7 +105,8 @@ class Scores:
     def coloured(self, models: Sequence[Colour]) -> Scattering:
         """Covariance for errors that follow these autoregressions, or are as twins', (k, k)."""
         if self.twins is not None:
-            return self._by_twins(self.jacobian @ self.inverse, self.twins).beside(self.by_known())
+            columns = self.jacobian @ self.inverse
+            return self._by_twins(columns, self.twins, models).beside(self.by_known())
         pairs = zip(models, self.spans, strict=True)
         meat = sum((_coloured(self.jacobian, *pair) for pair in pairs), self._of_known)
         freedom = max(float(self.counted.sum()) - len(meat), 1.0)
@@ -134,16 +141,21 @@ class Scores:
     def _of_record(self, columns: Array, r: int) -> Array:
         """Covariance of what columns (n, j) make of a record's errors, (j, j)."""
         if self.twins is not None:
-            return self._uneven(columns, self.twins, r).matrix
+            return self._uneven(columns, self.twins, r, self.autoregressions).matrix
         return _coloured(columns, self.autoregressions[r], self.spans[r])
 
-    def _by_twins(self, columns: Array, twins: Array) -> Scattering:
+    def _by_twins(self, columns: Array, twins: Array, models: Sequence[Colour]) -> Scattering:
         """Of each column, such as a parameter's: by what of it is more."""
-        return added([self._uneven(columns, twins, r) for r in range(len(self.spans))])
+        return added([self._uneven(columns, twins, r, models) for r in range(len(self.spans))])
 
-    def _uneven(self, columns: Array, twins: Array, r: int) -> Scattering:
-        pair = self.spans[r], self.periods[r]
-        return uneven(columns, self.errors, twins, *pair, self.outputs)
+    def _uneven(self, columns: Array, twins: Array, r: int, models: Sequence[Colour]) -> Scattering:
+        spans = self.spans[r]
+        if self.remembers:
+            return uneven(columns, self.errors, twins, spans, self.periods[r], self.outputs)
+        matrix = _coloured(columns, models[r], spans)
+        freedom = max(sum(float(self.counted[rows].sum()) for rows in spans) - len(matrix), 1.0)
+        told = Scattering(matrix=matrix, freedom=np.full(len(matrix), freedom))
+        return larger(told, columns, twins, spans)
 
     def _independent(self, spans: Sequence[slice]) -> Array:
         J = np.concatenate([self.jacobian[rows] for rows in spans])
@@ -162,8 +174,17 @@ def _coloured(columns: Array, model: Colour, spans: Sequence[slice]) -> Array:
     return sum((model.coloured(columns[rows]) for rows in spans), nothing)
 
 
+def is_uneven(axis: GeneratedAxis, outputs: Sequence[str]) -> bool:
+    """Whether noise of the position makes errors that no autoregression has the colour of.
+
+    Of friction that remembers, and of a position, which a stiff loop holds at rest and not in
+    motion.
+    """
+    return bool(axis.states) or POSITION in outputs
+
+
 def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array | None:
-    """What noise of the position makes of the outputs of an axis whose friction remembers, (n, B).
+    """What noise of the position makes of the outputs, (n, B).
 
     None where too few of the twins can be simulated.
     """
@@ -180,10 +201,11 @@ def scores_of(
     records: Sequence[Record],
     chosen: NDArray[np.bool_],
     twins: Array | None = None,
+    remembers: bool = False,
 ) -> Scores:
     """Of the chosen parameters, (P,), where a search of the records' outputs ended.
 
-    Twins are what noise makes of the outputs, (n, B).
+    Twins are what noise makes of the outputs, (n, B), of an axis whose friction remembers or not.
     """
     weighed = weighing.weights * found.slopes.errors
     z = (weighed / weighing.tuning) ** 2
@@ -197,6 +219,7 @@ def scores_of(
         spans=predictions.spans,
         periods=tuple(record.period for record in records),
         outputs=len(predictions.units),
+        remembers=remembers,
         twins=None if twins is None else (first * weighing.weights)[:, None] * twins,
     )
 

@@ -20,7 +20,7 @@ from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS
 from axisid.support.arrays import Array
 
 from .colour import Colour, autoregression_of
-from .uneven import Scattering, added, uneven
+from .uneven import Scattering, added, larger, uneven
 
 _ALIKE = 0.05  # of a column: what parameters, or other columns, leave of one that is theirs
 _HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
@@ -58,8 +58,11 @@ class Left:
         control is summed up twice there, as no autoregression of errors is; windows are
         independent, and their scores tell the variance.
     twins : (n, B) array or None
-        What noise makes of the errors, weighted, where their colour changes on the way: they and
-        neighbouring scores tell the variance then, see `uneven`.
+        What noise makes of the errors, weighted, where their colour changes on the way: they tell
+        the variance then where it is more than by another way.
+    remembers : bool
+        Whether that way is neighbouring scores, as of friction that remembers, see `uneven`; else
+        autoregressions.
     """
 
     errors: Array
@@ -75,6 +78,7 @@ class Left:
     steps: Array | None = None
     by_windows: bool = False
     twins: Array | None = None
+    remembers: bool = True
 
     def beside(self, columns: Array) -> tuple[Array, Array]:
         """Columns (n, m) less what parameters make of them, and those parameters, (k, m)."""
@@ -235,10 +239,13 @@ def _of_records(found: Iterable[Scattering]) -> tuple[float, float]:
 def _by_twins(left: Left, errors: Array, column: Array) -> tuple[float, float]:
     """The same by twins with noise, and by neighbouring scores, as `uneven` has it."""
     twins = np.zeros((len(errors), 0)) if left.twins is None else left.twins
-    pairs = zip(left.spans, left.periods, strict=True)
-    return _of_records(
-        uneven(column[:, None], errors, twins, *pair, left.outputs) for pair in pairs
-    )
+    wide = column[:, None]
+    if left.remembers:
+        pairs = zip(left.spans, left.periods, strict=True)
+        return _of_records(uneven(wide, errors, twins, *pair, left.outputs) for pair in pairs)
+    models = left.autoregressions(errors)
+    told = map(_variance, models, left.spans, left.used, repeat(column))
+    return _of_records(map(larger, told, repeat(wide), repeat(twins), left.spans))
 
 
 def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]:

@@ -80,11 +80,17 @@ def uneven(
     whole = np.concatenate(scores)
     lags = min(round(SCORES_ALIKE.value / period), len(whole) // _FEWEST_ROWS)
     long_run = Hac(lags).long_run(lambda most: score_products(whole, pieces, most), len(whole))
+    told = Scattering(matrix=long_run.covariance, freedom=long_run.freedom)
+    return larger(told, columns, twins, spans)
+
+
+def larger(told: Scattering, columns: Array, twins: Array, spans: Sequence[slice]) -> Scattering:
+    """What is told of columns (n, k), or what twins (n, B) make of them where that is more."""
     pairs = ((columns[rows].T, twins[rows]) for rows in spans)
-    made = sum((each @ own for each, own in pairs), np.zeros((k, twins.shape[1])))
+    made = sum((each @ own for each, own in pairs), np.zeros((len(told.matrix), twins.shape[1])))
     by_twins = made.var(axis=1, ddof=1)
-    larger = by_twins > np.diag(long_run.covariance)
+    more = by_twins > np.diag(told.matrix)
     return Scattering(
-        matrix=widened(long_run.covariance, by_twins),
-        freedom=np.where(larger, twins.shape[1] - 1.0, long_run.freedom),
+        matrix=widened(told.matrix, by_twins),
+        freedom=np.where(more, twins.shape[1] - 1.0, told.freedom),
     )

@@ -15,6 +15,12 @@ def test_a_right_machine_is_believed(output: str) -> None:
 
 
 @pytest.mark.slow
+def test_a_position_that_friction_holds_is_believed() -> None:
+    """Noise moves it otherwise at rest than in motion, which no autoregression has."""
+    assert study.figures_of("pendulum", "position", runs=3, seed=1)["believed"] == 3
+
+
+@pytest.mark.slow
 def test_what_a_model_lacks_is_named() -> None:
     found = study.figures_of("missing offset", "control", runs=2, seed=1)
     assert found["named"] == {"a constant force: declare offset": 2}

@@ -57,7 +57,8 @@ def test_an_output_alone_is_a_fit_of_it(emps2015: GeneratedAxis, twin: Record) -
     heavy = fit(emps2015, twin, BOTH, weights={"control": 1e3, "position": 1.0})
     np.testing.assert_allclose(heavy.physical, alone.physical, rtol=1e-5)
     for name in heavy.names:
-        assert heavy[name].deviation == pytest.approx(alone[name].deviation, rel=0.05)
+        # Of twins with noise too, which know a deviation to 10 %, where that is more.
+        assert 0.95 < heavy[name].deviation / alone[name].deviation < 1.2
 
 
 def test_a_weight_that_is_given_is_the_one(

@@ -1,9 +1,16 @@
 """Errors that are of one colour in dwells and of another in swings have their deviations."""
 
 import numpy as np
+import pytest
 from scipy.signal import lfilter
 
-from axisid.estimation.told_by_outputs import Scattering, added, autoregression_of, uneven
+from axisid.estimation.told_by_outputs import (
+    Scattering,
+    added,
+    autoregression_of,
+    larger,
+    uneven,
+)
 from axisid.support.arrays import Array
 
 _ROWS, _PERIOD = 4000, 1e-3
@@ -66,6 +73,15 @@ def test_a_sum_is_as_sure_as_its_larger_parts() -> None:
     np.testing.assert_allclose(one.beside(np.diag([4.0, 0.0])).freedom, [40.0, 10.0])
     nothing = Scattering(matrix=np.zeros((1, 1)), freedom=np.ones(1))
     assert np.isinf(added([nothing]).freedom[0])
+
+
+def test_twins_count_where_they_tell_more(rng: np.random.Generator) -> None:
+    twins = rng.standard_normal((_ROWS, 48)) * np.where(_DWELLS, 3.0, 0.1)[:, None]
+    told = Scattering(matrix=_columns().T @ _columns(), freedom=np.array([900.0, 900.0]))
+    found = larger(told, _columns(), twins, [slice(0, _ROWS)])
+    assert found.matrix[0, 0] == pytest.approx((_columns()[:, 0] @ twins).var(ddof=1))
+    assert found.matrix[1, 1] == told.matrix[1, 1]
+    assert [*found.freedom] == [47, 900]
 
 
 def test_stretches_are_no_neighbours(rng: np.random.Generator) -> None:
