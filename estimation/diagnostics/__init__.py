@@ -18,3 +18,4 @@ from .records_alike import Apart as Apart
 from .records_alike import records_alike as records_alike
 from .repeated_samples import Overlap as Overlap
 from .repeated_samples import overlaps as overlaps
+from .repeated_samples import repeated_check as repeated_check

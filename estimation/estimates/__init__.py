@@ -19,5 +19,6 @@ from .value import CORRECTED as CORRECTED
 from .value import NamedValues as NamedValues
 from .value import Value as Value
 from .value import derived_value as derived_value
+from .value import few_rows as few_rows
 from .value import student_interval as student_interval
 from .value import value_with_interval as value_with_interval

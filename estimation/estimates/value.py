@@ -14,6 +14,7 @@ from axisid.estimation.thresholds.estimates import (
     INTERVAL_LEVEL,
     MAX_CURVATURE,
     MIN_PRINTED_FILTER_BIAS,
+    MIN_ROWS_PER_PARAMETER,
 )
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array
@@ -158,6 +159,15 @@ class EstimateLike(Protocol):
     @property
     def freedom(self) -> Mapping[str, Array]:
         """Degrees of freedom of their variances, (p,), by name of the covariance."""
+
+
+def few_rows(rows: int, parameters: int) -> str | None:
+    """What is to be said of rows that are too few for the deviations of so many parameters."""
+    if rows >= MIN_ROWS_PER_PARAMETER.value * parameters:
+        return None
+    return (
+        f"{rows} rows for {parameters} parameters are few: standard deviations cannot be believed"
+    )
 
 
 def student_interval(centre: float, deviation: float, freedom: float) -> tuple[float, float]:

@@ -48,7 +48,7 @@ from .starting import (
     with_free,
 )
 from .timing import split_free, time_in, with_time_found
-from .unknowns import End, Unknowns, by_name, unknowns_of
+from .unknowns import End, Unknowns, by_name, check_enough, unknowns_of
 
 _MOST_STARTS = 1000
 _SPREAD = 0.5  # of the logarithm of further starts
@@ -204,6 +204,7 @@ class _Asked:
             predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
             whose = replace(whose, form=FormByTime.of(whose.form, generated, time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
+        check_enough(predictions.counted, predictions.spans, unknowns)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
         check_remembered(generated.axis.states, unknowns, begins)
         run = _Run(

@@ -8,8 +8,20 @@ import numpy as np
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.choices.outputs import POSITION
+from axisid.estimation.diagnostics import repeated_check
+from axisid.estimation.diagnostics.estimates import precision_check
 from axisid.estimation.diagnostics.law import LawCheck, law_check
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.estimates import few_rows
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_RELATIVE_DEVIATION,
+    NEGLIGIBLE_FORCE,
+    NEGLIGIBLE_PEAK_FORCE,
+)
+from axisid.estimation.thresholds.estimates import (
+    MIN_DISTANCE_FROM_NOISE,
+    MIN_ROWS_PER_PARAMETER,
+)
 from axisid.estimation.thresholds.fitting import (
     LACKING_LEVEL,
     MAX_APART,
@@ -49,6 +61,8 @@ class Judged:
     followed: tuple[str, ...]
     lacks: tuple[Lack, ...] | Missing
     prior: Mapping[str, tuple[float, float]]
+    records: tuple[Record, ...]
+    searched: int  # parameters that are free
 
 
 def judged(of: Judged) -> tuple[Check, ...]:
@@ -60,8 +74,11 @@ def judged(of: Judged) -> tuple[Check, ...]:
         _follows(of),
         _lacking(of),
         *_known(of),
+        *_rows(of),
+        *_repeated(of),
         _ended(of),
         _shown(of),
+        *_precise(of),
         _bounds(of),
         *_starts(of),
     )
@@ -243,6 +260,65 @@ def _shown(of: Judged) -> Check:
         meaning=said,
         remedy=remedy,
     )
+
+
+def _rows(of: Judged) -> Iterator[Check]:
+    """Whether errors are enough to tell how sure the parameters are."""
+    rows = int(np.count_nonzero(of.basis.predictions.counted))
+    few = few_rows(rows, of.searched)
+    if few:
+        yield Check(
+            name="rows",
+            status="note",
+            figure=rows / of.searched,
+            threshold=MIN_ROWS_PER_PARAMETER.value,
+            source=MIN_ROWS_PER_PARAMETER.source,
+            meaning=f"{few}; follow a longer part of the record",
+        )
+
+
+def _repeated(of: Judged) -> Iterator[Check]:
+    """Whether samples are among the records more than once."""
+    if check := repeated_check(of.records):
+        yield check
+
+
+def _precise(of: Judged) -> Iterator[Check]:
+    """Every parameter that is searched, and shown, against its own deviation."""
+    slopes, weights = of.basis.best.slopes.jacobian, of.basis.left.weights
+    parts = np.abs(weights[:, None] * slopes * of.physical)
+    whole, peak = (np.divide(x, x.max() or 1.0) for x in (_norms(parts), parts.max(axis=0)))
+    chosen = (of.deviations > 0) & np.isfinite(of.deviations) & ~of.basis.of_start
+    if not chosen.any():
+        return
+    with np.errstate(divide="ignore"):
+        relative = np.where(chosen, of.deviations / np.abs(of.physical), 0.0)
+    vague = 100 * relative > MAX_RELATIVE_DEVIATION.value
+    with np.errstate(invalid="ignore"):
+        times = 1 + 2 * relative  # of what it may be, by what it is
+        small = (whole * times < NEGLIGIBLE_FORCE.value) & (
+            peak * times < NEGLIGIBLE_PEAK_FORCE.value
+        )
+    told = {name: 100 * r for name, r in zip(of.names, relative, strict=True)}
+    unclear, minor = (
+        [of.names[int(j)] for j in np.flatnonzero(x)] for x in (vague & ~small, vague & small)
+    )
+    yield precision_check(
+        max(told.values()),
+        [
+            f"{name} is not identified by what is followed: its deviation is {told[name]:.3g} % of "
+            "it"
+            for name in unclear
+        ],
+        minor,
+        "largest part that a parameter has of the output",
+        "relative deviation in percent; a parameter that changes the output by less than 1 % of "
+        "what the largest does, deviation included, may be as vague as it is",
+    )
+
+
+def _norms(columns: Array) -> Array:
+    return np.asarray(np.linalg.norm(columns, axis=0))
 
 
 def _bounds(of: Judged) -> Check:

@@ -206,6 +206,8 @@ class OutputFit(Presentable, Exact):
                 followed=tuple(each.output for each in self.of_records),
                 lacks=self.lacks,
                 prior=self.prior,
+                records=self.records,
+                searched=len(self.names) - len(self.fixed),
             )
         )
 

@@ -1,7 +1,7 @@
 """What a fit searches: parameters with their bounds, priors, fixed values and scales."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.regression import Form
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError, UsageError
+from axisid.support.errors import DataError, ModelError, UsageError
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted
 
@@ -159,6 +159,39 @@ def unknowns_of(
             "every parameter is fixed; leave at least one to search.", code="nothing-free"
         )
     return found
+
+
+def check_enough(counted: Array, spans: Sequence[Sequence[slice]], unknowns: Unknowns) -> None:
+    """Refuse to search for parameters by fewer errors than they are.
+
+    Parameters
+    ----------
+    counted : (n,) array
+        Which rows count.
+    spans : sequence of sequence of slice
+        Stretches by record.
+    unknowns : Unknowns
+
+    Raises
+    ------
+    DataError
+        Nothing of a record is left to follow, or too little of all.
+    """
+    for number, own in enumerate(spans, 1):
+        if not any(np.any(counted[rows] > 0) for rows in own):
+            which = f"record {number}" if len(spans) > 1 else "the record"
+            raise DataError(
+                f"every sample of {which} is masked, so that nothing is left to follow; mask less, "
+                "or follow a part that is not masked.",
+                code="fit-nothing-followed",
+            )
+    rows, searched = int(np.count_nonzero(counted)), int(unknowns.free.sum())
+    if rows + int(unknowns.has_prior.sum()) <= searched:
+        raise DataError(
+            f"{rows} values of the output are left to follow, for {searched} parameters; record "
+            "longer, or fix parameters.",
+            code="fit-too-few",
+        )
 
 
 _Places = Callable[[object, str], list[int]]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.estimates import COVARIANCES, Estimate, NotSimulated
+from axisid.estimation.estimates import COVARIANCES, Estimate, NotSimulated, few_rows
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     Applied,
@@ -17,7 +17,6 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds.estimates import (
     BOUND_TOLERANCE,
-    MIN_ROWS_PER_PARAMETER,
     NO_RELATION,
 )
 from axisid.support.arrays import Array, relative_error_percent
@@ -164,12 +163,8 @@ def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:
     measured, simulated = fit.measured, fit.simulated
     every = (data.sampling.filter.remarks() for data in problem.data)
     remarks: list[str | Note] = [*dict.fromkeys(remark for of_one in every for remark in of_one)]
-    n, k = measured.regressor.shape
-    if n < MIN_ROWS_PER_PARAMETER.value * k:
-        remarks.append(
-            f"{n} rows for {k} parameters are few: standard deviations cannot be believed; "
-            "record longer, or decimate less"
-        )
+    if few := few_rows(*measured.regressor.shape):
+        remarks.append(f"{few}; record longer, or decimate less")
     if isinstance(simulated, NotSimulated):
         return remarks
     if relative_error_percent(measured.left - simulated, measured.left) > NO_RELATION.value:

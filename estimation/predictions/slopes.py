@@ -41,6 +41,9 @@ def slopes_of(
 ) -> Slopes:
     """Second-order differences about parameters (P,), central where their bounds leave room.
 
+    Where no loop can be simulated on one side, as friction below 0 drives an axis, both steps are
+    to the other.
+
     Parameters
     ----------
     predictions : Predictions
@@ -59,10 +62,10 @@ def slopes_of(
     chosen = range(len(physical)) if free is None else map(int, np.flatnonzero(free))
     steps = np.minimum(STEP * scale, (upper - lower) / _ROOM)
     jacobian: Array | None = None
-    errors = np.empty(0)
+    errors, sides = np.empty(0), np.zeros(len(physical), dtype=int)
     pending, failed = list(chosen), Lanes(errors=np.empty((0, 0)), failures={})
     for _ in range(_TRIES):
-        offsets = np.array([_offsets(j, physical, steps, lower, upper) for j in pending])
+        offsets = np.array([_offsets(j, physical, steps, lower, upper, sides) for j in pending])
         lanes = _lanes(physical, pending, offsets)
         found = predictions(lanes)
         if 0 in found.failures:
@@ -73,9 +76,13 @@ def slopes_of(
         lost = []
         for k, j in enumerate(pending):
             pair = 1 + 2 * k, 2 + 2 * k
-            if any(lane in found.failures for lane in pair):
+            below, above = (lane in found.failures for lane in pair)
+            if below or above:
                 lost.append(j)
-                steps[j] *= _SHORTER
+                if below != above and offsets[k].sum() == 0:
+                    sides[j] = 1 if below else -1
+                else:
+                    steps[j] *= _SHORTER
                 continue
             first, second = (found.errors[:, lane] for lane in pair)
             jacobian[:, j] = _slope(errors, first, second, *offsets[k])
@@ -86,13 +93,18 @@ def slopes_of(
 
 
 def _offsets(
-    j: int, physical: Array, steps: Array, lower: Array, upper: Array
+    j: int,
+    physical: Array,
+    steps: Array,
+    lower: Array,
+    upper: Array,
+    sides: NDArray[np.int_],
 ) -> tuple[float, float]:
-    """Where a parameter's two lanes are, from where it is."""
+    """Where a parameter's two lanes are, from where it is: about it, or both on one side."""
     h, below, above = steps[j], physical[j] - lower[j], upper[j] - physical[j]
-    if below < h:
+    if below < h or (sides[j] > 0 and above >= 2 * h):
         return h, 2 * h
-    if above < h:
+    if above < h or (sides[j] < 0 and below >= 2 * h):
         return -h, -2 * h
     return -h, h
 

@@ -28,5 +28,6 @@ from .instruments import instrument_tests as instrument_tests
 from .instruments import strength_check as strength_check
 from .motion import conditioning as conditioning
 from .motion import precision as precision
+from .motion import precision_check as precision_check
 from .second_opinion import prefers_instruments as prefers_instruments
 from .second_opinion import second_opinion_check as second_opinion_check

@@ -43,24 +43,48 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
     vague = [s for s in excitation if relative[s.name] > MAX_RELATIVE_DEVIATION.value]
     small = [s for s in vague if _is_nothing(s, values[s.name])]
     unclear = [s for s in vague if s not in small]
-    worst = max(relative.values())
+    return precision_check(
+        max(relative.values()),
+        [f"{s.name} is not identified by this record, because {s.reason}" for s in unclear],
+        [s.name for s in small],
+        "force",
+        "relative HAC deviation in percent, or the i.i.d. one where it is larger and few "
+        "rows tell of the parameter; one whose part of the force is below 1 %, deviation "
+        "included, may be as vague as it is, unless it could be as large as the unit allows",
+    )
+
+
+def precision_check(
+    worst: float, unclear: Sequence[str], small: Sequence[str], of: str, source: str
+) -> Check:
+    """The check of parameters against their deviations.
+
+    Parameters
+    ----------
+    worst : float
+        Largest relative deviation, %.
+    unclear : sequence of str
+        What is said of each parameter that is not known.
+    small : sequence of str
+        Names of those that are as vague, and matter little.
+    of : str
+        What these are less than 1 % of.
+    source : str
+        What the figure is.
+    """
+    clear = "every parameter stands well above its deviation"
+    if small:
+        clear = (
+            f"{', '.join(small)} cannot be told from zero and is less than 1 % of the {of}; every "
+            "other parameter stands well above its deviation"
+        )
     return Check(
         name="precision",
         status=passed(not unclear),
         figure=worst if np.isfinite(worst) else None,
         threshold=MAX_RELATIVE_DEVIATION.value,
-        source="relative HAC deviation in percent, or the i.i.d. one where it is larger and few "
-        "rows tell of the parameter; one whose part of the force is below 1 %, deviation "
-        "included, may be as vague as it is, unless it could be as large as the unit allows",
-        meaning="; ".join(
-            f"{s.name} is not identified by this record, because {s.reason}" for s in unclear
-        )
-        or (
-            f"{', '.join(s.name for s in small)} cannot be told from zero and is less than 1 % of "
-            "the force; every other parameter stands well above its deviation"
-            if small
-            else "every parameter stands well above its deviation"
-        ),
+        source=source,
+        meaning="; ".join(unclear) or clear,
     )
 
 

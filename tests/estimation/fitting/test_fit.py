@@ -129,6 +129,63 @@ def test_friction_of_nothing_is_at_its_bound(emps2015: GeneratedAxis) -> None:
         assert value.deviation == 0.0
 
 
+def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = fit(emps2015, twin.windowed((2.99, 3.0)))
+    checks = {check.name: check for check in result.checks}
+    assert not result.believed
+    assert checks["precision"].status == "fail"
+    assert "Fv is not identified" in checks["precision"].meaning
+    assert checks["rows"].status == "note"
+    assert "11 rows for 3 parameters are few" in checks["rows"].meaning
+
+
+def test_a_whole_record_shows_every_parameter_well_and_once(found: OutputFit) -> None:
+    status = _status(found)
+    assert status["precision"] == "pass"
+    assert not {"rows", "repeated records"} & {*status}
+
+
+def test_friction_that_hardly_acts_may_be_vague(emps2015: GeneratedAxis) -> None:
+    result = fit(emps2015, _record(emps2015, [100.2, 300.0, 0.05], seed=3), bounds={})
+    (check,) = (each for each in result.checks if each.name == "precision")
+    assert check.status == "pass"
+
+
+def test_fewer_samples_than_parameters_are_refused_with_their_number(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    with refuses("fit-too-few", "3 values of the output"):
+        fit(emps2015, twin.windowed((2.998, 3.0)))
+
+
+def test_a_record_of_which_all_is_masked_leaves_nothing_to_follow(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    nothing = replace(twin, masked=((0, len(twin)),))
+    with refuses("fit-nothing-followed"):
+        fit(emps2015, nothing)
+    with refuses("fit-nothing-followed", "record 2"):
+        fit(emps2015, [twin, nothing])
+
+
+def test_friction_without_a_bound_starts_at_nothing(twin: Record, found: OutputFit) -> None:
+    model = load_axis("emps2015")
+    free = [
+        replace(p, nominal=0.0, lower=-np.inf) if p.name == "Fc" else p for p in model.parameters
+    ]
+    result = fit(replace(model, parameters=tuple(free)), twin, start="nominal")
+    assert result.started == "nominal"
+    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-4)
+
+
+def test_a_record_given_twice_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = fit(emps2015, [twin, twin])
+    assert _status(result)["repeated records"] == "fail"
+    assert not result.believed
+
+
 def test_what_a_bound_holds_leaves_the_others_as_unsure_as_without_it(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:

@@ -79,8 +79,15 @@ def test_a_parameter_whose_lane_fails_is_stepped_less() -> None:
     assert len(parabola.seen[1]) == 3  # that of the parameter alone
 
 
+def test_where_one_side_fails_both_steps_are_to_the_other() -> None:
+    parabola, here = _Parabola(fails_beyond=1.0), np.array([1.0, 0.2])
+    found = slopes_of(parabola, here, np.ones(2), -INFINITE[:2], INFINITE[:2])
+    np.testing.assert_allclose(found.jacobian, np.diag(2 * here + 1), atol=1e-8)
+    assert parabola.seen[1][:, 0].max() == 1.0
+
+
 def test_slopes_where_nothing_can_be_simulated_are_refused() -> None:
     with refuses("fit-lane", says="it fails"):
         slopes_of(_Parabola(0.5), np.ones(2), np.ones(2), np.zeros(2), INFINITE[:2])
     with refuses("fit-lane", says="it fails"):
-        slopes_of(_Parabola(1.0), np.ones(2), np.ones(2), np.zeros(2), INFINITE[:2])
+        slopes_of(_Parabola(1.0), np.ones(2), np.ones(2), np.ones(2), INFINITE[:2])
