@@ -70,7 +70,7 @@ def figures_of(name: str, output: str, *, runs: int, seed: int, horizon: float =
     checks, failed, believed, named = Counter[str](), Counter[str](), 0, Counter[str]()
     for record in made:
         try:
-            result = fit(axis, record, output, horizon=horizon)
+            result = fit(axis, record, output, horizon=horizon if output == "open-loop" else None)
         except AxisidError as error:
             failed[str(error)[:80]] += 1
             continue

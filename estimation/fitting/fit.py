@@ -29,7 +29,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.remedy import Note
+from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
 from .assembly import Ended, assembled
@@ -51,6 +51,8 @@ from .timing import split_free, time_in, with_time_found
 from .unknowns import End, Unknowns, by_name, check_enough, unknowns_of
 
 _MOST_STARTS = 1000
+_HORIZON = 1.0  # s
+_LARGEST = 1e20  # weight, beyond which another output is lost to rounding
 _SPREAD = 0.5  # of the logarithm of further starts
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
 
@@ -72,7 +74,7 @@ def fit(
     starts: int = 1,
     bootstrap: int = 0,
     seed: int = 0,
-    horizon: float = 1.0,
+    horizon: float | None = None,
     weights: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> OutputFit:
@@ -121,8 +123,8 @@ def fit(
         the deviations are taken; 0 for none.
     seed : int
         Of further starts and of the bootstrap's noise.
-    horizon : float
-        Length of the windows of an open loop, s.
+    horizon : float, optional
+        Length of the windows of an open loop, s; 1 s by default.
     weights : mapping of str to float
         Of an output, by which its errors count: the inverse of their deviation, in its unit. Each
         other output is weighted by what is left of it in each record.
@@ -142,10 +144,6 @@ def fit(
     """
     outputs = _outputs(output)
     _check(loss, starts, bootstrap, seed)
-    if not (is_real(horizon) and 0 < horizon < math.inf):
-        raise UsageError(
-            f"the horizon is {quoted(horizon)}; give a positive time, s.", code="fit-horizon"
-        )
     generated, given = as_generated(axis), records_of(record)
     gains, time = split_free(free, generated, given, outputs)
     asked = _Asked(
@@ -163,7 +161,7 @@ def fit(
         starts=starts,
         bootstrap=bootstrap,
         seed=seed,
-        horizon=float(horizon),
+        horizon=_horizon(horizon, outputs),
         progress=progress,
     )
     return assembled(with_time_found(generated, time, start, asked.ended, given[0].period))
@@ -400,16 +398,36 @@ def _outputs(given: object) -> tuple[str, ...]:
     return found
 
 
+def _horizon(given: object, outputs: Sequence[str]) -> float:
+    """Length of an open loop's windows, s."""
+    if given is None:
+        return _HORIZON
+    if not (is_real(given) and 0 < given < math.inf):
+        raise UsageError(
+            f"the horizon is {quoted(given)}; give a positive time, s.", code="fit-horizon"
+        )
+    if OPEN_LOOP not in outputs:
+        raise UsageError(
+            f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; leave "
+            "it out, or follow ",
+            Remedy.of(Setting("output", OPEN_LOOP), "."),
+            code="fit-horizon-unused",
+        )
+    return float(given)
+
+
 def _weights(given: object, outputs: Sequence[str]) -> tuple[float, ...]:
     """Weights of the outputs, NaN where none is given."""
     told = {} if given is None else given
     sound = isinstance(told, Mapping) and all(
-        name in outputs and is_real(w) and 0 < float(w) < math.inf for name, w in told.items()
+        name in outputs and is_real(w) and 1 / _LARGEST <= float(w) <= _LARGEST
+        for name, w in told.items()
     )
     if not (isinstance(told, Mapping) and sound):
         raise UsageError(
             f"the weights are {quoted(given)}; give positive numbers by output, of "
-            f"{', '.join(outputs)}: the inverse of the deviation that its errors have.",
+            f"{', '.join(outputs)}: the inverse of the deviation that its errors have, from "
+            f"{1 / _LARGEST:g} to {_LARGEST:g}.",
             code="fit-weights",
         )
     return tuple(float(told.get(name, math.nan)) for name in outputs)

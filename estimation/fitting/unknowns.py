@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.regression import Form
+from axisid.estimation.thresholds.records import LARGEST_VALUE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, ModelError, UsageError
 from axisid.support.real_numbers import is_real
@@ -17,6 +18,7 @@ from axisid.support.user_values import quoted
 
 #: A bound, or None for none.
 End = float | None
+_EXACT, _TINY = 1e-12, 1e-80  # of a prior: its least deviation, by its value
 _INSIDE = 0.05  # of a parameter's scale, or a quarter of its range: how far inside it starts
 
 
@@ -255,8 +257,17 @@ def _with_priors(
                 "standard deviation, which is more than 0 (fix it if it is exact).",
                 code="fit-prior",
             )
+        mean, sd = map(float, pair)
+        least, largest = _EXACT * max(abs(mean), _TINY), LARGEST_VALUE.value
+        if abs(mean) > largest or not least <= sd <= largest:
+            raise UsageError(
+                f"what was known of {quoted(name)} is {mean:g} +- {sd:g}, which is as good as "
+                f"exact, or beyond {largest:g}; fix what is exact, and leave out what is "
+                "not known.",
+                code="fit-prior-size",
+            )
         for j in places(name, "know"):
-            found.prior[j], found.prior_sd[j] = float(pair[0]), float(pair[1])
+            found.prior[j], found.prior_sd[j] = mean, sd
 
 
 def _with_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) -> None:

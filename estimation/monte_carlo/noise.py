@@ -59,6 +59,12 @@ class TwinNoise:
                     "number of 0 or more.",
                     code="twin-noise",
                 )
+        if self.correlation_time and not (self.control or self.disturbance):
+            raise UsageError(
+                "the twins' noise has a correlation time, and neither control nor disturbance that "
+                "it is of; give one of them, or leave it out.",
+                code="twin-noise-of-nothing",
+            )
 
 
 _MAY_BE_NONE = ("position", "resolution", "velocity", "acceleration")

@@ -138,7 +138,7 @@ class Record(Presentable, Exact):
             object.__setattr__(self, what, checked_spans(name, what, getattr(self, what)))
         object.__setattr__(self, "around", _frozen_samples(self.around))
         check_lengths(name, self.channels())
-        check_spans(name, len(self), self.segments, self.masked)
+        check_spans(name, self.time, self.segments, self.masked)
         check_time(name, self.time, self.spans, self.sample_period)
         if self.integrated:
             there = np.size(self.position) == len(self)

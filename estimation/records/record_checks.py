@@ -15,7 +15,7 @@ from axisid.estimation.records.times import (
     drift_of,
     odd_steps,
 )
-from axisid.estimation.thresholds.records import MIN_RECORD_SAMPLES
+from axisid.estimation.thresholds.records import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError, UsageError
@@ -41,6 +41,14 @@ def checked_column(source: str, role: str, values: ArrayLike) -> Array:
             f"{source}: the {role} is {column[bad[0]]} in data row {bad[0] + 1} "
             f"({bad.size} in all). Remove such rows or repair the log.",
             code="value-not-finite",
+        )
+    largest = LARGEST_VALUE.value
+    if column.size and not -largest <= column.min() <= column.max() <= largest:
+        row = int(np.argmax(np.abs(column)))
+        raise DataError(
+            f"{source}: the {role} is {column[row]:g} in data row {row + 1}, and no signal is as "
+            f"large ({largest:g} at most). Remove such rows or repair the log.",
+            code="value-absurd",
         )
     return column
 
@@ -86,13 +94,21 @@ def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
 
 
 def check_spans(
-    source: str, samples: int, segments: tuple[Span, ...], masked: tuple[Span, ...]
+    source: str, time: Array, segments: tuple[Span, ...], masked: tuple[Span, ...]
 ) -> None:
     """Refuse segments that do not follow one another, and masked samples that there are not."""
-    fewest = MIN_RECORD_SAMPLES.value
+    fewest, samples = MIN_RECORD_SAMPLES.value, len(time)
     ends = [0, *(end for span in segments for end in span), samples]
     whole = not segments or ends[::2] == ends[1::2]
-    lasting = all(stop - start >= fewest for start, stop in segments)
+    for start, stop in segments:
+        if whole and start < stop < start + fewest:
+            raise DataError(
+                f"{source}: the part from {time[start]:.6g} to {time[stop - 1]:.6g} s has "
+                f"{stop - start} of its rows, and needs {fewest} or more; give a longer window, or "
+                "leave it out.",
+                code="short-part",
+            )
+    lasting = all(stop > start for start, stop in segments)
     inside = all(0 <= start < stop <= samples for start, stop in masked)
     if not (whole and lasting and inside):
         raise DataError(

@@ -278,3 +278,9 @@ MAX_PART_OF_A_SAMPLE = Threshold(
     "is that number",
     "chosen: a time that is written with two digits",
 )
+LARGEST_VALUE = Threshold(
+    1e100,
+    "SI",
+    "size of a sample beyond which a column is refused",
+    "derived: the squares of a million of such samples, and their products, are still numbers",
+)

@@ -113,6 +113,7 @@ def test_a_record_is_held_against_one_of_the_outputs(both: OutputFit, twin: Reco
         ("fit-weights", {"output": BOTH, "weights": {"force": 1.0}}),
         ("fit-weights", {"output": BOTH, "weights": {"position": 0.0}}),
         ("fit-weights", {"output": BOTH, "weights": 3.0}),
+        ("fit-weights", {"output": BOTH, "weights": {"position": 1e300}}),
     ],
 )
 def test_what_cannot_be_followed_together_is_refused(

@@ -56,3 +56,9 @@ def test_correlated_noise_is_stationary_from_the_first_sample_however_long_it_la
 def test_noise_that_makes_no_sense_is_refused(given: dict[str, Any]) -> None:
     with refuses("twin-noise"):
         TwinNoise(**given)
+
+
+def test_a_correlation_time_of_no_noise_is_refused() -> None:
+    with refuses("twin-noise-of-nothing"):
+        TwinNoise(correlation_time=1.0)
+    TwinNoise(correlation_time=1.0, control=0.1)

@@ -41,6 +41,7 @@ def test_period_is_the_mean_step_unless_given() -> None:
     [
         (changed("position", 7, np.nan), "value-not-finite", "position is nan in data row 8"),
         (changed("control", 3, np.inf), "value-not-finite", "control is inf in data row 4"),
+        (changed("control", 3, -1e300), "value-absurd", "control is -1e.300 in data row 4"),
         (changed("time", 9, 0.0), "backward-time", "10"),
         (changed("time", 9, 0.008), "backward-time", "10"),
         (

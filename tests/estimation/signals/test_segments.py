@@ -95,14 +95,17 @@ def test_segments_that_are_all_too_short_are_refused(emps2015: GeneratedAxis, tw
         identify(emps2015, short, FILTER)
 
 
-@pytest.mark.parametrize(
-    "spans", [((0, 10), (11, 50)), ((0, 49),), ((5, 50),), ((0, 48), (48, 50)), ((0, 60),)]
-)
+@pytest.mark.parametrize("spans", [((0, 10), (11, 50)), ((0, 49),), ((5, 50),), ((0, 60),)])
 def test_segments_that_are_no_parts_of_the_record_are_refused(
     twin: Record, spans: tuple[tuple[int, int], ...]
 ) -> None:
     with refuses("record-spans"):
         replace(cut(twin, 0, 50), segments=spans)
+
+
+def test_a_segment_of_too_few_rows_is_named_by_its_time(twin: Record) -> None:
+    with refuses("short-part", says="from 0.048 to 0.049 s has 2 of its rows"):
+        replace(cut(twin, 0, 50), segments=((0, 48), (48, 50)))
 
 
 def test_masked_samples_reach_no_row(emps2015: GeneratedAxis, twin: Record) -> None:

@@ -27,7 +27,7 @@ class Asked:
     start: str
     starts: int
     bootstrap: int
-    horizon: float
+    horizon: float | None
     bound: tuple[str, ...]
     prior: tuple[str, ...]
     free: tuple[str, ...]
@@ -141,10 +141,8 @@ _OPTIONS = (
     click.option(
         "--horizon",
         type=click.FloatRange(0.0, min_open=True),
-        default=1.0,
-        show_default=True,
         metavar="S",
-        help="Length of the windows of an open loop, s.",
+        help="Length of the windows of an open loop, s.  [default: 1]",
     ),
     click.option(
         "--bound",
@@ -180,7 +178,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
         started_at: str,
         starts: int,
         bootstrap: int,
-        horizon: float,
+        horizon: float | None,
         bound: tuple[str, ...],
         prior: tuple[str, ...],
         free: tuple[str, ...],
