@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OPEN_LOOP, OUTPUTS, SQUARES
+from axisid.estimation.choices.outputs import (
+    FIT_STARTS,
+    HORIZON,
+    LOSSES,
+    OPEN_LOOP,
+    OUTPUTS,
+    SQUARES,
+)
 from axisid.estimation.diagnostics.law import LawCheck, first_law
 from axisid.estimation.freed import FormByTime, are_starts
 from axisid.estimation.identification import records_of, shared_records
@@ -23,6 +30,7 @@ from axisid.estimation.predictions import (
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
+from axisid.estimation.thresholds.fitting import MAX_WEIGHT
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
@@ -51,8 +59,6 @@ from .timing import split_free, time_in, with_time_found
 from .unknowns import End, Unknowns, by_name, check_enough, unknowns_of
 
 _MOST_STARTS = 1000
-_HORIZON = 1.0  # s
-_LARGEST = 1e20  # weight, beyond which another output is lost to rounding
 _SPREAD = 0.5  # of the logarithm of further starts
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
 
@@ -401,7 +407,7 @@ def _outputs(given: object) -> tuple[str, ...]:
 def _horizon(given: object, outputs: Sequence[str]) -> float:
     """Length of an open loop's windows, s."""
     if given is None:
-        return _HORIZON
+        return HORIZON
     if not (is_real(given) and 0 < given < math.inf):
         raise UsageError(
             f"the horizon is {quoted(given)}; give a positive time, s.", code="fit-horizon"
@@ -418,16 +424,15 @@ def _horizon(given: object, outputs: Sequence[str]) -> float:
 
 def _weights(given: object, outputs: Sequence[str]) -> tuple[float, ...]:
     """Weights of the outputs, NaN where none is given."""
-    told = {} if given is None else given
+    told, most = {} if given is None else given, MAX_WEIGHT.value
     sound = isinstance(told, Mapping) and all(
-        name in outputs and is_real(w) and 1 / _LARGEST <= float(w) <= _LARGEST
-        for name, w in told.items()
+        name in outputs and is_real(w) and 1 / most <= float(w) <= most for name, w in told.items()
     )
     if not (isinstance(told, Mapping) and sound):
         raise UsageError(
             f"the weights are {quoted(given)}; give positive numbers by output, of "
             f"{', '.join(outputs)}: the inverse of the deviation that its errors have, from "
-            f"{1 / _LARGEST:g} to {_LARGEST:g}.",
+            f"{1 / most:g} to {most:g}.",
             code="fit-weights",
         )
     return tuple(float(told.get(name, math.nan)) for name in outputs)

@@ -291,15 +291,14 @@ def _precise(of: Judged) -> Iterator[Check]:
     chosen = (of.deviations > 0) & np.isfinite(of.deviations) & ~of.basis.of_start
     if not chosen.any():
         return
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.where(chosen, of.deviations / np.abs(of.physical), 0.0)
-    vague = 100 * relative > MAX_RELATIVE_DEVIATION.value
-    with np.errstate(invalid="ignore"):
-        times = 1 + 2 * relative  # of what it may be, by what it is
+        times, percent = 1 + 2 * relative, 100 * relative  # of what it may be, by what it is
         small = (whole * times < NEGLIGIBLE_FORCE.value) & (
             peak * times < NEGLIGIBLE_PEAK_FORCE.value
         )
-    told = {name: 100 * r for name, r in zip(of.names, relative, strict=True)}
+    vague = percent > MAX_RELATIVE_DEVIATION.value
+    told = dict(zip(of.names, map(float, percent), strict=True))
     unclear, minor = (
         [of.names[int(j)] for j in np.flatnonzero(x)] for x in (vague & ~small, vague & small)
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.regression import Form
+from axisid.estimation.thresholds.fitting import MIN_PRIOR_DEVIATION
 from axisid.estimation.thresholds.records import LARGEST_VALUE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, ModelError, UsageError
@@ -18,7 +19,6 @@ from axisid.support.user_values import quoted
 
 #: A bound, or None for none.
 End = float | None
-_EXACT, _TINY = 1e-12, 1e-80  # of a prior: its least deviation, by its value
 _INSIDE = 0.05  # of a parameter's scale, or a quarter of its range: how far inside it starts
 
 
@@ -258,8 +258,9 @@ def _with_priors(
                 code="fit-prior",
             )
         mean, sd = map(float, pair)
-        least, largest = _EXACT * max(abs(mean), _TINY), LARGEST_VALUE.value
-        if abs(mean) > largest or not least <= sd <= largest:
+        largest = LARGEST_VALUE.value
+        exact = sd < max(MIN_PRIOR_DEVIATION.value * abs(mean), 1 / largest)
+        if exact or max(abs(mean), sd) > largest:
             raise UsageError(
                 f"what was known of {quoted(name)} is {mean:g} +- {sd:g}, which is as good as "
                 f"exact, or beyond {largest:g}; fix what is exact, and leave out what is "

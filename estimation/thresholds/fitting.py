@@ -97,3 +97,15 @@ FEWEST_TWINS = Threshold(
     "twins with noise that could be simulated, from which they tell deviations",
     "chosen: a deviation is known to 18 % then",
 )
+MAX_WEIGHT = Threshold(
+    1e20,
+    "1/unit of the output",
+    "weight of an output, and its inverse, up to which it is taken",
+    "chosen: with more, what another output tells is lost to rounding",
+)
+MIN_PRIOR_DEVIATION = Threshold(
+    1e-12,
+    "1",
+    "deviation of what was known of a parameter, by its value, from which it is weighed",
+    "chosen: what is surer is exact, and can be held",
+)

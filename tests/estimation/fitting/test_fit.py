@@ -552,7 +552,7 @@ def test_a_fit_is_equal_after_a_pickle(found: OutputFit) -> None:
         ("fit-prior", {"prior": {"M": 5.0}}),
         ("fit-prior-size", {"prior": {"M": (95.0, 1e-300)}}),
         ("fit-prior-size", {"prior": {"M": (1e300, 1.0)}}),
-        ("fit-prior-size", {"prior": {"Fc": (0.0, 1e-100)}}),
+        ("fit-prior-size", {"prior": {"Fc": (0.0, 1e-200)}}),
         ("fit-horizon-unused", {"horizon": 2.0}),
         ("fit-by-name", {"prior": "M=95"}),
         ("fit-by-name", {"bounds": ["M"]}),
