@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.outputs import (
     FIT_STARTS,
-    HORIZON,
     LOSSES,
     OPEN_LOOP,
     OUTPUTS,
@@ -30,7 +29,7 @@ from axisid.estimation.predictions import (
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
-from axisid.estimation.thresholds.fitting import MAX_WEIGHT
+from axisid.estimation.thresholds.fitting import HORIZON, MAX_WEIGHT
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
@@ -407,7 +406,7 @@ def _outputs(given: object) -> tuple[str, ...]:
 def _horizon(given: object, outputs: Sequence[str]) -> float:
     """Length of an open loop's windows, s."""
     if given is None:
-        return HORIZON
+        return HORIZON.value
     if not (is_real(given) and 0 < given < math.inf):
         raise UsageError(
             f"the horizon is {quoted(given)}; give a positive time, s.", code="fit-horizon"

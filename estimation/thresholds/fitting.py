@@ -109,3 +109,9 @@ MIN_PRIOR_DEVIATION = Threshold(
     "deviation of what was known of a parameter, by its value, from which it is weighed",
     "chosen: what is surer is exact, and can be held",
 )
+HORIZON = Threshold(
+    1.0,
+    "s",
+    "length of the windows of an open loop where none is given",
+    "chosen",
+)
