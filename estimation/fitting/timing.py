@@ -34,7 +34,8 @@ def split_free(
     Raises
     ------
     UsageError
-        They are no names; both times are asked for, or one that the records cannot show.
+        They are no names; both times are asked for, or one that the records cannot show, or that
+        no loop can be simulated with.
     """
     names = (free,) if isinstance(free, str) else free
     if not isinstance(names, (tuple, list)) or not all(isinstance(name, str) for name in names):
@@ -58,6 +59,13 @@ def split_free(
             code="free-times",
         )
     name = times[0]
+    if axis.declared.states:
+        raise UsageError(
+            f"the drive's {name} cannot be free: the friction of axis {axis.declared.name!r} "
+            "remembers, and is simulated with no drive whose force changes between the samples of the law; "
+            "leave it as it is declared.",
+            code="free-time-states",
+        )
     for record in records:
         check_time(axis.declared, record, name, by_law=OPEN_LOOP not in outputs)
     value = max(float(getattr(drive, name)), _LEAST * records[0].period)

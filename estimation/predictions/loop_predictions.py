@@ -17,8 +17,9 @@ from axisid.estimation.loops import loop_starts, noise_along, two_clocks
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
-from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
+from axisid.estimation.simulation import MOST_SUBSTEPS, LoopInputs, settled_substeps, simulate_lanes
 from axisid.support.arrays import Array, covered
+from axisid.support.errors import EstimationError
 
 from .added_slopes import Motion, motion_of, slopes_by_added
 from .disturbed import changed_by_noise, changed_by_steps
@@ -91,10 +92,26 @@ class LoopPredictions:
         return np.concatenate([each.counted for each in self.stretches]).astype(float)
 
     def settle(self, physical: Array) -> None:
-        """See `Predictions.settle`: how many steps a sample is simulated in."""
+        """See `Predictions.settle`: how many steps a sample is simulated in.
+
+        Raises
+        ------
+        EstimationError
+            Friction that remembers is so stiff there that samples take the most steps there are:
+            such loops are not resolved, and a search would take hours.
+        """
         for i, each in enumerate(self.stretches):
             own, before = self._form.own(physical, each.record), self._substeps[i] or 1
-            self._substeps[i] = max(settled_substeps(each.axis, own, each.inputs) or 1, before)
+            steps = settled_substeps(each.axis, own, each.inputs) or 1
+            if each.axis.states and steps >= MOST_SUBSTEPS:
+                raise EstimationError(
+                    f"with {each.axis.describe(own)} the friction of axis "
+                    f"{each.axis.axis.name!r} is so stiff that a sample takes {MOST_SUBSTEPS} "
+                    "steps, the most there are; start from nominal values of the right order, or "
+                    "bound the stiffness.",
+                    code="fit-too-stiff",
+                )
+            self._substeps[i] = max(steps, before)
 
     def __call__(self, physical: Array) -> Lanes:
         """See `Predictions.__call__`."""

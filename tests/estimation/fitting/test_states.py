@@ -64,3 +64,18 @@ def test_what_friction_remembers_by_is_not_searched_from_nothing() -> None:
     record = _record(right, right.nominal, noise=0.0, samples=300)
     with refuses("fit-state-zero"):
         fit(axis, record)
+
+
+@pytest.mark.parametrize("time", ["lag", "delay"])
+def test_a_time_of_the_drive_is_not_free_beside_friction_that_remembers(time: str) -> None:
+    axis = build(bristle(control=CASCADE))
+    record = _record(axis, axis.nominal, noise=0.0, samples=50)
+    with refuses("free-time-states"):
+        fit(axis, record, free=time)
+
+
+def test_friction_that_is_too_stiff_to_be_searched_is_refused_at_once() -> None:
+    axis = virtual("dahl")
+    record = _record(axis, axis.nominal, noise=0.0, samples=50)
+    with refuses("fit-too-stiff", says="a sample takes 1024 steps"):
+        fit(axis, record, start={"s0": 1e12})

@@ -136,7 +136,7 @@ def _notes(fit: OutputFit, wording: Wording) -> Iterator[str]:
     if fit.at_bound:
         yield (
             "At a bound the interval is one-sided: of a normal distribution about what the errors "
-            "alone would give, cut off there. The other deviations are with the parameter held."
+            "alone would give, cut off there. The others' deviations are those without the bound."
         )
     if len(fit.outputs) > 1:
         yield (
