@@ -62,8 +62,8 @@ def split_free(
     if axis.declared.states:
         raise UsageError(
             f"the drive's {name} cannot be free: the friction of axis {axis.declared.name!r} "
-            "remembers, and is simulated with no drive whose force changes between the samples of the law; "
-            "leave it as it is declared.",
+            "remembers, and is simulated with no drive whose force changes between the samples "
+            "of the law; leave it as it is declared.",
             code="free-time-states",
         )
     for record in records:
