@@ -146,6 +146,29 @@ def test_several_outputs_are_followed_and_read_back(run: Run, log: Path, tmp_pat
         load_result(file)
 
 
+def test_a_file_of_a_fit_that_contradicts_itself_is_refused(
+    run: Run, log: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "fit.json"
+    run("fit", "emps2015", log, "--json", file)
+    written = json.loads(file.read_text())
+    load_result(file)
+    mass = written["parameters"]["M"]
+    deviations, chosen = mass["deviations"], written["chosen_covariance"]
+    for changed, said in (
+        ({"sd": -1.0}, "a deviation of M is negative"),
+        ({"deviations": {**deviations, "iid": -1.0}}, "a deviation of M is negative"),
+        ({"sd": 2 * mass["sd"]}, "is not its covariance's"),
+        ({"deviations": {"iid": 1.0}}, f"no deviation for the covariance '{chosen}'"),
+        ({"interval_95": [0.0, 1.0]}, "does not hold its value"),
+        ({"prior": {"value": 1.0, "sd": -1.0}}, "has the deviation -1"),
+    ):
+        parameters = {**written["parameters"], "M": {**mass, **changed}}
+        file.write_text(json.dumps({**written, "parameters": parameters}))
+        with refuses("contradictory-result", says=said):
+            load_result(file)
+
+
 @pytest.mark.parametrize("weight", ["position", "position=", "=2", "position=fine"])
 def test_a_weight_that_weighs_nothing_is_refused(run: Run, log: Path, weight: str) -> None:
     code, _, err = run("fit", "emps2015", log, "--weight", weight)

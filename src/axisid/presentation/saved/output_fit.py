@@ -1,6 +1,7 @@
 """A fit of an output that was written as JSON, read again."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, cast
@@ -21,6 +22,7 @@ from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Wording, as_arguments
 
+from .contradictions import contradiction
 from .diagnosis import read_check
 from .identification import SavedRecord, saved_record
 from .views import Like
@@ -110,7 +112,8 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
     Raises
     ------
     DataError
-        The covariance is not of the parameters, or nothing is left of a record.
+        The covariance is not of the parameters, nothing is left of a record, or a deviation or an
+        interval cannot be.
     """
     count = len(document.parameters)
     rows = [len(row) for row in document.covariance]
@@ -122,7 +125,26 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
             WRITE_AGAIN,
             code="saved-fit",
         )
+    for problem in _contradictions(document):
+        raise contradiction(file, problem)
     return SavedOutputFit(file=file, document=document)
+
+
+def _contradictions(document: WrittenOutputFit) -> Iterator[str]:
+    """What of the parameters cannot be."""
+    for name, written in document.parameters.items():
+        deviations = [sd for sd in (written.sd, *written.deviations.values()) if sd is not None]
+        if min(deviations, default=0.0) < 0:
+            yield f"a deviation of {name} is negative"
+        if document.chosen_covariance not in written.deviations:
+            yield f"{name} has no deviation for the covariance {document.chosen_covariance!r}"
+        elif written.deviations[document.chosen_covariance] != written.sd:
+            yield f"the deviation of {name} is not its covariance's"
+        value = _value(written, document.chosen_covariance)
+        if not value.interval[0] <= value.value <= value.interval[1]:
+            yield f"the interval of {name} does not hold its value"
+        if written.prior and not written.prior.sd > 0:
+            yield f"what was known of {name} has the deviation {written.prior.sd:g}"
 
 
 def _outputs(document: WrittenOutputFit) -> tuple[str, ...]:
