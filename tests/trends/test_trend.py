@@ -178,7 +178,9 @@ def test_fits_have_a_trend_of_what_they_fitted(fitted: dict[str, Any], tmp_path:
     for i in range(12):
         made = copy.deepcopy(fitted)
         friction = made["parameters"]["Fc"]
-        friction["value"] += 4.0 * (i >= 6) + 0.1 * rng.normal()
+        moved = 4.0 * (i >= 6) + 0.1 * rng.normal()
+        friction["value"] += moved
+        friction["interval_95"] = [end + moved for end in friction["interval_95"]]
         (tmp_path / f"f{i:02}.json").write_text(json.dumps(made))
     (series,) = trend(tmp_path).series
     assert [chart.parameter for chart in series.charts] == ["M", "Fc"]  # Fv is held
