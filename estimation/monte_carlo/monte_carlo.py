@@ -11,8 +11,10 @@ from axisid.estimation.identification import check_choices, requested_methods
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis, Move
-from axisid.support.errors import EstimationError
+from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress
+from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import quoted
 
 from .noise import TwinNoise
 from .plan import MonteCarloPlan, twin_of
@@ -109,6 +111,12 @@ def monte_carlo(
     Held in memory are the signals of one block for each process, and about 0.1 kB of numbers for
     each run and parameter.
     """
+    if not (keep is None or callable(keep)):
+        raise UsageError(
+            f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
+            "MonteCarlo, or leave it out.",
+            code="monte-carlo-keep",
+        )
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
@@ -125,7 +133,7 @@ def monte_carlo(
         methods=tuple(dict.fromkeys(chosen)),
         noise=TwinNoise() if noise is None else noise,
         prefilter=given,
-        checks=min(checks, runs) if isinstance(checks, int) else checks,
+        checks=min(checks, runs) if is_whole(checks) and is_whole(runs) else checks,
         settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},
     )
     return _run(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)

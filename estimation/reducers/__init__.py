@@ -6,6 +6,7 @@ Knows nothing of simulations and axes.
 
 from .lane_block import LaneBlock as LaneBlock
 from .lane_block import Reducer as Reducer
+from .reducers import check_wanted as check_wanted
 from .reducers import checked_reducers as checked_reducers
 from .reducers import joined as joined
 from .reducers import needed_signals as needed_signals

@@ -56,6 +56,23 @@ def checked_reducers(
     return reducers
 
 
+def check_wanted(reducers: Sequence[str | Reducer], wanted: Sequence[str]) -> None:
+    """Refuse to reduce signals where none is wanted.
+
+    Raises
+    ------
+    UsageError
+        A reducer is of signals, and there are none.
+    """
+    of_signals = [each for each in reducers if callable(each) or each in _OF_SIGNALS]
+    if of_signals and not wanted:
+        raise UsageError(
+            f"the batch is to be reduced by {quoted(of_signals[0])}, and no signal is wanted; name "
+            f"signals, or reduce by {' or '.join(_OF_TRACKING)}.",
+            code="reduce-nothing",
+        )
+
+
 def needed_signals(reducers: Sequence[str | Reducer]) -> tuple[str, ...]:
     """The signals that reducers take beside those that are wanted."""
     return ("position",) if {*_OF_TRACKING} & {r for r in reducers if isinstance(r, str)} else ()

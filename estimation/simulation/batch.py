@@ -14,6 +14,7 @@ from axisid.codegen.runtime import VirtualLoop
 from axisid.estimation.reducers import (
     LaneBlock,
     Reducer,
+    check_wanted,
     checked_reducers,
     joined,
     needed_signals,
@@ -163,6 +164,8 @@ def simulate_batch(
     added = lane_injected(injected, (len(ref), lanes))
     reducers = None if reduce is None else checked_reducers(reduce)
     names = wanted_names(wanted)
+    if reducers is not None:
+        check_wanted(reducers, names)
     beside = () if reducers is None else needed_signals(reducers)
     logged = ref, period
     given_signals = checked_signals(axis, signals, len(ref), lanes)

@@ -11,6 +11,7 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.records import Record
 from axisid.estimation.signals import about_samples
 from axisid.estimation.tables import Provenance
+from axisid.estimation.thresholds.records import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
@@ -151,6 +152,12 @@ def twin_plan(
     experiment, law = _planned(declared, sample_period)
     period = law.period if sample_period is None else sample_period
     reference = trajectory(experiment.moves, period)
+    if len(reference) < MIN_RECORD_SAMPLES.value:
+        raise UsageError(
+            f"the moves of axis {declared.name!r} are over after {len(reference)} samples of "
+            f"{period:g} s; a record needs {MIN_RECORD_SAMPLES.value} or more: give longer moves.",
+            code="twin-too-short",
+        )
     clocks = clocks_of(law, len(reference), period)
     place = injected_at or declared.injected_at or None
     added = None if injected is None else checked_signal(injected, reference, "the injected signal")

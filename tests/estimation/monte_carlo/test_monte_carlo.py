@@ -18,6 +18,7 @@ from axisid.estimation.monte_carlo.runs import STATUSES, BlockNumbers, Estimand,
 from axisid.estimation.monte_carlo.twins import twins
 from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
+from axisid.modeling.declaration import Move
 from axisid.support.errors import EstimationError
 from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, judged, study
 from tests.refusals import refuses
@@ -250,6 +251,8 @@ def test_other_true_values_are_simulated() -> None:
     ("given", "code"),
     [
         ({"runs": 0}, "monte-carlo-count"),
+        ({"runs": "3"}, "monte-carlo-count"),
+        ({"keep": 3}, "monte-carlo-keep"),
         ({"seed": -1}, "monte-carlo-count"),
         ({"checks": 1.5}, "monte-carlo-count"),
         ({"methods": "ols"}, "unknown-method"),
@@ -270,6 +273,12 @@ def test_other_true_values_are_simulated() -> None:
 def test_what_makes_no_sense_is_refused(given: dict[str, Any], code: str) -> None:
     with refuses(code):
         study(**given)
+
+
+def test_moves_of_less_than_a_record_are_refused() -> None:
+    moves = [Move(distance=1e-9, speed=0.05, acceleration=0.75)]
+    with refuses("twin-too-short", says="over after 1 samples"):
+        study(2, moves=moves)
 
 
 def test_a_disturbance_that_the_drive_would_log_is_refused() -> None:

@@ -144,6 +144,13 @@ def test_unknown_reducers_are_refused_with_those_that_there_are(wrong: object) -
         checked_reducers(wrong)  # type: ignore[arg-type]
 
 
+def test_signals_are_not_reduced_where_none_is_wanted() -> None:
+    for reducer in ("mean", lambda block: {"rows": block.parameters}):
+        with refuses("reduce-nothing"):
+            run(reducer, wanted=(), lanes=3)
+    assert [*run("max_tracking_error", wanted=(), lanes=3).reduced] == ["max_tracking_error"]
+
+
 def test_callables_that_give_no_lanes_by_name_are_refused() -> None:
     with refuses("reduced-names"):
         run(lambda block: block.signals["force"][-1], lanes=3)
