@@ -64,3 +64,24 @@ def test_a_trend_takes_the_last_row_of_each_log() -> None:
     told = [("a", "x", "ok"), ("b", "y", "ok"), ("a-1", "x", "ok"), ("b-1", "y", "failed")]
     rows = [FleetRow(name=n, log=log, axis="s", status=s) for n, log, s in told]  # type: ignore[arg-type]
     assert last_results(rows) == {"a-1"}
+
+
+def test_a_trend_takes_each_machine_of_a_log_of_two() -> None:
+    rows = [
+        FleetRow(name=n, log="x", axis="s", columns={"position": n}, status="ok")
+        for n in ("px", "py")
+    ]
+    assert last_results(rows) == {"px", "py"}
+
+
+def test_a_log_of_two_machines_goes_on_as_two(place: Path) -> None:
+    log = str(place / "x" / "a.csv")
+    items = [FleetItem(log=log, serial=s, columns={"position": s}) for s in ("px", "py")]
+
+    def again(*of: FleetItem) -> list[str]:
+        made = fleet(of, "emps2015", place / "out", jobs=0, native=False, resume=True)
+        return [f"{row.serial} {row.status}" for row in made]
+
+    assert again(items[0]) == ["px ok"]
+    assert again(*items) == ["px skipped", "py ok"]
+    assert again(*items) == ["px skipped", "py skipped"]

@@ -212,8 +212,9 @@ def _finished(
             continue
         if row.has_result and not result_file(settings.folder, row.name).is_file():
             continue
-        said = {"serial": each.item.serial, "conditions": dict(each.item.conditions)}
-        yield each.name, msgspec.structs.replace(row, log=each.item.log, **said)
+        said = {name: dict(getattr(each.item, name)) for name in ("columns", "conditions")}
+        told = msgspec.structs.replace(row, log=each.item.log, serial=each.item.serial, **said)
+        yield each.name, told
 
 
 def _done_as(log: str, key: str) -> tuple[Path, str]:

@@ -25,7 +25,9 @@ class Named:
 
     def row(self, **what: Any) -> FleetRow:
         """A row of it."""
-        said = {name: getattr(self.item, name) for name in ("log", "serial", "conditions")}
+        said = {
+            name: getattr(self.item, name) for name in ("log", "serial", "columns", "conditions")
+        }
         return FleetRow(name=self.name, **{"axis": self.item.axis, **said, **what})
 
 

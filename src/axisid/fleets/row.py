@@ -27,7 +27,7 @@ class FleetRow(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="a
     ----------
     name : str
         Of its result, without the ending.
-    log, axis, serial, conditions
+    log, axis, serial, columns, conditions
         As of its `FleetItem`.
     status : {"ok", "failed", "skipped"}
         Skipped is what was there already, with its result.
@@ -51,6 +51,7 @@ class FleetRow(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="a
     log: str
     axis: str
     serial: str = ""
+    columns: Mapping[str, str] = {}
     conditions: Mapping[str, str | float] = {}
     status: Status
     reason: str = ""

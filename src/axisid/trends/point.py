@@ -123,8 +123,11 @@ def _saved(given: object) -> Iterator[Saved]:
 
 
 def last_results(rows: Iterable[FleetRow]) -> set[str]:
-    """Names of the results that are the last of their log and axis; of what failed since, none."""
-    last = {(row.log, row.axis): row for row in rows}
+    """Names of the results that are the last of their log, axis and columns.
+
+    Of what failed since there is none.
+    """
+    last = {(row.log, row.axis, *sorted(row.columns.items())): row for row in rows}
     return {row.name for row in last.values() if row.has_result}
 
 

@@ -86,6 +86,41 @@ def test_results_of_logs_of_one_name_are_told_apart() -> None:
     assert result_names(items[::-1])[::-1] == [first, second, third]
 
 
+def test_a_log_of_two_machines_is_two_items_with_results_of_their_own(tmp_path: Path) -> None:
+    file = tmp_path / "manifest.csv"
+    file.write_text('log,serial,columns\na.csv,X,"position=px"\na.csv,Y,"position=py"\n')
+    items = gather_items([file, tmp_path / "a.csv"], tmp_path)  # the bare path adds nothing
+    assert [(item.serial, item.columns) for item in items] == [
+        ("X", {"position": "px"}),
+        ("Y", {"position": "py"}),
+    ]
+    first, second = result_names(items)
+    assert first != second
+    assert result_names(items[::-1]) == [second, first]
+
+
+def test_what_a_manifest_tells_of_a_log_holds_before_its_bare_path(tmp_path: Path) -> None:
+    file = tmp_path / "manifest.csv"
+    file.write_text("log,serial\na.csv,X\n")
+    assert [i.serial for i in gather_items([tmp_path / "a.csv", file], tmp_path)] == ["X"]
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("a.csv,X,1\na.csv,Y,1\n", "row 1, and .*row 2, tell other serial of .*'X' and 'Y'"),
+        ("a.csv,X,1\na.csv,X,2\n", "row 1, and .*row 2, tell other conditions of .*site=2"),
+    ],
+)
+def test_rows_that_contradict_are_refused_by_their_numbers(
+    tmp_path: Path, rows: str, said: str
+) -> None:
+    file = tmp_path / "manifest.csv"
+    file.write_text(f"log,serial,site\n{rows}")
+    with pytest.raises(DataError, match=said):
+        gather_items(file, tmp_path)
+
+
 def test_no_log_at_all_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="there is no log in"):
         gather_items(str(tmp_path), tmp_path / "out")

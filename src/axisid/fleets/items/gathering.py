@@ -1,11 +1,11 @@
 """Logs by name, pattern, folder or manifest."""
 
 import glob
-from collections.abc import Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from axisid.estimation.logs import log_endings
-from axisid.support.errors import UsageError
+from axisid.support.errors import DataError, UsageError
 from axisid.support.user_values import quoted
 
 from .item import FleetItem
@@ -13,12 +13,16 @@ from .manifest import is_manifest, manifest_items
 
 _RESULTS = ".json"  # a log's ending too
 _FLEET = "fleet"  # ledger and table
+_BY_PATH = ""  # where nothing but the path of a log is told
 
 
 def gather_items(
     logs: str | Path | FleetItem | Iterable[str | Path | FleetItem], out: Path
 ) -> list[FleetItem]:
     """Items of all that is named, each once, in their order.
+
+    A log is there several times where other axes or columns are told of it, as of a file of two
+    machines. Where a manifest or an item tells what it is, its bare path adds nothing.
 
     Parameters
     ----------
@@ -32,22 +36,48 @@ def gather_items(
     UsageError
         There is none, or something is no path.
     DataError
-        A manifest cannot be read.
+        A manifest cannot be read, or the same columns of a log are told to be of another machine.
     """
     listed = [logs] if isinstance(logs, (str, Path, FleetItem)) else list(logs)
-    found: dict[tuple[str, str], FleetItem] = {}
-    for each in listed:
-        for item in _items(each, out):
-            found.setdefault((item.log, item.axis), item)
+    told = [each for place, one in enumerate(listed, 1) for each in _items(one, out, place)]
+    described = {item.log for item, by in told if by != _BY_PATH}
+    found: dict[Hashable, tuple[FleetItem, str]] = {}
+    for item, by in told:
+        if by == _BY_PATH and item.log in described:
+            continue
+        before = found.setdefault((item.log, item.axis, item.columns_text), (item, by))
+        _check_alike(before, (item, by))
     if not found:
         said = " and ".join(map(str, listed))
         raise UsageError(f"there is no log in {said or 'nothing'}; name some.", code="no-logs")
-    return list(found.values())
+    return [item for item, _ in found.values()]
 
 
-def _items(given: object, out: Path) -> Iterator[FleetItem]:
+def _check_alike(before: tuple[FleetItem, str], again: tuple[FleetItem, str]) -> None:
+    """Refuse what tells other things of the same columns of a log: one of the two is wrong."""
+    (item, by), (other, by_other) = before, again
+    for what in ("serial", "conditions"):
+        first, second = getattr(item, what), getattr(other, what)
+        if first != second:
+            raise DataError(
+                f"{by} and {by_other} tell other {what} of {item.log}: {_said(first)} and "
+                f"{_said(second)}. Leave one out, or give each its own columns where the log is of "
+                "several machines.",
+                code="fleet-log-twice",
+            )
+
+
+def _said(told: object) -> str:
+    """A serial number or conditions, as they are told."""
+    pairs = told.items() if isinstance(told, Mapping) else ()
+    text = ", ".join(f"{k}={v}" for k, v in pairs) if pairs else str(told or "none")
+    return quoted(text) if text != "none" else text
+
+
+def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, str]]:
+    """Items, each with who tells of it."""
     if isinstance(given, FleetItem):
-        yield given
+        yield given, f"item {place}"
         return
     if not isinstance(given, (str, Path)):
         raise UsageError(
@@ -56,14 +86,17 @@ def _items(given: object, out: Path) -> Iterator[FleetItem]:
         )
     path = Path(given)
     if path.is_dir() and not (path / "metadata.yaml").is_file():  # that of a ROS 2 bag is one log
-        yield from (FleetItem(log=str(file)) for file in _logs_in(path, out))
+        yield from ((FleetItem(log=str(file)), _BY_PATH) for file in _logs_in(path, out))
     elif path.is_file() and is_manifest(path):
-        yield from manifest_items(path)
+        for number, item in enumerate(manifest_items(path), 1):
+            yield item, f"{path}, row {number},"
     elif not path.exists() and glob.has_magic(str(path)):
         files = sorted(glob.glob(str(path), recursive=True))
-        yield from (FleetItem(log=file) for file in files if _may_be_log(Path(file), out))
+        yield from (
+            (FleetItem(log=file), _BY_PATH) for file in files if _may_be_log(Path(file), out)
+        )
     else:
-        yield FleetItem(log=str(path))
+        yield FleetItem(log=str(path)), _BY_PATH
 
 
 def _logs_in(folder: Path, out: Path) -> list[Path]:

@@ -33,6 +33,11 @@ class FleetItem:
     columns: Mapping[str, str] = field(default_factory=dict)
     conditions: Mapping[str, Condition] = field(default_factory=dict)
 
+    @property
+    def columns_text(self) -> str:
+        """The columns in an order of their own, the same where they are the same."""
+        return ",".join(f"{role}={name}" for role, name in sorted(self.columns.items()))
+
 
 def result_names(items: Sequence[FleetItem]) -> list[str]:
     """Names of the items' results: those of the logs, with a mark where two have the same."""
@@ -46,8 +51,9 @@ def result_names(items: Sequence[FleetItem]) -> list[str]:
 
 
 def _mark(item: FleetItem) -> str:
-    """Of a log and its axis, the same in every run."""
-    return hashlib.sha256(f"{item.log}\0{item.axis}".encode(errors="replace")).hexdigest()[:8]
+    """Of a log, its axis and its columns, the same in every run."""
+    told = "\0".join(filter(None, (f"{item.log}\0{item.axis}", item.columns_text)))
+    return hashlib.sha256(told.encode(errors="replace")).hexdigest()[:8]
 
 
 def _apart(names: list[str]) -> list[str]:
