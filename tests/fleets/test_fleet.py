@@ -182,6 +182,7 @@ def test_logs_of_several_axes_are_held_against_those_of_their_own(tmp_path: Path
     [
         ({"jobs": -1}, "the jobs are -1"),
         ({"time_limit": 0.0}, "the time limit is 0.0"),
+        ({"time_limit": float("inf")}, "the time limit is inf"),
         ({"known": {"m": [1.0]}}, "known is of several records together"),
     ],
 )

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from axisid import (
+    DataError,
     Prefilter,
     UsageError,
     build,
@@ -153,7 +154,20 @@ def test_the_page_has_a_figure_and_asks_the_network_for_nothing(
 def test_few_results_tell_no_limits(folder: Path) -> None:
     found = trend([folder / "r00.json", folder / "r01.json"])
     assert "2 results tell no limits" in found.summary()
+    (mass,) = (c for s in found.series for c in s.charts if c.parameter == "M")
+    assert f"{np.median(mass.values):.6g}" in found.summary()
     assert found.changed == ()
+
+
+def test_values_in_several_units_are_refused_by_the_names_of_their_results(
+    folder: Path, tmp_path: Path
+) -> None:
+    document = json.loads((folder / "r00.json").read_text())
+    (tmp_path / "a.json").write_text(json.dumps(document))
+    document["estimates"][0]["parameters"]["M"]["unit"] = "g"
+    (tmp_path / "b.json").write_text(json.dumps(document))
+    with pytest.raises(DataError, match="M of emps2015 is in 'kg' in a and in 'g' in b"):
+        trend(tmp_path)
 
 
 def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> None:

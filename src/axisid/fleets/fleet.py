@@ -1,5 +1,6 @@
 """Many logs, one by one or side by side."""
 
+import math
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
@@ -245,7 +246,7 @@ def _axis_of(axis: Axis | str | Path | None) -> Axis | str:
 def _check(jobs: object, limit: object, identifying: Mapping[str, Any]) -> None:
     if not (is_whole(jobs) and int(jobs) >= 0):
         raise UsageError(f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides.")
-    if limit is not None and not (is_real(limit) and limit > 0):
+    if limit is not None and not (is_real(limit) and 0 < limit < math.inf):
         raise UsageError(f"the time limit is {quoted(limit)}; give a positive number of seconds.")
     several = sorted({*OF_SEVERAL} & identifying.keys())
     if several:

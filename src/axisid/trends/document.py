@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from axisid.populations import Drift
 from axisid.presentation.blocks import (
     Block,
@@ -59,7 +61,7 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
 def _row(chart: Chart) -> tuple[Cell, ...]:
     own = f"{chart.deviations[-1]:.3g}"
     if isinstance(chart.limits, Missing):
-        return chart.parameter, chart.unit, f"{chart.values[-1]:.6g}", "", own, ""
+        return chart.parameter, chart.unit, f"{np.median(chart.values):.6g}", "", own, ""
     limits = chart.limits
     return (
         chart.parameter,

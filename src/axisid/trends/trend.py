@@ -8,8 +8,9 @@ from pathlib import Path
 from axisid.codegen.artefacts import replace_file
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.html import blocks_html
-from axisid.support.errors import UsageError
+from axisid.support.errors import DataError, UsageError
 from axisid.support.files.json_text import json_text
+from axisid.support.user_values import quoted
 
 from .chart import chart_of
 from .document import trend_document
@@ -126,14 +127,30 @@ def trend(
     UsageError
         There is no result, or one has no such condition or method.
     DataError
-        A file is no result.
+        A file is no result, or results of a series have a parameter in several units.
     """
     grouped: dict[tuple[str, str, tuple[str, ...]], list[Point]] = {}
     for point in points_of(results, method):
         key = (point.axis, point.serial, tuple(point.parameters))
         grouped.setdefault(key, []).append(point)
+    for points in grouped.values():
+        _check_units(points)
     series = [_series(axis, serial, points, by) for (axis, serial, _), points in grouped.items()]
     return Trend(series=tuple(series), by=by or "")
+
+
+def _check_units(points: list[Point]) -> None:
+    """Refuse values of one parameter in several units, which no chart can hold together."""
+    first = points[0]
+    for point in points:
+        for name, value in point.parameters.items():
+            if value.unit != first.parameters[name].unit:
+                raise DataError(
+                    f"{name} of {first.axis} is in {quoted(first.parameters[name].unit)} in "
+                    f"{first.name} and in {quoted(value.unit)} in {point.name}; give results in "
+                    "one unit, or follow each by itself.",
+                    code="trend-units",
+                )
 
 
 def _series(axis: str, serial: str, points: list[Point], by: str | None) -> Series:

@@ -36,6 +36,21 @@ def test_in_this_process_what_raises_is_told_and_the_others_go_on() -> None:
     assert found[1].failure.reason == "ValueError: no number to double"
 
 
+def test_no_more_processes_are_started_than_there_are_items(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[int] = []
+
+    def on_processes(function: Any, places: Any, *, jobs: int, limit: Any) -> Any:
+        asked.append(jobs)
+        return (Outcome(place=place, value=2 * item) for place, item in places)
+
+    monkeypatch.setattr("axisid.support.jobs.run.on_processes", on_processes)
+    outcomes([1, 2, 3], jobs=1000)
+    outcomes([1, 2, 3], jobs=2)
+    assert asked == [3, 2]
+
+
 def test_threads_are_left_behind_that_take_too_long() -> None:
     with ThreadPoolExecutor(2) as executor:
         assert kinds(outcomes([1, HANGS, 3], executor=executor, limit=0.1)) == [2, "time", 6]

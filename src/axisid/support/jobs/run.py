@@ -33,7 +33,8 @@ def run_jobs(
     total : int
         How many there are.
     jobs : int
-        Processes; 0 for this process itself, which no time limit ends and nothing shields.
+        Processes, no more than items; 0 for this process itself, which no time limit ends and
+        nothing shields.
     executor : Executor, optional
         Any of `concurrent.futures` in place of processes, such as a `Client.get_executor()` of
         Dask.
@@ -50,7 +51,7 @@ def run_jobs(
     elif jobs == 0:
         made = (outcome_of(place, attempt(function, item)) for place, item in places)
     else:
-        made = on_processes(function, places, jobs=jobs, limit=limit)
+        made = on_processes(function, places, jobs=min(jobs, max(total, 1)), limit=limit)
     begin = monotonic()
     with closing(made):
         for done, outcome in enumerate(made, 1):
