@@ -159,6 +159,25 @@ def test_few_results_tell_no_limits(folder: Path) -> None:
     assert found.changed == ()
 
 
+def test_results_whose_verdict_fails_and_other_models_are_told(
+    folder: Path, tmp_path: Path
+) -> None:
+    document = json.loads((folder / "r00.json").read_text())
+    for check in document["verdict"]:
+        check["status"] = "pass"
+    (tmp_path / "a.json").write_text(json.dumps(document))
+    (tmp_path / "b.json").write_text(json.dumps(document))
+    assert "verdict fails" not in str(trend(tmp_path))
+    assert "different models" not in str(trend(tmp_path))
+    document["verdict"][0]["status"] = "fail"
+    document["signature"] = "of another model"
+    (tmp_path / "b.json").write_text(json.dumps(document))
+    said, name = " ".join(str(trend(tmp_path)).split()), document["verdict"][0]["name"]
+    assert "The verdict fails of 1 of 2 results" in said
+    assert f"b ({name})" in said
+    assert "different models of that name" in said
+
+
 def test_values_in_several_units_are_refused_by_the_names_of_their_results(
     folder: Path, tmp_path: Path
 ) -> None:

@@ -55,7 +55,24 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
     )
     if len(methods) > 1:
         said.append("The results are judged by different methods, which may differ: choose one.")
+    if len({point.signature for point in series.points}) > 1:
+        said.append("The results are of different models of that name, whose values may differ.")
+    said += _failing(series)
     return table, paragraph(*(said or ["Nothing beyond the limits, no step and no drift."]))
+
+
+def _failing(series: Series) -> list[str]:
+    """Which results have a verdict that fails, and by which checks: they count like the others."""
+    failing = [point for point in series.points if point.failing]
+    if not failing:
+        return []
+    shown = "; ".join(f"{p.name} ({', '.join(p.failing)})" for p in failing[:_MOST_SHOWN])
+    left = len(failing) - _MOST_SHOWN
+    more = f"; and {left} more" if left > 0 else ""
+    return [
+        f"The verdict fails of {len(failing)} of {len(series.points)} results, which count like "
+        f"the others and may be wrong: {shown}{more}."
+    ]
 
 
 def _row(chart: Chart) -> tuple[Cell, ...]:

@@ -61,6 +61,10 @@ class Point:
         Of a fit ``fit:`` and its outputs.
     parameters : mapping of str to PointValue
         That were estimated.
+    failing : tuple of str
+        Checks of its verdict that fail.
+    signature : str
+        Of its model.
     """
 
     name: str
@@ -69,6 +73,8 @@ class Point:
     conditions: Mapping[str, str | float]
     method: str
     parameters: Mapping[str, PointValue]
+    failing: tuple[str, ...] = ()
+    signature: str = ""
 
 
 def points_of(results: object, method: str | None) -> list[Point]:
@@ -159,6 +165,8 @@ def _point(saved: Saved, ledgers: dict[Path, dict[str, FleetRow]], method: str |
         conditions={} if row is None else row.conditions,
         method=told,
         parameters=parameters,
+        failing=tuple(check.name for check in saved.document.verdict if check.status == "fail"),
+        signature=saved.document.signature,
     )
 
 

@@ -68,6 +68,7 @@ def _series_dict(series: Series) -> dict[str, object]:
         "axis": series.axis,
         "serial": series.serial,
         "results": [point.name for point in series.points],
+        "failing": [list(point.failing) for point in series.points],
         "places": list(series.places),
         "parameters": {chart.parameter: _chart_dict(chart) for chart in series.charts},
     }
