@@ -85,3 +85,11 @@ def test_a_log_of_two_machines_goes_on_as_two(place: Path) -> None:
     assert again(items[0]) == ["px ok"]
     assert again(*items) == ["px skipped", "py ok"]
     assert again(*items) == ["px skipped", "py skipped"]
+
+
+@pytest.mark.parametrize("left", ["", "{", "[]"])
+def test_a_result_that_is_broken_is_made_again(place: Path, left: str) -> None:
+    run(place, "x")
+    (place / "out" / "a.json").write_text(left)
+    assert run(place, "x")["a"].status == "ok"
+    assert run(place, "x")["a"].status == "skipped"

@@ -211,11 +211,19 @@ def _finished(
             row = others.pop(_done_as(each.item.log, key), None)
         if row is None or not key:
             continue
-        if row.has_result and not result_file(settings.folder, row.name).is_file():
+        if row.has_result and not _is_whole(result_file(settings.folder, row.name)):
             continue
         said = {name: dict(getattr(each.item, name)) for name in ("columns", "conditions")}
         told = msgspec.structs.replace(row, log=each.item.log, serial=each.item.serial, **said)
         yield each.name, told
+
+
+def _is_whole(result: Path) -> bool:
+    """Whether a result is there and can be read, so that it need not be made again."""
+    try:
+        return isinstance(msgspec.json.decode(result.read_bytes()), dict)
+    except (OSError, msgspec.DecodeError, UnicodeDecodeError):
+        return False
 
 
 def _done_as(log: str, key: str) -> tuple[Path, str]:

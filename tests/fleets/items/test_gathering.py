@@ -133,3 +133,10 @@ def test_a_row_without_a_log_is_refused(tmp_path: Path) -> None:
     file.write_text("log,axis\n,emps\n")
     with pytest.raises(DataError, match="row 1 names no log"):
         gather_items(file, tmp_path)
+
+
+def test_a_manifest_with_a_column_twice_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "manifest.csv"
+    file.write_text("log,log\na.csv,b.csv\n")
+    with pytest.raises(DataError, match="has 2 columns 'log'; leave one"):
+        gather_items(file, tmp_path)

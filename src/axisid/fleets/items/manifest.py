@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -72,6 +73,11 @@ def _rows(file: Path) -> Iterator[Mapping[str, Any]]:
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"{file} cannot be read: {error}.", code="manifest-not-read") from error
     first = text.split("\n", 1)[0]
+    if twice := [head for head, times in Counter(_heads(first)).items() if head and times > 1]:
+        raise DataError(
+            f"{file} has {_heads(first).count(twice[0])} columns {twice[0]!r}; leave one.",
+            code="manifest-column-twice",
+        )
     yield from csv.DictReader(io.StringIO(text), delimiter=_delimiter(first), skipinitialspace=True)
 
 
