@@ -38,7 +38,7 @@ def run(place: Path, *names: str, serial: str = "", resume: bool = True) -> Flee
 
 
 def test_a_result_keeps_its_name_when_another_log_of_that_name_comes(place: Path) -> None:
-    run(place, "x")
+    assert "Fleet of 1 log\n" in str(run(place, "x"))
     grown = run(place, "x", "y")
     assert [row.status for row in grown] == ["skipped", "ok"]
     assert [row.name for row in run(place, "y", "x")] == [row.name for row in grown][::-1]

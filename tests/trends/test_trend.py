@@ -157,6 +157,7 @@ def test_few_results_tell_no_limits(folder: Path) -> None:
     (mass,) = (c for s in found.series for c in s.charts if c.parameter == "M")
     assert f"{np.median(mass.values):.6g}" in found.summary()
     assert found.changed == ()
+    assert "emps2015, 1 result by IDM-LS" in str(trend(folder / "r00.json"))
 
 
 def test_results_whose_verdict_fails_and_other_models_are_told(

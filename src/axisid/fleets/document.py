@@ -26,11 +26,15 @@ def fleet_document(folder: str, rows: Sequence[FleetRow], groups: Sequence[AxisG
     """Counts, for each axis what is usual and what stands out, checks that fail, and failures."""
     told = ", ".join(f"{n} {status}" for status, n in counts_of(rows).items() if n)
     heading = Heading(
-        title=f"Fleet of {len(rows)} {'log' if len(rows) == 1 else 'logs'}",
+        title=f"Fleet of {_logs(len(rows))}",
         facts=(("status", told), ("results", folder), ("work", _work(rows))),
     )
     by_axis = (block for group in groups for block in _group_blocks(group))
     return heading, *by_axis, *_not_finite(rows), *_checks(rows), *_failures(rows)
+
+
+def _logs(count: int) -> str:
+    return "1 log" if count == 1 else f"{count} logs"
 
 
 def _work(rows: Sequence[FleetRow]) -> str:
@@ -57,7 +61,9 @@ def _values(group: AxisGroup) -> Table:
         rows.append((name, unit, f"{middle:.6g}", between, f"{np.median(own[:, i]):.3g}"))
     heads = ("parameter", "unit", "centre", "sd between logs", "sd of an estimate")
     return Table(
-        columns=text_columns(heads), rows=tuple(rows), title=f"{group.axis}, {len(group.rows)} logs"
+        columns=text_columns(heads),
+        rows=tuple(rows),
+        title=f"{group.axis}, {_logs(len(group.rows))}",
     )
 
 

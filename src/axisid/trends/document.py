@@ -46,12 +46,13 @@ def trend_document(series: Sequence[Series], by: str) -> Document:
 def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
     said = [line for chart in series.charts for line in _changes(series, chart, by)]
     methods = dict.fromkeys(point.method.upper() for point in series.points)
+    results = "1 result" if len(series.points) == 1 else f"{len(series.points)} results"
     table = Table(
         columns=text_columns(
             ("parameter", "unit", "centre", "sd between", "sd of the last", "limits of the last")
         ),
         rows=tuple(map(_row, series.charts)),
-        title=f"{series.title}, {len(series.points)} results by {' and '.join(methods)}",
+        title=f"{series.title}, {results} by {' and '.join(methods)}",
     )
     if len(methods) > 1:
         said.append("The results are judged by different methods, which may differ: choose one.")
