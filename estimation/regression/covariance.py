@@ -21,8 +21,8 @@ from axisid.support.errors import UsageError
 from .autoregressive import AutoregressiveCovariance, autoregressive_covariance
 from .linear import Solution
 
-#: From so many lags, and rows, on their products are found by Fourier transforms.
-_MANY_LAGS, _MANY_ROWS = 32, 30_000
+#: From so many lags, and lags times rows, on products are found by Fourier transforms.
+_MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
 _PIECE, _PIECE_PER_LAG = 2048, 16  # rows of a transform: the former, or so many for each lag
 
 
@@ -330,27 +330,37 @@ def widened(covariance: Array, least: Array) -> Array:
     return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
 
 
-def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:
-    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
+def score_products(scores: Array, neighbours: Neighbours, lags: int, first: int = 0) -> Array:
+    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k).
+
+    Those from the row `first` on are counted, beside all that are before them.
+    """
     placed = neighbours.on_grid(scores, lags + 1)
-    if lags >= _MANY_LAGS and len(placed) >= _MANY_ROWS:
-        return _products_by_transform(placed, lags)
-    return np.array([placed[lag:].T @ placed[: len(placed) - lag] for lag in range(lags + 1)])
+    place = neighbours.place_on_grid(first, lags + 1)
+    if lags >= _MANY_LAGS and lags * len(placed) >= _MANY_PRODUCTS:
+        return _products_by_transform(placed[max(place - lags, 0) :], lags, min(place, lags))
+    return np.array([_product(placed, lag, place) for lag in range(lags + 1)])
 
 
-def _products_by_transform(scores: Array, lags: int) -> Array:
+def _product(placed: Array, lag: int, first: int) -> Array:
+    late = max(lag, first)
+    return np.asarray(placed[late:].T @ placed[late - lag : max(len(placed) - lag, 0)])
+
+
+def _products_by_transform(scores: Array, lags: int, first: int) -> Array:
     """`score_products` of rows without gaps, by Fourier transforms of pieces of them.
 
     Their cost does not grow with the lags, which grow with the rows.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 
-    rows, k = scores.shape
-    length = next_fast_len(max(_PIECE_PER_LAG * lags, _PIECE), real=True)
+    rows, k = len(scores) - first, scores.shape[1]
+    piece_rows = min(max(_PIECE_PER_LAG * lags, _PIECE), max(rows, 1) + lags)
+    length = next_fast_len(piece_rows, real=True)
     step = length - lags  # rows of a piece, each beside those up to so many lags before it
     pieces = -(-rows // step)
     padded = np.zeros((lags + pieces * step, k))
-    padded[lags : lags + rows] = scores
+    padded[lags - first : lags + rows] = scores
     total = np.zeros((length // 2 + 1, k, k), dtype=np.complex128)
     for piece in range(pieces):
         early = padded[piece * step : piece * step + length]

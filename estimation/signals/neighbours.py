@@ -95,23 +95,21 @@ class Neighbours:
         """Values, (n, k), at their places, with zeros between; no two rows further than a reach."""
         return values if self.whole else _filled(values, np.minimum(np.diff(self.places), reach))
 
-    def pairs(self, lag: int, first: int = 0) -> tuple[Index, Index]:
-        """Rows that are a lag after others, and those others.
-
-        Parameters
-        ----------
-        lag : int
-            0 or more.
-        first : int
-            Of the later rows, those from this one on.
-        """
+    def pairs(self, lag: int) -> tuple[Index, Index]:
+        """Rows that are a lag, 0 or more, after others, and those others."""
         if self.whole:
-            late = max(lag, first)
-            return slice(late, None), slice(late - lag, max(len(self) - lag, 0))
-        wanted = self.places[first:] - lag
+            return slice(lag, None), slice(0, max(len(self) - lag, 0))
+        wanted = self.places - lag
         found = np.searchsorted(self.places, wanted)
         there = self.places[found] == wanted
-        return np.flatnonzero(there) + first, found[there]
+        return np.flatnonzero(there), found[there]
+
+    def place_on_grid(self, row: int, reach: int) -> int:
+        """Where `on_grid` has a row; with the number of rows, where the next one would be."""
+        if self.whole or not row:
+            return row
+        steps = np.minimum(np.diff(self.places), reach)
+        return int(steps[:row].sum()) + (row == len(self))
 
 
 def _filled(values: Array, steps: NDArray[np.int64]) -> Array:

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.regression import Equations, Hac, LongRun
+from axisid.estimation.regression import Equations, Hac, LongRun, score_products
 from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array, relative_error_percent
 
@@ -117,10 +117,7 @@ def _score_products(rows: LogRows, scores: Scores, lags: int) -> Array:
         old = len(kept)
         kept = np.vstack([kept, scores.of(piece)])
         places = np.concatenate([places, piece.places])
-        order = Neighbours(places)
-        for lag in range(lags + 1):
-            late, early = order.pairs(lag, first=old)
-            products[lag] += kept[late].T @ kept[early]
+        products += score_products(kept, Neighbours(places), lags, first=old)
         spent = max(len(kept) - lags, 0)  # more than are within the lags, where rows are missing
         kept, places = kept[spent:], places[spent:]
     return products

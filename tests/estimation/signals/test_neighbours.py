@@ -14,23 +14,32 @@ from axisid.estimation.signals import FilteredRecord, Neighbours
 places = st.sets(st.integers(0, 60), min_size=1).map(sorted)
 
 
-def listed(order: Neighbours, lag: int, first: int = 0) -> list[tuple[int, int]]:
+def listed(order: Neighbours, lag: int) -> list[tuple[int, int]]:
     rows = np.arange(len(order))
-    late, early = order.pairs(lag, first)
+    late, early = order.pairs(lag)
     return list(zip(rows[late].tolist(), rows[early].tolist(), strict=True))
 
 
-@given(places, st.integers(0, 70), st.integers(0, 30))
-def test_pairs_are_rows_a_lag_apart(numbers: list[int], lag: int, first: int) -> None:
+@given(places, st.integers(0, 70))
+def test_pairs_are_rows_a_lag_apart(numbers: list[int], lag: int) -> None:
     order = Neighbours(np.array(numbers))
-    first = min(first, len(numbers))
     expected = [
         (i, j)
         for i, late in enumerate(numbers)
         for j, early in enumerate(numbers)
-        if late - early == lag and i >= first
+        if late - early == lag
     ]
-    assert listed(order, lag, first) == expected
+    assert listed(order, lag) == expected
+
+
+@given(places, st.integers(1, 70))
+def test_every_row_is_found_at_its_place_on_the_grid(numbers: list[int], reach: int) -> None:
+    order = Neighbours(np.array(numbers))
+    values = 1.0 + np.arange(len(order))
+    grid = order.on_grid(values[:, None], reach)[:, 0]
+    found = [order.place_on_grid(row, reach) for row in range(len(order) + 1)]
+    assert np.array_equal(grid[found[:-1]], values)
+    assert found[-1] == len(grid)
 
 
 @given(st.lists(places, min_size=1, max_size=4))
