@@ -189,3 +189,26 @@ def test_logs_of_several_axes_are_held_against_those_of_their_own(tmp_path: Path
 def test_wrong_options_are_refused(logs: Path, how: dict[str, Any], said: str) -> None:
     with pytest.raises(UsageError, match=said):
         fleet(logs, AXIS, logs / "refused", **how)
+
+
+def test_a_result_that_cannot_be_written_is_told_and_done_again_as_the_fleet_resumes(
+    logs: Path, tmp_path: Path
+) -> None:
+    log, out = logs / "axis00000.npz", tmp_path / "out"
+    taken = out / "axis00000.json"
+    taken.mkdir(parents=True)
+    arguments: dict[str, Any] = {"jobs": 0, "prefilter": FILTER, "methods": ["idm-ls"]}
+    (row,) = fleet(log, AXIS, out, **arguments)
+    assert (row.status, row.code) == ("failed", "fleet-result-not-written")
+    assert "cannot be written" in row.reason
+    taken.rmdir()
+    assert fleet(log, AXIS, out, resume=True, **arguments).counts["ok"] == 1
+
+
+def test_reasons_speak_of_options_as_results_do(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("time,position\n" + "".join(f"{k / 1000},{k % 7}\n" for k in range(300)))
+    good = write_logs(tmp_path, 1, cycles=1)
+    made = fleet([log, *good], AXIS, tmp_path / "out", jobs=0, methods=["idm-ls"])
+    assert made["log"].code == "no-force"
+    assert "--columns force=NAME" in made["log"].reason

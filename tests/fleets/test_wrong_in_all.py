@@ -40,7 +40,7 @@ def test_a_column_that_no_log_has_is_refused_once_and_nothing_is_written(tmp_pat
     reading = {"columns": {"position": "nosuch"}}
     with refuses("no-column", "all 2 logs fail alike.*'nosuch'"):
         fleet(logs, AXIS, out, jobs=0, reading=reading)
-    assert not list(out.iterdir())
+    assert not out.exists()
     named = FleetItem(log=str(logs[1]), columns={"position": "position"})
     made = fleet([logs[0], named], AXIS, out, jobs=0, reading=reading, methods=["idm-ls"])
     assert [row.code for row in made] == ["no-column", ""]

@@ -41,7 +41,7 @@ SCATTER = 0.6  # between results
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Results of a machine whose mass steps, and in one of which friction is off."""
     axis = build(load_axis("emps2015"))
-    document = identify(axis, twin_record(axis), Prefilter(), ["idm-ls"]).to_dict()
+    document = _believed(identify(axis, twin_record(axis), Prefilter(), ["idm-ls"]).to_dict())
     place, rng = tmp_path_factory.mktemp("results"), np.random.default_rng(1)
     with ledger_of(place, anew=True) as ledger:
         for i in range(20):
@@ -59,6 +59,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
             write_row(ledger, row)
     (place / "other.json").write_text("{}")  # none of the fleet's
     return place
+
+
+def _believed(document: dict[str, Any]) -> dict[str, Any]:
+    """The same with a verdict in which no check fails."""
+    verdict = [{**check, "status": "pass"} for check in document["verdict"]]
+    return {**document, "verdict": verdict}
 
 
 def _moved(document: dict[str, Any], by: dict[str, float]) -> dict[str, Any]:
@@ -164,8 +170,6 @@ def test_results_whose_verdict_fails_and_other_models_are_told(
     folder: Path, tmp_path: Path
 ) -> None:
     document = json.loads((folder / "r00.json").read_text())
-    for check in document["verdict"]:
-        check["status"] = "pass"
     (tmp_path / "a.json").write_text(json.dumps(document))
     (tmp_path / "b.json").write_text(json.dumps(document))
     assert "verdict fails" not in str(trend(tmp_path))
@@ -259,3 +263,28 @@ def test_a_date_stands_at_the_same_place_in_every_zone(monkeypatch: pytest.Monke
         place = place_of(point, "date")
     time.tzset()
     assert place == 1.0
+
+
+def test_results_whose_verdict_fails_hide_no_drift_and_set_no_limits(
+    folder: Path, tmp_path: Path
+) -> None:
+    document, rng = json.loads((folder / "r00.json").read_text()), np.random.default_rng(2)
+    for i in range(14):
+        apart = -50.0 if i == BEYOND else SCATTER * (0.5 * rng.normal() + i)
+        moved = _moved(document, {"Fc": apart})
+        moved["verdict"][0]["status"] = "fail" if i == BEYOND else "pass"
+        (tmp_path / f"r{i:02}.json").write_text(json.dumps(moved))
+
+    found = trend(tmp_path)
+    (series,) = found.series
+    chart = next(c for c in series.charts if c.parameter == "Fc")
+    assert series.set_aside == (BEYOND,)
+    assert chart.drift is not None
+    assert chart.drift.slope == pytest.approx(SCATTER, rel=0.2)
+    assert len(chart.drift.line) == 14
+    assert chart.beyond == (BEYOND,)
+    assert "set no limits and tell no change" in " ".join(str(found).split())
+
+    (counted,) = trend(tmp_path, count_failing=True).series
+    assert next(c for c in counted.charts if c.parameter == "Fc").drift is None
+    assert counted.set_aside == ()

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import closing
+from contextlib import closing, contextmanager
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
@@ -154,8 +154,7 @@ def _work(
     The options are `trusted` where a log was done with them before.
     """
     function = partial(identify_log, settings)
-    Path(settings.folder).mkdir(parents=True, exist_ok=True)
-    with closing(_rows(function, todo, **how)) as made:
+    with _made(Path(settings.folder)), closing(_rows(function, todo, **how)) as made:
         told = partial(checked, total=len(todo), again=partial(result_of, settings))
         rows = (row for _, row in made) if trusted else told(made)
         first = list(islice(rows, 1))  # what is refused leaves the ledger as it is
@@ -167,6 +166,18 @@ def _work(
                     _take_away(result_file(settings.folder, row.name), Path(row.log))
                 write_row(ledger, row)
                 yield row
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """A folder that is made where it is not there, and goes again where nothing came into it."""
+    new = not folder.exists()
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    finally:
+        if new and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 def _rows(

@@ -9,11 +9,14 @@ from axisid.codegen.artefacts import replace_file
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import read_record
 from axisid.fleets.items import FleetItem
-from axisid.support.errors import AxisidError, DataError
+from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files.json_text import json_text
+from axisid.support.remedy import as_options
 
 from .row import FleetRow, judged
 from .settings import Settings, log_digest
+
+_NOT_WRITTEN = "fleet-result-not-written"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,15 +50,16 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
         generated = settings.generated(named.item)
         axis = generated.axis.name
         key = _key(settings, named.item)
-        document = _identified(settings, named)
+        document = result_of(settings, named.item).to_dict(settings.draws)
+        _write(document, result_file(settings.folder, named.name))
     except AxisidError as error:
-        said = " ".join(str(error).split())
+        said = " ".join(error.worded(as_options).split())
         return named.row(
             axis=axis,
             status="failed",
             reason=said,
             code=error.code,
-            key=key,
+            key="" if error.code == _NOT_WRITTEN else key,  # another time there may be room
             seconds=process_time() - begin,
         )
     return named.row(
@@ -73,11 +77,16 @@ def _key(settings: Settings, item: FleetItem) -> str:
         ) from error
 
 
-def _identified(settings: Settings, named: Named) -> dict[str, Any]:
-    """The result as data, written to its file whole or not at all."""
-    document = result_of(settings, named.item).to_dict(settings.draws)
-    replace_file(result_file(settings.folder, named.name), json_text(document))
-    return document
+def _write(document: dict[str, Any], file: Path) -> None:
+    """Write the result whole or not at all."""
+    try:
+        replace_file(file, json_text(document))
+    except OSError as error:
+        raise UsageError(
+            f"{file} cannot be written: {error.strerror}; make room for it and resume, or name "
+            "another folder.",
+            code=_NOT_WRITTEN,
+        ) from error
 
 
 def result_of(settings: Settings, item: FleetItem) -> Identification:

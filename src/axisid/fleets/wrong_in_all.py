@@ -16,7 +16,7 @@ from .settings import Settings
 #: Arguments of `identify` that are of several records together.
 OF_SEVERAL = ("local", "known", "gain", "skip_bad")
 _LOOKED_AT = 20  # logs that fail alike by what no log changes, before the others are given up
-_OF_COLUMNS = ("no-column", "unknown-unit", "other-unit", "column-twice", "no-injected")
+_OF_COLUMNS = ("no-column", "unknown-unit", "other-unit", "column-twice", "no-injected", "no-force")
 _CHOICES = {"covariance", "start", "loss"}  # of `identify`, which have nothing to do with a log
 _UNTOLD = ("", "internal", "time", "killed")  # codes of what may be otherwise another time
 

@@ -1,9 +1,10 @@
 """One parameter over the results of a series: limits, what is beyond them, steps, a drift."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.estimation.thresholds.studies import MIN_SERIES, TREND_LEVEL
 from axisid.populations import Change, Drift, Step, alike_points, change_in, limit_of_a_new_point
@@ -11,6 +12,8 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
 
 from .point import Point
+
+Places = NDArray[np.intp]
 
 _ROUNDING = 1e-12  # of the values: what they scatter by arithmetic alone
 
@@ -71,7 +74,11 @@ class Chart(Exact):
 
 
 def chart_of(
-    parameter: str, points: Sequence[Point], places: Sequence[float], parameters: int
+    parameter: str,
+    points: Sequence[Point],
+    places: Sequence[float],
+    parameters: int,
+    set_aside: Sequence[int] = (),
 ) -> Chart:
     """The chart of a parameter.
 
@@ -84,12 +91,15 @@ def chart_of(
         Where each stands.
     parameters : int
         How many the series has, which share its level.
+    set_aside : sequence of int
+        Results, from 0, that set no limits and tell no change.
     """
     own = [point.parameters[parameter] for point in points]
     values, deviations = (np.array([getattr(v, n) for v in own]) for n in ("value", "deviation"))
     level = TREND_LEVEL.value / parameters
-    change = change_in(values, deviations**2, np.array(places), level)
-    limits, beyond = _limits(values, deviations, change, level)
+    counted = np.setdiff1d(np.arange(len(points)), np.array(set_aside, dtype=np.intp))
+    change = _change_of(values, deviations, np.array(places), counted, level)
+    limits, beyond = _limits(values, deviations, change, counted, level)
     return Chart(
         parameter=parameter,
         unit=own[0].unit,
@@ -104,33 +114,46 @@ def chart_of(
     )
 
 
+def _change_of(
+    values: Array, deviations: Array, places: Array, counted: Places, level: float
+) -> Change:
+    """What the results that count do, at the places of all."""
+    found = change_in(values[counted], deviations[counted] ** 2, places[counted], level)
+    steps = tuple(replace(step, place=int(counted[step.place])) for step in found.steps)
+    if found.drift is None:
+        return Change(steps=steps)
+    line = found.drift.line[0] + found.drift.slope * (places - places[counted[0]])
+    return Change(steps=steps, drift=replace(found.drift, line=line))
+
+
 def _limits(
-    values: Array, deviations: Array, change: Change, level: float
+    values: Array, deviations: Array, change: Change, counted: Places, level: float
 ) -> tuple[Limits | Missing, tuple[int, ...]]:
-    """Limits for all from the results before the first step, about the line of a drift."""
+    """Limits for all from the results that count before the first step, about a drift's line."""
     first = change.steps[0].place if change.steps else len(values)
+    before = counted[counted < first]
     least = int(MIN_SERIES.value)
-    if first < least:
-        few = "1 result tells" if first == 1 else f"{first} results tell"
+    if len(before) < least:
+        few = "1 result tells" if len(before) == 1 else f"{len(before)} results tell"
         return Missing(f"{few} no limits; {least} or more do"), ()
-    before = slice(0, first)
     variances = deviations**2
     line = np.zeros(len(values)) if change.drift is None else change.drift.line
     apart = (values - line)[before]
-    if np.ptp(apart) <= _ROUNDING * np.max(np.abs(values)):
-        return Missing("the values do not scatter"), ()
+    if np.ptp(apart) <= _ROUNDING * np.max(np.abs(values[before])):
+        of = " before the first step" if change.steps else ""
+        return Missing(f"the values{of} do not scatter"), ()
     found = alike_points(apart[:, None], variances[before, None, None], level)
     usual = found.usual
     each = limit_of_a_new_point(level / len(values), usual.count, 1)
     spread = np.sqrt(each * (usual.between[0, 0] + variances))
     centre = usual.centre[0] + line
     lower, upper = centre - spread, centre + spread
-    after = np.arange(len(values)) >= first
-    outside = after & ((values < lower) | (values > upper))
+    others = np.setdiff1d(np.arange(len(values)), before)
+    outside = others[(values < lower)[others] | (values > upper)[others]]
     limits = Limits(
         centre=centre,
         between=float(np.sqrt(usual.between[0, 0])),
         lower=lower,
         upper=upper,
     )
-    return limits, tuple(sorted({*found.far, *map(int, np.flatnonzero(outside))}))
+    return limits, tuple(sorted({*before[list(found.far)].tolist(), *outside.tolist()}))

@@ -63,16 +63,17 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
 
 
 def _failing(series: Series) -> list[str]:
-    """Which results have a verdict that fails, and by which checks: they count like the others."""
+    """Which results have a verdict that fails, and by which checks."""
     failing = [point for point in series.points if point.failing]
     if not failing:
         return []
     shown = "; ".join(f"{p.name} ({', '.join(p.failing)})" for p in failing[:_MOST_SHOWN])
     left = len(failing) - _MOST_SHOWN
     more = f"; and {left} more" if left > 0 else ""
+    what = "set no limits and tell no change" if series.set_aside else "count like the others"
     return [
-        f"The verdict fails of {len(failing)} of {len(series.points)} results, which count like "
-        f"the others and may be wrong: {shown}{more}."
+        f"The verdict fails of {len(failing)} of {len(series.points)} results, which {what} and "
+        f"may be wrong: {shown}{more}."
     ]
 
 

@@ -20,6 +20,8 @@ class Series:
         Where each stands: by the condition that orders them (a date as days since 1970), or from 1.
     charts : tuple of Chart
         One for each parameter.
+    set_aside : tuple of int
+        Results, from 0, that set no limits and tell no change.
     """
 
     axis: str
@@ -27,6 +29,7 @@ class Series:
     points: tuple[Point, ...]
     places: tuple[float, ...]
     charts: tuple[Chart, ...]
+    set_aside: tuple[int, ...] = ()
 
     def origin(self, by: str) -> str:
         """The first of the dates that order the results; empty where it is no date."""

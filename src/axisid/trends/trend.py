@@ -99,6 +99,7 @@ def trend(
     *,
     by: str | None = None,
     method: str | None = None,
+    count_failing: bool = False,
 ) -> Trend:
     """Follow the parameters of axes over their results.
 
@@ -117,6 +118,8 @@ def trend(
     method : str, optional
         Whose estimates are taken; by default each result's judged one. Of a fit ``fit:control``,
         by what it fitted.
+    count_failing : bool
+        Whether results whose verdict fails set limits and tell changes like the others.
 
     Returns
     -------
@@ -135,7 +138,10 @@ def trend(
         grouped.setdefault(key, []).append(point)
     for points in grouped.values():
         _check_units(points)
-    series = [_series(axis, serial, points, by) for (axis, serial, _), points in grouped.items()]
+    series = [
+        _series(axis, serial, points, by, count_failing=count_failing)
+        for (axis, serial, _), points in grouped.items()
+    ]
     return Trend(series=tuple(series), by=by or "")
 
 
@@ -153,16 +159,21 @@ def _check_units(points: list[Point]) -> None:
                 )
 
 
-def _series(axis: str, serial: str, points: list[Point], by: str | None) -> Series:
+def _series(
+    axis: str, serial: str, points: list[Point], by: str | None, *, count_failing: bool
+) -> Series:
     places = [float(i) for i in range(1, len(points) + 1)]
     if by is not None:
         found = sorted(((place_of(p, by), i) for i, p in enumerate(points)))
         points, places = [points[i] for _, i in found], [place for place, _ in found]
     names = tuple(points[0].parameters)
+    failing = (i for i, point in enumerate(points) if point.failing)
+    set_aside = () if count_failing else tuple(failing)
     return Series(
         axis=axis,
         serial=serial,
         points=tuple(points),
         places=tuple(places),
-        charts=tuple(chart_of(name, points, places, len(names)) for name in names),
+        charts=tuple(chart_of(name, points, places, len(names), set_aside) for name in names),
+        set_aside=set_aside,
     )

@@ -32,6 +32,11 @@ from axisid.presentation.console import ProgressLine, print_document
 @click.option(
     "--method", metavar="METHOD", help="Whose estimates are taken.  [default: the judged one]"
 )
+@click.option(
+    "--count-failing",
+    is_flag=True,
+    help="Let results whose verdict fails set limits and tell changes like the others.",
+)
 @click.option("--csv", "table", metavar="FILE", help="Write a row for each value of each result.")
 @click.option("--report", metavar="FILE", help="Write a page of HTML with a figure of each series.")
 @json_option("Write the trend as JSON; - for stdout.")
@@ -40,6 +45,7 @@ def trend(
     results: tuple[str, ...],
     by: str | None,
     method: str | None,
+    count_failing: bool,
     table: str | None,
     report: str | None,
     json_file: str | None,
@@ -63,7 +69,7 @@ def trend(
     from axisid.trends import trend as run
 
     with ProgressLine("reading results"):
-        result = run(results, by=by, method=method)
+        result = run(results, by=by, method=method, count_failing=count_failing)
     for file in filter(None, (table, report)):
         click.echo(f"wrote {result.write(Path(file))}", err=json_file == "-")
     if json_file is not None:

@@ -90,6 +90,8 @@ def check_replaced(
     taken = _read_by(inputs)
     for file, kind in files.items():
         problem = taken.get(_real(file), "") or _foreign(str(file), kind, force=force)
+        if not problem and file.is_dir():
+            problem = "it is a folder; take it away, or name another place"
         if problem:
             _refuse(str(file), problem, option)
 
