@@ -111,7 +111,7 @@ def has_states(axis: GeneratedAxis, parameters: Array) -> NDArray[np.bool_]:
     """Which parameter sets (B, p) are such that friction can remember as it is declared, (B,)."""
     found = np.ones(len(parameters), dtype=bool)
     for part, value_of in state_limits(axis.axis):
-        values = np.asarray(value_of(*parameters.T), dtype=float)
+        values = np.array([value_of(each) for each in parameters.tolist()])
         found &= (values > 0) | (values == 0) & part.allows(0.0)
     return found
 
@@ -119,7 +119,7 @@ def has_states(axis: GeneratedAxis, parameters: Array) -> NDArray[np.bool_]:
 def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
     """What to say of parameters (p,) with which friction cannot remember; empty if it can."""
     for part, value_of in state_limits(axis.axis):
-        value = float(value_of(*parameters))
+        value = value_of(parameters.tolist())
         if not part.allows(value):
             named = "" if part.value.is_Number else f", {part.value},"
             return (

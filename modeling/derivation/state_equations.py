@@ -1,9 +1,9 @@
 """The equations of an axis's internal states, by the friction direction, each checked."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
+from operator import itemgetter
 
 import sympy
 
@@ -57,10 +57,10 @@ def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
     return tuple(_equation(axis, state) for state in axis.states)
 
 
-def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[..., Any]], ...]:
-    """What the states are declared by that may not be any number, as functions of parameters.
+def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[[Sequence[float]], float]], ...]:
+    """What the states are declared by that may not be any number, as functions of parameters (p,).
 
-    The functions take the parameters one by one, numbers or arrays of NumPy.
+    What is no real number is told as NaN.
     """
     if not axis.states:  # asked at each simulation, and symbols take long to make
         return ()
@@ -69,10 +69,19 @@ def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[..., Any]], ...]
     return tuple((part, _as_function(symbols, with_numbers(part.value))) for part in parts)
 
 
-@lru_cache(maxsize=64)
-def _as_function(symbols: tuple[sympy.Symbol, ...], value: sympy.Expr) -> Callable[..., Any]:
-    found: Callable[..., Any] = sympy.lambdify(symbols, value, "numpy")
-    return found
+def _as_function(
+    symbols: Sequence[sympy.Symbol], value: sympy.Expr
+) -> Callable[[Sequence[float]], float]:
+    """An expression by the values of its symbols; most are a symbol or a number."""
+    if value in symbols:
+        return itemgetter(symbols.index(value))
+
+    def told(values: Sequence[float]) -> float:
+        given = {s: sympy.Float(each) for s, each in zip(symbols, values, strict=True)}
+        found = value.xreplace(given)
+        return float(found) if found.is_real else math.nan
+
+    return told
 
 
 def in_direction(value: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:

@@ -39,4 +39,7 @@ def test_benchmark_prints_its_contract_and_checks_its_yardsticks(root: Path) -> 
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
     assert set(figures) >= CONTRACT
-    assert all(value > 0 for value in figures.values())
+    shares = {name: value for name, value in figures.items() if "_share_" in name}
+    assert all(value >= 0 for value in shares.values())
+    assert sum(shares.values()) == pytest.approx(1)
+    assert all(value > 0 for name, value in figures.items() if name not in shares)
