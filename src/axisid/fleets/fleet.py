@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import closing, contextmanager
+from contextlib import closing
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
@@ -16,6 +16,7 @@ from axisid.estimation.signals import Prefilter
 from axisid.fleets.items import FleetItem, gather_items, result_names
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError, UsageError
+from axisid.support.files.new_folder import kept_if_filled
 from axisid.support.jobs.outcome import Failure, Outcome
 from axisid.support.jobs.run import run_jobs
 from axisid.support.progress import Progress
@@ -154,7 +155,7 @@ def _work(
     The options are `trusted` where a log was done with them before.
     """
     function = partial(identify_log, settings)
-    with _made(Path(settings.folder)), closing(_rows(function, todo, **how)) as made:
+    with kept_if_filled(Path(settings.folder)), closing(_rows(function, todo, **how)) as made:
         told = partial(checked, total=len(todo), again=partial(result_of, settings))
         rows = (row for _, row in made) if trusted else told(made)
         first = list(islice(rows, 1))  # what is refused leaves the ledger as it is
@@ -166,18 +167,6 @@ def _work(
                     _take_away(result_file(settings.folder, row.name), Path(row.log))
                 write_row(ledger, row)
                 yield row
-
-
-@contextmanager
-def _made(folder: Path) -> Iterator[None]:
-    """A folder that is made where it is not there, and goes again where nothing came into it."""
-    new = not folder.exists()
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
-        yield
-    finally:
-        if new and not any(folder.iterdir()):
-            folder.rmdir()
 
 
 def _rows(

@@ -4,12 +4,11 @@ import csv
 import io
 import os
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from axisid.codegen.artefacts import replace_file
 from axisid.support.errors import UsageError
+from axisid.support.files.new_folder import kept_if_filled
 from axisid.support.progress import Progress, with_progress
 
 from .log_file import LOG_FORMATS, log_content
@@ -81,7 +80,10 @@ def write_twins(
     place = Path(folder).resolve()
     _check_ending(ending, ending)
     try:
-        with _folder(place), tempfile.TemporaryDirectory(prefix=".twins-", dir=place) as made:
+        with (
+            kept_if_filled(place),
+            tempfile.TemporaryDirectory(prefix=".twins-", dir=place) as made,
+        ):
             names = _logs(machines, Path(made), ending, progress)
             rows = [_row(machines, name, place, axis, *at) for name, at in names.items()]
             for name in names:
@@ -96,20 +98,6 @@ def twin_files(machines: TwinMachines, ending: str) -> dict[str, str]:
     """What `write_twins` writes into its folder, and which kind of file each is."""
     logs = (_name(machines, ending, *at) for at in machines.each())
     return {MANIFEST: "twin-manifest", **dict.fromkeys(logs, "twin")}
-
-
-@contextmanager
-def _folder(place: Path) -> Iterator[None]:
-    """A folder, which is not left behind empty where it is new and nothing comes of it."""
-    fresh = not place.exists()
-    place.mkdir(parents=True, exist_ok=True)
-    try:
-        yield
-    except BaseException:
-        if fresh:
-            with suppress(OSError):
-                place.rmdir()
-        raise
 
 
 def _check_ending(ending: str, given: str) -> None:
