@@ -5,10 +5,13 @@ Knows nothing of how it is shown.
 """
 
 from .diagnose import DIAGNOSTICS as DIAGNOSTICS
+from .diagnose import Belief as Belief
 from .diagnose import Diagnostic as Diagnostic
+from .diagnose import belief as belief
 from .diagnose import by_weight as by_weight
 from .diagnose import conclusion as conclusion
 from .diagnose import diagnose as diagnose
+from .diagnose import gravest_first as gravest_first
 from .diagnosis import Case as Case
 from .diagnosis import Diagnosis as Diagnosis
 from .diagnosis import RecordDiagnosis as RecordDiagnosis

@@ -4,9 +4,10 @@ No check passes silently: one that could not be made says so. None is a universa
 where its threshold comes from.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -61,6 +62,9 @@ from .joined import joined
 from .preferred import Choice
 from .records_alike import alike_check
 from .repeated_samples import repeated_check
+
+#: How far the numbers of a result can be believed.
+Belief = Literal["believed", "with care", "not believed"]
 
 _LAST = 100
 
@@ -415,21 +419,35 @@ def _as_check(name: str, found: Check | Missing | None) -> Check | None:
 
 def conclusion(checks: Sequence[Check]) -> str:
     """Whether the numbers can be believed, from the checks of a result."""
-    failed = [check for check in by_weight(checks) if check.status == "fail"]
-    if not failed:
-        return "Nothing that was checked speaks against these numbers."
-    first = DIAGNOSTICS.get(failed[0].name)
+    failed = [check.name for check in by_weight(checks) if check.status == "fail"]
+    match belief(failed):
+        case "believed":
+            return "Nothing that was checked speaks against these numbers."
+        case "not believed":
+            return f"Do not believe these numbers before this is mended: {failed[0]}."
+        case "with care":
+            return f"Believe these numbers with care; to look at: {', '.join(failed)}."
+
+
+def belief(failing: Iterable[str]) -> Belief:
+    """How far the numbers of a result can be believed of which checks of these names fail."""
+    names = gravest_first(failing)
+    first = DIAGNOSTICS.get(names[0]) if names else None
     if first is not None and first.grave:
-        return f"Do not believe these numbers before this is mended: {first.name}."
-    names = ", ".join(check.name for check in failed)
-    return f"Believe these numbers with care; to look at: {names}."
+        return "not believed"
+    return "with care" if names else "believed"
 
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:
     """Checks by what it means for the numbers that they fail, the gravest first."""
+    return sorted(checks, key=lambda check: _rank(check.name))
 
-    def rank(check: Check) -> int:
-        found = DIAGNOSTICS.get(check.name)
-        return _LAST if found is None else found.rank
 
-    return sorted(checks, key=rank)
+def gravest_first(names: Iterable[str]) -> list[str]:
+    """Names of checks in the order of `by_weight`."""
+    return sorted(names, key=_rank)
+
+
+def _rank(name: str) -> int:
+    found = DIAGNOSTICS.get(name)
+    return _LAST if found is None else found.rank

@@ -151,9 +151,34 @@ def test_a_name_of_two_units_has_them_in_its_rows(tmp_path: Path) -> None:
 
 def test_the_text_tells_counts_and_reasons(made: Fleet) -> None:
     said = made.summary()
-    assert "2 ok, 1 failed" in said
-    assert "of 2 logs nothing is usual" in said
-    assert "corrupt.npz" in said
+    assert "2 identified, 1 without a result" in said
+    assert "2 logs are too few to tell which stand out; 15 do" in said
+    assert said.count("corrupt.npz") == 1
+
+
+def test_results_are_told_by_their_verdicts_with_the_logs_and_the_reason() -> None:
+    def row(name: str, *failing: str) -> FleetRow:
+        doubt = f"what {failing[0]} says" if failing else ""
+        return FleetRow(name=name, log=name, axis="s", status="ok", failing=failing, doubt=doubt)
+
+    bad = [row(f"bad{i}", "control law", "bounds") for i in range(7)]
+    made = Fleet(folder="", rows=(row("good"), row("vague", "precision"), *bad))
+    assert [row.verdict for row in made.rows[:3]] == ["believed", "with care", "not believed"]
+    said = made.summary()
+    assert "1 believed, 1 with care, 7 not believed" in said
+    assert "bad0, bad1, bad2 and 4 more" in said
+    assert "Not believed: 7 logs\nbad0: control law: what control law says.\n" in said
+    assert "and 2 more, which the table of the fleet has." in said
+    assert "With care: 1 log\nvague: precision: what precision says." in said
+    assert columns_of(made.rows, ())["verdict"][2] == "not believed"
+
+
+def test_a_row_of_no_such_log_is_refused_with_those_that_there_are() -> None:
+    made = Fleet(folder="", rows=(FleetRow(name="a", log="a.csv", axis="s", status="failed"),))
+    for name in ("b", 0):
+        with pytest.raises(UsageError, match=r"name one of a, or take one of fleet\.rows"):
+            made[name]  # type: ignore[index]
+    assert made["a"].verdict == ""
 
 
 def test_a_log_of_no_axis_is_told_beside_others(logs: Path, tmp_path: Path) -> None:

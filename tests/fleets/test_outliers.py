@@ -77,11 +77,29 @@ def test_a_log_whose_values_are_not_finite_is_told_and_left_out() -> None:
     rows = rows_of(20, 1)
     odd = row_of("odd", np.array([np.nan, 200.0, 20.0]))
     assert groups_of([*rows, odd]) == groups_of(rows)
-    assert "1 log has values that are not finite" in Fleet(folder="", rows=(*rows, odd)).summary()
+    said = " ".join(Fleet(folder="", rows=(*rows, odd)).summary().split())
+    assert "1 log has values or deviations that are not finite" in said
+    assert "no part in what is usual: odd." in said
+
+
+@pytest.mark.parametrize("size", [1e90, 1e150, 1e308])
+def test_a_log_whose_values_are_beyond_all_sense_hides_nothing_of_the_others(size: float) -> None:
+    rows = rows_of(20, 1)
+    for moved in (np.array([size, 200.0, 20.0]), np.full(3, size)):
+        (group,) = groups_of([*rows, row_of("huge", moved)])
+        assert isinstance(group.usual, Usual)
+        np.testing.assert_allclose(group.usual.centre, CENTRE, rtol=0.05)
+        assert [each.name for each in group.outliers] == (["huge"] if size < 1e100 else [])
+
+
+def test_values_in_a_plane_tell_nothing_though_one_is_far() -> None:
+    rows = [row_of(r.name, _values(r) * [1, 1, 0] + [0, 0, _values(r)[0]]) for r in rows_of(20, 1)]
+    (group,) = groups_of([*rows, row_of("far", np.array([1e8, 1.0, 3.0]))])
+    assert isinstance(group.usual, Missing)
 
 
 def test_of_few_logs_nothing_is_usual() -> None:
     (group,) = groups_of(rows_of(8, 1))
     assert isinstance(group.usual, Missing)
-    assert "8 logs" in group.usual.reason
+    assert "8 logs are too few to tell which stand out; 15 do" in group.usual.reason
     assert group.outliers == ()

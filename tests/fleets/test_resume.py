@@ -10,7 +10,7 @@ from axisid.fleets import Fleet, read_ledger
 from axisid.fleets.one_log import Named, result_file
 from axisid.fleets.row import FleetRow
 from axisid.fleets.settings import Settings, log_digest
-from axisid.trends.point import last_results
+from axisid.trends.gathering import last_results
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def test_a_result_keeps_its_name_when_another_log_of_that_name_comes(place: Path
 def test_what_is_put_right_of_a_log_that_is_done_goes_into_the_ledger(place: Path) -> None:
     run(place, "x")
     assert run(place, "x", serial="17")["a"].status == "skipped"
-    row = read_ledger(place / "out")["a"]
+    row = read_ledger(place / "out").rows["a"]
     assert (row.serial, row.status) == ("17", "ok")
 
 
@@ -85,6 +85,27 @@ def test_a_log_of_two_machines_goes_on_as_two(place: Path) -> None:
     assert again(items[0]) == ["px ok"]
     assert again(*items) == ["px skipped", "py ok"]
     assert again(*items) == ["px skipped", "py skipped"]
+
+
+def test_lines_that_are_broken_are_told_and_their_logs_made_again(place: Path) -> None:
+    run(place, "x", "y")
+    ledger = place / "out" / "fleet.jsonl"
+    first, second = ledger.read_text().splitlines()
+    ledger.write_text(f"{first}\n{second[:40]}\n")
+    again = run(place, "x", "y")
+    assert sorted(row.status for row in again) == ["ok", "skipped"]
+    assert "1 line of" in again.notes[0]
+    assert again.notes[0] in " ".join(again.summary().split())
+
+
+def test_results_of_logs_that_are_no_part_of_the_fleet_are_told(place: Path) -> None:
+    run(place, "x")
+    whole = '{"schema": "axisid.identification/1"}'
+    for name, text in (("a", whole), ("old", whole), ("note", "{}"), ("cut", whole[:9])):
+        (place / "out" / f"{name}.json").write_text(text)
+    (note,) = run(place, "x", resume=False).notes
+    assert "1 result is in the folder" in note
+    assert ": old." in note
 
 
 @pytest.mark.parametrize("left", ["", "{", "[]"])

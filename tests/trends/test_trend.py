@@ -288,3 +288,45 @@ def test_results_whose_verdict_fails_hide_no_drift_and_set_no_limits(
     (counted,) = trend(tmp_path, count_failing=True).series
     assert next(c for c in counted.charts if c.parameter == "Fc").drift is None
     assert counted.set_aside == ()
+
+
+@pytest.mark.slow
+def test_a_result_beyond_its_limits_is_no_change(folder: Path) -> None:
+    files = sorted(folder.glob("r*.json"))[:SHIFTED]
+    found = trend(files)
+    assert found.changed == ()
+    assert found.beyond == found.series
+    assert "1, 0 with a step or a drift, 1 with results beyond the limits" in found.summary()
+
+
+@pytest.mark.slow
+def test_several_series_begin_with_a_table_of_all(folder: Path, tmp_path: Path) -> None:
+    text = (folder / "fleet.jsonl").read_text().splitlines()
+    for i, line in enumerate(text):
+        row = {**json.loads(line), "serial": "b" if i >= SHIFTED else "a"}
+        with (tmp_path / "fleet.jsonl").open("a") as ledger:
+            ledger.write(json.dumps(row) + "\n")
+    for file in folder.glob("r*.json"):
+        (tmp_path / file.name).write_text(file.read_text())
+    found = trend(tmp_path)
+    said = found.summary()
+    assert said.index("beyond the limits  verdict fails") < said.index("sd between")
+    assert "M, Fv, Fc: " not in said
+    assert found.write(tmp_path / "t.html").read_text().index("verdict fails") > 0
+
+
+@pytest.mark.slow
+def test_whole_results_that_the_ledger_lacks_are_told(folder: Path, tmp_path: Path) -> None:
+    lines = (folder / "fleet.jsonl").read_text().splitlines()
+    (tmp_path / "fleet.jsonl").write_text("\n".join([*lines[:10], lines[10][:50], *lines[11:]]))
+    for file in folder.glob("*.json"):
+        (tmp_path / file.name).write_text(file.read_text())
+    found = trend(tmp_path)
+    assert sum(len(each.points) for each in found.series) == 19
+    (note,) = found.notes
+    assert "1 result is left out" in note
+    assert ": r10. 1 line of" in note
+    assert note in " ".join(found.summary().split())
+    assert found.to_dict()["notes"] == [note]
+    both = trend([tmp_path, tmp_path / "r10.json"])
+    assert both.notes == ()

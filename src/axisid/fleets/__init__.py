@@ -6,6 +6,8 @@ of the command line, and of how a log is identified.
 
 from .fleet import fleet as fleet
 from .fleet import written_files as written_files
+from .ledger import Ledger as Ledger
 from .ledger import read_ledger as read_ledger
+from .ledger import strays as strays
 from .result import Fleet as Fleet
 from .row import FleetRow as FleetRow

@@ -1,10 +1,11 @@
-"""What a fleet looks like: counts, what is usual, what stands out, what failed."""
+"""What a fleet looks like: what is believed, what is usual, what stands out, what failed."""
 
 from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 
+from axisid.estimation.diagnostics import Belief
 from axisid.presentation.blocks import (
     Block,
     Cell,
@@ -15,22 +16,45 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.support.missing import Missing
+from axisid.support.user_values import first_of
 
 from .outliers import AxisGroup
 from .row import FleetRow, counts_of
 
 _MOST_SHOWN = 20  # rows of a table; all are in the file
+_MOST_REASONS = 5  # logs of a verdict with what is wrong with each
 
 
-def fleet_document(folder: str, rows: Sequence[FleetRow], groups: Sequence[AxisGroup]) -> Document:
-    """Counts, for each axis what is usual and what stands out, checks that fail, and failures."""
-    told = ", ".join(f"{n} {status}" for status, n in counts_of(rows).items() if n)
+def fleet_document(
+    folder: str, rows: Sequence[FleetRow], groups: Sequence[AxisGroup], notes: Sequence[str] = ()
+) -> Document:
+    """What is believed, for each axis what is usual and what stands out, doubts, and failures."""
     heading = Heading(
         title=f"Fleet of {_logs(len(rows))}",
-        facts=(("status", told), ("results", folder), ("work", _work(rows))),
+        facts=(
+            ("logs", _statuses(rows)),
+            ("verdicts", _verdicts(rows)),
+            ("results", folder),
+            ("work", _work(rows)),
+        ),
     )
     by_axis = (block for group in groups for block in _group_blocks(group))
-    return heading, *by_axis, *_not_finite(rows), *_checks(rows), *_failures(rows)
+    doubts = (*_checks(rows), *_doubted(rows, "not believed"), *_doubted(rows, "with care"))
+    said = (paragraph(*notes),) if notes else ()
+    return heading, *by_axis, *_not_comparable(rows), *doubts, *_failures(rows), *said
+
+
+def _statuses(rows: Sequence[FleetRow]) -> str:
+    """How the logs ended: ``ok`` says nothing yet of what a result is worth."""
+    told = {"ok": "identified", "skipped": "done before", "failed": "without a result"}
+    return ", ".join(f"{n} {told[status]}" for status, n in counts_of(rows).items() if n)
+
+
+def _verdicts(rows: Sequence[FleetRow]) -> str:
+    """How many results can be believed."""
+    found = Counter(row.verdict for row in rows)
+    kinds: tuple[Belief, ...] = ("believed", "with care", "not believed")
+    return ", ".join(f"{found[kind]} {kind}" for kind in kinds if found[kind])
 
 
 def _logs(count: int) -> str:
@@ -90,31 +114,58 @@ def _outliers(group: AxisGroup) -> Block:
     )
 
 
-def _not_finite(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
-    """How many logs are held against no others, since there is nothing to compare."""
-    count = sum(row.has_result and not row.is_finite for row in rows)
-    logs = "1 log has" if count == 1 else f"{count} logs have"
-    said = f"{logs} values that are not finite, and no part in what is usual."
-    return (paragraph(said),) if count else ()
+def _not_comparable(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
+    """Which logs are held against no others, since there is nothing to compare."""
+    found = [row.name for row in rows if row.has_result and not row.is_comparable]
+    logs = "1 log has" if len(found) == 1 else f"{len(found)} logs have"
+    said = (
+        f"{logs} values or deviations that are not finite, or too large to compare, and no part in "
+        f"what is usual: {first_of(found)}."
+    )
+    return (paragraph(said),) if found else ()
 
 
 def _checks(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
-    """Which checks fail, and of how many logs."""
+    """Which checks fail, and of which logs."""
     found = Counter(name for row in rows for name in row.failing)
+    cells = tuple(
+        (name, str(count), first_of([row.name for row in rows if name in row.failing]))
+        for name, count in found.most_common()
+    )
+    if not cells:
+        return ()
+    return (Table(columns=text_columns(("check that fails", "logs", "which")), rows=cells),)
+
+
+def _doubted(rows: Sequence[FleetRow], verdict: Belief) -> tuple[Block, ...]:
+    """The logs of a verdict, each with what the gravest of its checks says."""
+    found = [row for row in rows if row.verdict == verdict]
     if not found:
         return ()
-    cells = tuple((name, str(count)) for name, count in found.most_common())
-    return (Table(columns=text_columns(("check that fails", "logs")), rows=cells),)
+    lines = [f"{row.name}: {row.failing[0]}: {row.doubt}" for row in found[:_MOST_REASONS]]
+    title = f"{verdict.capitalize()}: {_logs(len(found))}"
+    return (paragraph(*map(_ended, lines), *_more(len(found), _MOST_REASONS), title=title),)
+
+
+def _ended(text: str) -> str:
+    """A sentence with its full stop."""
+    return text if text.endswith(".") else f"{text.removesuffix(': ')}."
 
 
 def _failures(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
     failed = [row for row in rows if not row.has_result]
     if not failed:
         return ()
-    lines = [f"{row.log}: {row.reason}" for row in failed[:_MOST_SHOWN]]
-    return (paragraph(*lines, *_more(len(failed)), title="Without a result"),)
+    lines = [_with_log(row) for row in failed[:_MOST_SHOWN]]
+    title = f"Without a result: {_logs(len(failed))}"
+    return (paragraph(*lines, *_more(len(failed)), title=title),)
 
 
-def _more(count: int) -> tuple[str, ...]:
-    left = count - _MOST_SHOWN
+def _with_log(row: FleetRow) -> str:
+    """A reason with the path of its log, which it may begin with."""
+    return row.reason if row.reason.startswith(row.log) else f"{row.log}: {row.reason}"
+
+
+def _more(count: int, shown: int = _MOST_SHOWN) -> tuple[str, ...]:
+    left = count - shown
     return (f"and {left} more, which the table of the fleet has.",) if left > 0 else ()

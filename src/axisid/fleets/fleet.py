@@ -1,7 +1,7 @@
 """Many logs, one by one or side by side."""
 
 import math
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
@@ -21,9 +21,9 @@ from axisid.support.jobs.outcome import Failure, Outcome
 from axisid.support.jobs.run import run_jobs
 from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.user_values import quoted
+from axisid.support.user_values import first_of, quoted
 
-from .ledger import LEDGER, ledger_of, read_ledger, write_row
+from .ledger import LEDGER, Ledger, ledger_of, read_ledger, strays, write_row
 from .one_log import Named, identify_log, result_file, result_of
 from .result import Fleet
 from .row import FleetRow
@@ -115,7 +115,8 @@ def fleet(
     )
     check_settings(settings, items)
     named = [Named(name=n, item=i) for n, i in zip(result_names(items), items, strict=True)]
-    before = read_ledger(Path(settings.folder)) if resume else {}
+    ledger = read_ledger(Path(settings.folder))
+    before = ledger.rows if resume else {}
     done = dict(_finished(settings, named, before))
     todo = [each for each in named if each.name not in done]
     moved = [row for row in done.values() if row != before[row.name]]
@@ -132,7 +133,26 @@ def fleet(
     )
     rows = {name: _skipped(row) for name, row in done.items()}
     rows |= {row.name: row for row in made}
-    return Fleet(folder=str(out), rows=tuple(rows[each.name] for each in named))
+    return Fleet(
+        folder=str(out),
+        rows=tuple(rows[each.name] for each in named),
+        notes=tuple(_notes(ledger, {*before, *rows}, resume=resume)),
+    )
+
+
+def _notes(ledger: Ledger, names: Container[str], *, resume: bool) -> Iterator[str]:
+    """What is said of the ledger as it was, and of results that it does not have now."""
+    if resume and ledger.broken:
+        yield (
+            f"{ledger.broken_text()}, as a run leaves that is cut off; logs that no other line has "
+            "were identified again."
+        )
+    if left := strays(ledger.file.parent, names):
+        of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
+        yield (
+            f"{of} in the folder from before, of no log of this fleet: {first_of(left)}. A trend "
+            "of the folder leaves that out; give the files by name, or take them away."
+        )
 
 
 def written_files(items: Sequence[FleetItem]) -> dict[str, str]:

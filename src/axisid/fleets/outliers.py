@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.thresholds.studies import FLEET_LEVEL, MIN_LOGS_PER_PARAMETER
-from axisid.populations import Alike, Usual, alike_points
+from axisid.populations import Alike, Usual, alike_points, spread_of
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 from .row import FleetRow
+
+_FAR = 1e3  # median deviations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,10 +64,10 @@ class AxisGroup:
 
 
 def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
-    """The rows with a result by axis and parameters, without those that are not finite."""
+    """The rows with a result by axis and parameters, without those that cannot be compared."""
     grouped: dict[tuple[str, tuple[str, ...]], list[FleetRow]] = {}
     for row in rows:
-        if row.has_result and row.is_finite:
+        if row.has_result and row.is_comparable:
             grouped.setdefault((row.axis, tuple(row.parameters)), []).append(row)
     return tuple(_group(axis, names, each) for (axis, names), each in grouped.items())
 
@@ -88,18 +90,27 @@ def _judged(
     values = np.array([[value.value for value in row.parameters.values()] for row in rows])
     least = int(MIN_LOGS_PER_PARAMETER.value) * max(len(names), 1)
     if len(rows) < least:
-        few = f"of {len(rows)} logs nothing is usual; {least} or more tell what is"
+        count = "1 log is" if len(rows) == 1 else f"{len(rows)} logs are"
+        each = int(MIN_LOGS_PER_PARAMETER.value)
+        few = f"{count} too few to tell which stand out; {least} do, {each} for each parameter"
         return Missing(few), ()
-    scale = np.std(values, axis=0)
-    if not scale.all() or np.linalg.matrix_rank((values - values.mean(axis=0)) / scale) < len(
-        names
-    ):
+    if not _is_spread(values):
         return Missing("the values of the logs lie in fewer dimensions than parameters"), ()
     covariances = np.array([row.covariance for row in rows])
     found = alike_points(values, covariances, FLEET_LEVEL.value)
     return found.usual, tuple(
         _outlier(names, rows[i], values[i], covariances[i], found, i) for i in found.far
     )
+
+
+def _is_spread(values: Array) -> bool:
+    """Whether the values scatter in as many dimensions as there are parameters."""
+    spread = spread_of(values)
+    if not spread.size or not spread.all():
+        return False
+    apart = (values - np.median(values, axis=0)) / spread
+    near = apart[np.all(np.abs(apart) < _FAR, axis=1)]  # beside the others these are one point
+    return bool(len(near) and np.linalg.matrix_rank(near - near.mean(axis=0)) == values.shape[1])
 
 
 def _outlier(

@@ -7,6 +7,8 @@ from pathlib import Path
 
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.html import blocks_html
+from axisid.support.errors import UsageError
+from axisid.support.user_values import first_of, is_among, quoted
 
 from .document import fleet_document
 from .outliers import AxisGroup, Outlier, groups_of
@@ -24,10 +26,13 @@ class Fleet:
         Of the results.
     rows : tuple of FleetRow
         In the order in which the logs were named.
+    notes : tuple of str
+        What is said of the folder: lines that cannot be read, results of other logs.
     """
 
     folder: str
     rows: tuple[FleetRow, ...]
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -37,7 +42,14 @@ class Fleet:
 
     def __getitem__(self, name: str) -> FleetRow:
         """A row by the name of its result."""
-        return {row.name: row for row in self.rows}[name]
+        found = {row.name: row for row in self.rows}
+        if not is_among(name, found):
+            raise UsageError(
+                f"the fleet has no log {quoted(name)}; name one of {first_of(list(found))}, or "
+                "take one of fleet.rows by its place.",
+                code="not-in-fleet",
+            )
+        return found[name]
 
     def __str__(self) -> str:
         return self.summary()
@@ -73,7 +85,7 @@ class Fleet:
 
     def document(self) -> Document:
         """The same in blocks."""
-        return fleet_document(self.folder, self.rows, self.groups)
+        return fleet_document(self.folder, self.rows, self.groups, self.notes)
 
     def write(self, file: str | Path | None = None) -> Path:
         """Write the table of all logs, a row for each.

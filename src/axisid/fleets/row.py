@@ -3,12 +3,14 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import chain
-from math import isfinite
 from typing import Annotated, Any, Literal
 
+from axisid.estimation.diagnostics import Belief, belief, gravest_first
 from axisid.presentation.schema import JsonObject, Matrix, about
 
 Status = Literal["ok", "failed", "skipped"]
+
+_LARGEST = 1e100  # products of a few such numbers are no number any more
 
 
 class FleetValue(JsonObject, frozen=True, kw_only=True):
@@ -42,7 +44,9 @@ class FleetRow(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="a
     covariance : matrix
         Of the parameters in their order.
     failing : tuple of str
-        Checks that fail.
+        Checks that fail, the gravest first.
+    doubt : str
+        What the gravest of them says.
     seconds : float
         CPU time.
     """
@@ -62,6 +66,7 @@ class FleetRow(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="a
     parameters: Mapping[str, FleetValue] = {}
     covariance: Matrix = ()
     failing: tuple[str, ...] = ()
+    doubt: str = ""
     seconds: float = 0.0
 
     @property
@@ -70,10 +75,15 @@ class FleetRow(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="a
         return self.status != "failed"
 
     @property
-    def is_finite(self) -> bool:
-        """Whether the values and their covariance are finite, so that they can be compared."""
+    def verdict(self) -> Belief | Literal[""]:
+        """How far the values can be believed, by the checks that fail; empty without a result."""
+        return belief(self.failing) if self.has_result else ""
+
+    @property
+    def is_comparable(self) -> bool:
+        """Whether the values and their covariance are numbers whose squares are ones too."""
         found = chain((each.value for each in self.parameters.values()), *self.covariance)
-        return all(map(isfinite, found))
+        return all(abs(each) < _LARGEST for each in found)
 
 
 def counts_of(rows: Iterable[FleetRow]) -> dict[str, int]:
@@ -105,8 +115,15 @@ def judged(document: Mapping[str, Any]) -> dict[str, Any]:
             for name, each in estimate["parameters"].items()
         },
         "covariance": tuple(map(tuple, covariances[chosen])),
-        "failing": tuple(c["name"] for c in document["verdict"] if c["status"] == "fail"),
+        **_doubts(document),
     }
+
+
+def _doubts(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Which checks fail, and what the gravest of them says."""
+    said = {c["name"]: c["meaning"] for c in document["verdict"] if c["status"] == "fail"}
+    failing = gravest_first(said)
+    return {"failing": tuple(failing), "doubt": said[failing[0]] if failing else ""}
 
 
 def _deviation(value: Mapping[str, Any], chosen: str) -> float:

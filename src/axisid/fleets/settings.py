@@ -89,7 +89,8 @@ class Settings:
         axis = item.axis or self.axis
         if not axis:
             raise UsageError(
-                f"nothing says of which axis {item.log} is; name one for all, or in the manifest.",
+                f"{item.log} has no axis; name one for all (--axis, axis=), or one for it in a "
+                "manifest.",
                 code="no-axis-of-log",
             )
         source = axis if isinstance(axis, Axis) else str(axis)

@@ -55,6 +55,7 @@ def columns_of(rows: Sequence[FleetRow], outliers: Sequence[Outlier]) -> Columns
         name: [getattr(row, name) for row in rows]
         for name in ("name", "log", "axis", "serial", "status", "reason", "code", "method")
     }
+    columns["verdict"] = [row.verdict for row in rows]
     columns["failing"] = ["; ".join(row.failing) for row in rows]
     columns |= _of_conditions(rows)
     for name in _each(row.parameters for row in rows):

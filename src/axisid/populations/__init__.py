@@ -14,5 +14,6 @@ from .changes import Change as Change
 from .changes import Drift as Drift
 from .changes import change_in as change_in
 from .robust_scatter import robust_scatter as robust_scatter
+from .robust_scatter import spread_of as spread_of
 from .robust_scatter import squared_distances as squared_distances
 from .steps import Step as Step

@@ -46,7 +46,7 @@ def robust_scatter(points: Array) -> tuple[Array, Array]:
     points : array, (n, p)
         More than twice as many as dimensions, of full rank.
     """
-    middle, scale = np.median(points, axis=0), _spread(points)
+    middle, scale = np.median(points, axis=0), spread_of(points)
     scaled = (points - middle) / scale
     chosen = _closest(scaled)
     centre, covariance = _moments(scaled[chosen])
@@ -55,8 +55,8 @@ def robust_scatter(points: Array) -> tuple[Array, Array]:
     return middle + scale * centre, covariance * np.outer(scale, scale)
 
 
-def _spread(points: Array) -> Array:
-    """Of each dimension: its median deviation, so that units do not matter."""
+def spread_of(points: Array) -> Array:
+    """Of each dimension of points, (n, p): its median deviation, so that units do not matter."""
     apart = np.median(np.abs(points - np.median(points, axis=0)), axis=0)
     return np.asarray(np.where(apart > 0, apart, np.std(points, axis=0)))
 

@@ -1,6 +1,6 @@
 """Values that a user gave: said in a message, looked up among names."""
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from dataclasses import is_dataclass
 from typing import TypeGuard
 
@@ -24,3 +24,9 @@ def quoted(value: object) -> str:
 def is_among(value: object, names: Container[str]) -> TypeGuard[str]:
     """Whether a value is one of some names; what is no text may have no hash, or no one ``==``."""
     return isinstance(value, str) and value in names
+
+
+def first_of(names: Sequence[str], most: int = 3) -> str:
+    """The first of some names, and how many more there are."""
+    left = len(names) - most
+    return ", ".join(names[:most]) + (f" and {left} more" if left > 0 else "")

@@ -69,8 +69,8 @@ class Chart(Exact):
 
     @property
     def has_changed(self) -> bool:
-        """Whether a result is beyond its limits, or a step or a drift is told."""
-        return bool(self.beyond or self.steps or self.drift is not None)
+        """Whether a step or a drift is told; a result beyond its limits is none by itself."""
+        return bool(self.steps) or self.drift is not None
 
 
 def chart_of(

@@ -16,35 +16,67 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.formulas import range_text
 from axisid.support.missing import Missing
+from axisid.support.user_values import first_of
 
 from .chart import Chart
-from .series import Series
+from .series import Series, notable_first
 
-_MOST_SHOWN = 20  # series without a change, which say little
+_MOST_SHOWN = 20  # series without a change, which say little, and results in a sentence
 
 
-def trend_document(series: Sequence[Series], by: str) -> Document:
-    """Each series: its parameters with limits, and what changed; those that changed first."""
-    changed = [each for each in series if each.has_changed]
-    others = [each for each in series if not each.has_changed]
-    results = sum(len(each.points) for each in series)
+def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ()) -> Document:
+    """A table of all series, then each with its limits and what changed, the notable first."""
+    listed = notable_first(series)
+    notable = sum(each.has_changed or each.has_beyond for each in listed)
     heading = Heading(
         title="Trend",
         facts=(
-            ("results", str(results)),
-            ("series", f"{len(series)}, {len(changed)} with a change"),
+            ("results", str(sum(len(each.points) for each in series))),
+            ("series", _series_text(series)),
             ("order", by or "as the files are named"),
         ),
     )
-    shown = (*changed, *others[:_MOST_SHOWN])
+    shown = listed[: notable + _MOST_SHOWN]
     blocks = (block for each in shown for block in _series_blocks(each, by))
-    left = len(others) - _MOST_SHOWN
-    more = (paragraph(f"and {left} more series without a change."),) if left > 0 else ()
-    return heading, *blocks, *more
+    left = len(listed) - len(shown)
+    more = (f"and {left} more series without a change.",) if left > 0 else ()
+    said = (paragraph(*more, *notes),) if more or notes else ()
+    return heading, *_overview(shown), *blocks, *said
+
+
+def _series_text(series: Sequence[Series]) -> str:
+    """How many there are, and what is told of them."""
+    changed = sum(each.has_changed for each in series)
+    beyond = sum(each.has_beyond and not each.has_changed for each in series)
+    also = f", {beyond} {'more ' if changed else ''}with results beyond the limits"
+    return f"{len(series)}, {changed} with a step or a drift{also if beyond else ''}"
+
+
+def _overview(series: Sequence[Series]) -> tuple[Block, ...]:
+    """A row for each series, where there are several."""
+    if len(series) < 2:
+        return ()
+    heads = ("series", "results", "steps", "drifts", "beyond the limits", "verdict fails")
+    return (Table(columns=text_columns(heads), rows=tuple(map(_overview_row, series))),)
+
+
+def _overview_row(series: Series) -> tuple[Cell, ...]:
+    """The parameters of which something is told, and how many results are beyond or fail."""
+    steps = (chart.parameter for chart in series.charts if chart.steps)
+    drifts = (chart.parameter for chart in series.charts if chart.drift is not None)
+    beyond = (f"{chart.parameter} {len(chart.beyond)}" for chart in series.charts if chart.beyond)
+    failing = sum(bool(point.failing) for point in series.points)
+    return (
+        series.title,
+        str(len(series.points)),
+        *(", ".join(each) for each in (steps, drifts, beyond)),
+        str(failing) if failing else "",
+    )
 
 
 def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
-    said = [line for chart in series.charts for line in _changes(series, chart, by)]
+    said = _without_limits(series)
+    said += [line for chart in series.charts for line in _changes(series, chart, by)]
     methods = dict.fromkeys(point.method.upper() for point in series.points)
     results = "1 result" if len(series.points) == 1 else f"{len(series.points)} results"
     table = Table(
@@ -55,11 +87,23 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
         title=f"{series.title}, {results} by {' and '.join(methods)}",
     )
     if len(methods) > 1:
-        said.append("The results are judged by different methods, which may differ: choose one.")
+        said.append(
+            "The results are judged by different methods, which may differ: follow one of them "
+            "with --method METHOD, method=."
+        )
     if len({point.signature for point in series.points}) > 1:
         said.append("The results are of different models of that name, whose values may differ.")
     said += _failing(series)
     return table, paragraph(*(said or ["Nothing beyond the limits, no step and no drift."]))
+
+
+def _without_limits(series: Series) -> list[str]:
+    """Why parameters have no limits, each reason once."""
+    found: dict[str, list[str]] = {}
+    for chart in series.charts:
+        if isinstance(chart.limits, Missing):
+            found.setdefault(chart.limits.reason, []).append(chart.parameter)
+    return [f"{', '.join(names)}: {reason}." for reason, names in found.items()]
 
 
 def _failing(series: Series) -> list[str]:
@@ -67,13 +111,11 @@ def _failing(series: Series) -> list[str]:
     failing = [point for point in series.points if point.failing]
     if not failing:
         return []
-    shown = "; ".join(f"{p.name} ({', '.join(p.failing)})" for p in failing[:_MOST_SHOWN])
-    left = len(failing) - _MOST_SHOWN
-    more = f"; and {left} more" if left > 0 else ""
+    shown = first_of([f"{p.name} ({', '.join(p.failing)})" for p in failing], _MOST_SHOWN)
     what = "set no limits and tell no change" if series.set_aside else "count like the others"
     return [
         f"The verdict fails of {len(failing)} of {len(series.points)} results, which {what} and "
-        f"may be wrong: {shown}{more}."
+        f"may be wrong: {shown}."
     ]
 
 
@@ -94,10 +136,7 @@ def _row(chart: Chart) -> tuple[Cell, ...]:
 
 def _changes(series: Series, chart: Chart, by: str) -> list[str]:
     """What is said of a parameter."""
-    said = []
-    if isinstance(chart.limits, Missing):
-        said.append(f"{chart.parameter}: {chart.limits.reason}.")
-    said += [
+    said = [
         f"{chart.parameter} steps by {step.difference:+.4g} +- {step.deviation:.2g} {chart.unit} "
         f"from {series.points[step.place].name} on (p {step.p_value:.2g})."
         for step in chart.steps
@@ -105,7 +144,7 @@ def _changes(series: Series, chart: Chart, by: str) -> list[str]:
     if chart.drift is not None:
         said.append(_drift(series, chart, chart.drift, by))
     if chart.beyond:
-        names = ", ".join(series.points[place].name for place in chart.beyond)
+        names = first_of([series.points[place].name for place in chart.beyond], _MOST_SHOWN)
         said.append(f"{chart.parameter} is beyond its limits in {names}.")
     return said
 

@@ -11,9 +11,9 @@ from axisid.presentation.html import blocks_html
 from axisid.support.version import __version__
 
 from .figure import trend_plot
-from .series import Series
+from .series import Series, notable_first
 
-_MOST_DRAWN = 50  # series, those with a change first
+_MOST_DRAWN = 50  # series, the notable first
 _PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -46,7 +46,7 @@ $figures
 
 def trend_page(series: Sequence[Series], by: str, document: Document) -> str:
     """One page with a figure of each series, those with a change first."""
-    ordered = sorted(series, key=lambda each: not each.has_changed)[:_MOST_DRAWN]
+    ordered = notable_first(series)[:_MOST_DRAWN]
     figures = "\n".join(_figure(each, by) for each in ordered)
     title = escape(f"Trend of {', '.join(dict.fromkeys(each.axis for each in series))}")
     return _PAGE.substitute(

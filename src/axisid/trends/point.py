@@ -1,8 +1,7 @@
 """One result of a series, and where it is read from."""
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,15 +11,14 @@ from scipy.special import ndtri
 
 from axisid.estimation.estimates import Value
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
-from axisid.fleets import FleetRow, read_ledger
-from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
-from axisid.support.errors import DataError, UsageError
+from axisid.fleets import FleetRow
+from axisid.presentation.saved import SavedIdentification, SavedOutputFit
+from axisid.support.errors import UsageError
 from axisid.support.user_values import quoted
 
 #: A result of which there are several over time.
 Saved: TypeAlias = SavedIdentification | SavedOutputFit
 
-_RESULTS = "*.json"
 _DAY = 86_400.0  # s
 
 
@@ -77,89 +75,29 @@ class Point:
     signature: str = ""
 
 
-def points_of(results: object, method: str | None) -> list[Point]:
-    """The points of results, in the order in which they are given.
+def point_of(saved: Saved, row: FleetRow | None, method: str | None) -> Point:
+    """A point of a result.
+
+    Parameters
+    ----------
+    saved : result of `load_result`
+    row : FleetRow or None
+        What a fleet says of its log.
+    method : str or None
+        Whose estimate; the judged one where it is None.
 
     Raises
     ------
     UsageError
-        There is none, something is none, or one has not the method.
-    DataError
-        A file cannot be read, or is no result.
+        The result has not the method.
     """
-    listed = [results] if isinstance(results, (str, Path, Saved)) else results
-    if not isinstance(listed, Iterable):
-        raise UsageError(f"the results are {quoted(results)}; give files, or folders of them.")
-    ledgers: dict[Path, dict[str, FleetRow]] = {}
-    every = [saved for each in listed for saved in _saved(each)]
-    _check_once(every)
-    found = [_point(saved, ledgers, method) for saved in every]
-    if not found:
-        raise UsageError(
-            f"there is no result in {quoted(results)}; give files that identify --json, fit --json "
-            "or a fleet wrote.",
-            code="no-results",
-        )
-    return found
-
-
-def _check_once(results: Sequence[Saved]) -> None:
-    """A result that counts twice moves limits and hides steps."""
-    files = Counter(Path(saved.file).resolve() for saved in results)
-    if twice := [str(file) for file, times in files.items() if times > 1]:
-        raise UsageError(
-            f"{quoted(twice[0])} is given {files[Path(twice[0])]} times; give each result once.",
-            code="result-twice",
-        )
-
-
-def _saved(given: object) -> Iterator[Saved]:
-    if isinstance(given, Saved):
-        yield given
-    elif not isinstance(given, (str, Path)):
-        raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
-    elif Path(given).is_dir():
-        done = read_ledger(Path(given))
-        files = sorted(Path(given).glob(_RESULTS))
-        # What a fleet did not write in its folder may be anything.
-        kept = last_results(done.values())
-        yield from (_loaded(file) for file in files if not done or file.stem in kept)
-    else:
-        yield _loaded(given)
-
-
-def last_results(rows: Iterable[FleetRow]) -> set[str]:
-    """Names of the results that are the last of their log, axis and columns.
-
-    Of what failed since there is none.
-    """
-    last = {(row.log, row.axis, *sorted(row.columns.items())): row for row in rows}
-    return {row.name for row in last.values() if row.has_result}
-
-
-def _loaded(file: str | Path) -> Saved:
-    found = load_result(file)
-    if not isinstance(found, Saved):
-        raise DataError(
-            f"{file} is of a study, and a trend is of results of identify and of fit; leave it "
-            "out.",
-            code="trend-of-study",
-        )
-    return found
-
-
-def _point(saved: Saved, ledgers: dict[Path, dict[str, FleetRow]], method: str | None) -> Point:
-    file = Path(saved.file)
-    if file.parent not in ledgers:
-        ledgers[file.parent] = read_ledger(file.parent)
-    row = ledgers[file.parent].get(file.stem)
     told, parameters = (
         _of_fit(saved, method)
         if isinstance(saved, SavedOutputFit)
         else _of_identification(saved, method)
     )
     return Point(
-        name=file.stem,
+        name=Path(saved.file).stem,
         axis=saved.name,
         serial="" if row is None else row.serial,
         conditions={} if row is None else row.conditions,
@@ -228,7 +166,8 @@ def place_of(point: Point, by: str) -> float:
         known = ", ".join(point.conditions) or "none"
         raise UsageError(
             f"nothing says of {point.name} what its {quoted(by)} is; it has {known}. A fleet's "
-            "manifest says it, in a column of that name.",
+            "manifest says it, in a column of that name, and fleet.jsonl beside its results: copy "
+            "that with them.",
             code="no-such-condition",
         )
     if isinstance(told, str):

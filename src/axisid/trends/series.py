@@ -1,5 +1,6 @@
 """Results of one axis and one machine, in their order."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from .chart import Chart
@@ -43,5 +44,15 @@ class Series:
 
     @property
     def has_changed(self) -> bool:
-        """Whether a result is beyond its limits, or a step or a drift is told."""
+        """Whether a step or a drift is told."""
         return any(chart.has_changed for chart in self.charts)
+
+    @property
+    def has_beyond(self) -> bool:
+        """Whether a result is beyond its limits."""
+        return any(chart.beyond for chart in self.charts)
+
+
+def notable_first(series: Iterable[Series]) -> list[Series]:
+    """Series that changed, then those with a result beyond its limits, then the others."""
+    return sorted(series, key=lambda each: (not each.has_changed, not each.has_beyond))

@@ -58,9 +58,14 @@ def _limits(chart: Chart, place: int) -> tuple[object, object, object]:
     return float(limits.centre[place]), float(limits.lower[place]), float(limits.upper[place])
 
 
-def trend_dict(series: Sequence[Series], by: str) -> dict[str, object]:
+def trend_dict(series: Sequence[Series], by: str, notes: Sequence[str] = ()) -> dict[str, object]:
     """The trend as plain data."""
-    return {"schema": "axisid.trend/1", "by": by, "series": [_series_dict(each) for each in series]}
+    return {
+        "schema": "axisid.trend/1",
+        "by": by,
+        "notes": list(notes),
+        "series": [_series_dict(each) for each in series],
+    }
 
 
 def _series_dict(series: Series) -> dict[str, object]:

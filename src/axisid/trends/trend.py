@@ -14,8 +14,9 @@ from axisid.support.user_values import quoted
 
 from .chart import chart_of
 from .document import trend_document
+from .gathering import points_of
 from .page import trend_page
-from .point import Point, Saved, place_of, points_of
+from .point import Point, Saved, place_of
 from .series import Series
 from .table import trend_csv, trend_dict
 
@@ -29,22 +30,30 @@ class Trend:
     series : tuple of Series
     by : str
         The condition that orders them; empty for the order in which they were given.
+    notes : tuple of str
+        What was left out.
     """
 
     series: tuple[Series, ...]
     by: str = ""
+    notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return self.summary()
 
     @property
     def changed(self) -> tuple[Series, ...]:
-        """The series in which a result is beyond its limits, or a step or a drift is told."""
+        """The series in which a step or a drift is told."""
         return tuple(each for each in self.series if each.has_changed)
+
+    @property
+    def beyond(self) -> tuple[Series, ...]:
+        """The series in which a result is beyond its limits."""
+        return tuple(each for each in self.series if each.has_beyond)
 
     def document(self) -> Document:
         """What there is to say, in blocks."""
-        return trend_document(self.series, self.by)
+        return trend_document(self.series, self.by, self.notes)
 
     def summary(self) -> str:
         """The same as text."""
@@ -56,7 +65,7 @@ class Trend:
 
     def to_dict(self) -> dict[str, object]:
         """The same as plain data."""
-        return trend_dict(self.series, self.by)
+        return trend_dict(self.series, self.by, self.notes)
 
     def write(self, file: str | Path) -> Path:
         """Write the trend, whole or not at all.
@@ -133,16 +142,17 @@ def trend(
         A file is no result, or results of a series have a parameter in several units.
     """
     grouped: dict[tuple[str, str, tuple[str, ...]], list[Point]] = {}
-    for point in points_of(results, method):
+    points, notes = points_of(results, method)
+    for point in points:
         key = (point.axis, point.serial, tuple(point.parameters))
         grouped.setdefault(key, []).append(point)
-    for points in grouped.values():
-        _check_units(points)
+    for each in grouped.values():
+        _check_units(each)
     series = [
-        _series(axis, serial, points, by, count_failing=count_failing)
-        for (axis, serial, _), points in grouped.items()
+        _series(axis, serial, each, by, count_failing=count_failing)
+        for (axis, serial, _), each in grouped.items()
     ]
-    return Trend(series=tuple(series), by=by or "")
+    return Trend(series=tuple(series), by=by or "", notes=tuple(notes))
 
 
 def _check_units(points: list[Point]) -> None:

@@ -18,9 +18,9 @@ def test_a_fleet_is_identified_resumed_and_followed(run: Run, tmp_path: Path) ->
     method = ("--method", "idm-ls", "--jobs", "1")
     code, out, err = run(*words, *method)
     assert code == 6
-    assert "2 ok, 1 failed" in out
+    assert "2 identified, 1 without a result" in out
     assert err == "axisid: 1 of 3 logs has no result; the reasons are above and in fleet.jsonl.\n"
-    assert "2 skipped, 1 failed" in run(*words, *method, "--resume")[1]
+    assert "2 done before, 1 without a result" in run(*words, *method, "--resume")[1]
     code, out, err = run("trend", str(tmp_path / "out"), "--json", "-")
     assert (code, err) == (0, "")
     assert json.loads(out)["series"][0]["results"] == ["axis00000", "axis00001"]

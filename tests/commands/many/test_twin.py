@@ -39,7 +39,7 @@ def test_many_logs_are_a_fleet_and_its_results_a_trend(
     assert words == ["fleet", "logs/manifest.csv"]
     code, out, _ = run(*words, "--method", "idm-ls", "--jobs", "1")
     assert code == 0
-    assert "4 ok" in out
+    assert "4 identified" in out
     code, out, _ = run("trend", "results", "--by", "date")
     assert code == 0
     assert "emps2015 0002, 2 results by IDM-LS" in out

@@ -14,6 +14,7 @@ from axisid.estimation.diagnostics.diagnose import (
     DIAGNOSTICS,
     Diagnostic,
     by_weight,
+    belief,
     conclusion,
 )
 from axisid.estimation.diagnostics.diagnosis import Case
@@ -47,6 +48,9 @@ def check(name: str, status: Status) -> Check:
 )
 def test_the_gravest_failure_decides(checks: tuple[Check, ...], said: str) -> None:
     assert conclusion(checks) == said
+    found = belief([each.name for each in checks if each.status == "fail"])
+    starts = {"Nothing": "believed", "Believe": "with care", "Do not": "not believed"}
+    assert found == next(starts[begin] for begin in starts if said.startswith(begin))
 
 
 def test_checks_of_one_weight_keep_their_order() -> None:

@@ -140,3 +140,25 @@ def test_a_manifest_with_a_column_twice_is_refused(tmp_path: Path) -> None:
     file.write_text("log,log\na.csv,b.csv\n")
     with pytest.raises(DataError, match="has 2 columns 'log'; leave one"):
         gather_items(file, tmp_path)
+
+
+def test_a_pattern_reads_a_manifest_as_its_name_does(folder: Path) -> None:
+    (folder / "list.csv").write_text("log,serial\na.csv,17\n")
+    found = gather_items(str(folder / "*.csv"), folder / "out")
+    assert {Path(item.log).name: item.serial for item in found} == {"a.csv": "17", "b.csv": ""}
+
+
+@pytest.mark.parametrize("head", ["file,serial", "Log,serial", "serial,path of it"])
+def test_a_manifest_without_its_column_is_refused_with_those_that_it_has(
+    folder: Path, head: str
+) -> None:
+    first = "a.csv,17" if not head.startswith("serial") else "17,a.csv"
+    (folder / "list.csv").write_text(f"{head}\n{first}\n")
+    with pytest.raises(DataError, match=f"has no column 'log'.*it has {head.replace(',', ', ')}"):
+        gather_items(folder / "list.csv", folder / "out")
+
+
+def test_a_log_that_names_itself_or_no_file_is_a_log(folder: Path) -> None:
+    for text in ("source,of\nown.csv,gone.csv\ntime,position\n0,1\n", "", "x\n"):
+        (folder / "own.csv").write_text(text)
+        assert names(folder, folder / "own.csv") == ["own.csv"]

@@ -9,7 +9,7 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.user_values import quoted
 
 from .item import FleetItem
-from .manifest import is_manifest, manifest_items
+from .manifest import check_no_manifest, is_manifest, manifest_items
 
 _RESULTS = ".json"  # a log's ending too
 _FLEET = "fleet"  # ledger and table
@@ -87,16 +87,22 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
     path = Path(given)
     if path.is_dir() and not (path / "metadata.yaml").is_file():  # that of a ROS 2 bag is one log
         yield from ((FleetItem(log=str(file)), _BY_PATH) for file in _logs_in(path, out))
-    elif path.is_file() and is_manifest(path):
-        for number, item in enumerate(manifest_items(path), 1):
-            yield item, f"{path}, row {number},"
     elif not path.exists() and glob.has_magic(str(path)):
-        files = sorted(glob.glob(str(path), recursive=True))
-        yield from (
-            (FleetItem(log=file), _BY_PATH) for file in files if _may_be_log(Path(file), out)
-        )
+        for name in sorted(glob.glob(str(path), recursive=True)):
+            if _may_be_log(Path(name), out):
+                yield from _items_of(Path(name))
     else:
-        yield FleetItem(log=str(path)), _BY_PATH
+        yield from _items_of(path)
+
+
+def _items_of(file: Path) -> Iterator[tuple[FleetItem, str]]:
+    """The item of a log, or those of a manifest."""
+    if not file.is_file() or not is_manifest(file):
+        check_no_manifest(file)
+        yield FleetItem(log=str(file)), _BY_PATH
+        return
+    for number, item in enumerate(manifest_items(file), 1):
+        yield item, f"{file}, row {number},"
 
 
 def _logs_in(folder: Path, out: Path) -> list[Path]:

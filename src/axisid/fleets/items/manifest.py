@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from axisid.estimation.logs import log_endings
 from axisid.estimation.tables import library
 from axisid.support.errors import DataError
 from axisid.support.files.regular_file import read_regular
@@ -34,6 +35,40 @@ def is_manifest(file: Path) -> bool:
         if type(error).__module__.startswith("pyarrow"):
             return False
         raise
+
+
+def check_no_manifest(file: Path) -> None:
+    """Refuse a table that names logs in another column than a manifest does, which is no log.
+
+    Raises
+    ------
+    DataError
+        Its first row has the path of another file.
+    """
+    if file.suffix.lower() not in _TEXT:
+        return
+    try:
+        with file.open("rb") as stream:
+            lines = stream.read(_LOOKED_AT).decode("utf-8-sig", "replace").splitlines()
+    except OSError:
+        return  # who reads it says what is wrong
+    heads, cells = (_heads(line) for line in (*lines[:2], "", "")[:2])
+    paths = [head for head, cell in zip(heads, cells, strict=False) if _names_log(file, cell)]
+    if paths:
+        raise DataError(
+            f"{file} names logs and has no column {_LOG!r}, which a manifest has; it has "
+            f"{', '.join(heads)}. Call the column {paths[0]!r} {_LOG!r}.",
+            code="manifest-without-log",
+        )
+
+
+def _names_log(file: Path, cell: str) -> bool:
+    """Whether a cell is the path of another file whose ending is that of a log."""
+    ending, path = Path(cell).suffix.lower(), file.parent / cell
+    try:
+        return ending in log_endings() and path.is_file() and not path.samefile(file)
+    except (OSError, ValueError):
+        return False
 
 
 def manifest_items(file: Path) -> Iterator[FleetItem]:
