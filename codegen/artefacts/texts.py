@@ -198,6 +198,7 @@ def _native(
             sizes |= {"MOVING": 1} if "held" in inputs else {}
         if model.states:
             sizes |= _of_states(model, sizes)
+        sizes |= {"WAVES": 1} if "wave_number" in by_name else {}
         printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
     head = "".join(f"   {line}\n" for line in header.splitlines())
     body = "\n".join(printed)

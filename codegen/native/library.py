@@ -106,6 +106,35 @@ class NativeLibrary:
             self._call(called, part.stop - part.start, *given, *[out[part] for out in outputs])
         return outputs
 
+    def from_rest(self, position: Array, signals: Array, parameters: Array) -> tuple[Array, Array]:
+        """What starts of loops are judged by: accelerations (B, 4) and rates (B, 2) at rest.
+
+        The accelerations are those under a force of 1, under none, and under none with friction
+        that holds forward and backward; the rates, of damping and stiffness, those in backward and
+        forward direction, nothing where the loop itself looks for them on its way.
+
+        Parameters
+        ----------
+        position : (B,) array
+        signals : (B, s) array
+            Recorded ones, contiguous.
+        parameters : (B, p) array
+            Contiguous.
+        """
+        lanes = len(position)
+        accelerations, rates = np.empty((lanes, 4)), np.zeros((lanes, 2))
+        self._call(
+            "from_rest_rows",
+            lanes,
+            position,
+            signals,
+            parameters,
+            parameters.shape[1],
+            accelerations,
+            rates,
+        )
+        return accelerations, rates
+
     def simulate(
         self,
         reference: Array,

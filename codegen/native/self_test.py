@@ -65,6 +65,8 @@ def check_library(library: "NativeLibrary", functions: Mapping[str, Any], text: 
     for name, function in functions.items():
         if f"void {name}_rows(" in text:
             _check_function(library, name, function)
+    if "void from_rest_rows(" in text:
+        _check_rest(library, functions)
     if "void simulate_batch(" in text:
         for substeps in (1, 3):
             _check_loop(library, functions, substeps)
@@ -84,6 +86,28 @@ def _check_function(library: "NativeLibrary", name: str, function: Any) -> None:
         same |= np.isnan(got) & np.isnan(wanted) | np.isinf(bound)
         if not same.all():
             raise WrongLibraryError(f"the compiled {name} computes wrong values")
+
+
+def _check_rest(library: "NativeLibrary", functions: Mapping[str, Any]) -> None:
+    """Compare what starts are judged by with the compiled functions, which were checked before."""
+    motion = _points(functions["direct_dynamics"])
+    position, parameters = motion[0][0], motion[-1][:, 0]
+    recorded = [signal[0] for signal in motion[4:-1]]
+    sets = np.tile(parameters, (len(position), 1))
+    signals = np.ascontiguousarray(np.reshape(recorded, (len(recorded), len(position))).T)
+    accelerations, _ = library.from_rest(position, signals, sets)
+    still = np.zeros_like(position)
+    for case, (force, direction) in enumerate(((1.0, 0.0), (0.0, 0.0), (0.0, 1.0), (0.0, -1.0))):
+        pushed = (position, still, still + force, still + direction)
+        (wanted,) = library.evaluate("direct_dynamics", (*pushed, *recorded, parameters))
+        if not np.allclose(
+            accelerations[:, case],
+            wanted[:, 0],
+            rtol=MAX_FUNCTION_DIFFERENCE.value,
+            atol=MAX_FUNCTION_DIFFERENCE.value,
+            equal_nan=True,
+        ):
+            raise WrongLibraryError("the compiled start of a loop computes wrong values")
 
 
 def _points(function: Any) -> list[Array]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from importlib import resources
 from types import MappingProxyType
 
-from axisid.codegen.lowering import RESOLVED, Input, Output, Program
+from axisid.codegen.lowering import PROBE, PROBED, RESOLVED, Input, Output, Program
 
 from .shared import Language, print_operations
 
@@ -32,7 +32,7 @@ _HELPERS = {
     "select": "(double c, double a, double b) { return c != 0.0 ? a : b; }",
 }
 #: Parts of the time loop in the order of its text, each of which calls those before it.
-_LOOP = ("modes.c", "events.c", "sample.c", "batch.c")
+_LOOP = ("modes.c", "events.c", "sample.c", "batch.c", "start.c")
 #: How C writes a program.
 C = Language(
     calls={
@@ -118,7 +118,8 @@ def print_c_loop(
         ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any, and
         ``GAINS`` where those of the law are arguments, the last of the parameters; ``MOVING`` where
         signals move places in which sides change; ``STATES`` where friction remembers, and
-        ``FIRST_LIMIT`` where some of the sides, from there on, are those of states' limits.
+        ``FIRST_LIMIT`` where some of the sides, from there on, are those of states' limits;
+        ``WAVES`` where the acceleration has waves over the position.
     continuous : bool
         Whether the law is.
     response : mapping of str to float
@@ -126,17 +127,22 @@ def print_c_loop(
         part of a sample a command begins to act, ``SPLIT``; 0 at the sample.
     """
     values: dict[str, float] = {**sizes, **response, "CONTINUOUS": int(continuous)}
+    rates = not (sizes["SIDES"] or "STATES" in sizes)  # are told where a loop starts
     if sizes["SIDES"]:
         values["RESOLVED"] = RESOLVED
+    elif rates:
+        values |= {"PROBE": PROBE} | ({"PROBED": PROBED} if "WAVES" in sizes else {})
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
     if "SIGNALS" in sizes:
         lines += _start_of(sizes["SIGNALS"], by_gains="GAINS" in sizes)
+    lines += _with_signals(sizes.get("SIGNALS", 0))
     folder = resources.files(__package__) / "loop"
     text = "".join((folder / part).read_text() for part in _LOOP)
     parts = {name: bool(response.get(name)) for name in ("LAGGED", "SPLIT")}
     parts |= {"RESPONSE": bool(response), "GAINS": "GAINS" in sizes}
     parts |= {} if "SIGNALS" in sizes else {"SIGNALS": False}
-    parts |= {name: name in sizes for name in ("MOVING", "STATES", "FIRST_LIMIT")}
+    parts |= {name: name in sizes for name in ("MOVING", "STATES", "FIRST_LIMIT", "WAVES")}
+    parts["RATES"] = rates
     for name in ("MOVING", "STATES"):
         text = _with_arguments(text, name, there=parts[name])
     return "\n".join([lines, _decided(text, parts)])
@@ -145,6 +151,14 @@ def print_c_loop(
 def _with_arguments(text: str, part: str, *, there: bool) -> str:
     """The time loop with what stands in comments ``/*PART ...*/``, or without it."""
     return re.sub(rf"/\*{part} (.*?)\*/", r"\1" if there else "", text, flags=re.DOTALL)
+
+
+def _with_signals(signals: int) -> str:
+    """What gives a function the values of recorded signals, one by one, after its other scalars."""
+    return (
+        f"#define WITH(values) {''.join(f', (values)[{i}]' for i in range(signals))}".rstrip()
+        + "\n"
+    )
 
 
 def _start_of(signals: int, *, by_gains: bool) -> str:

@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ from axisid.support.user_values import quoted
 from .recorded import standing_in
 
 Recorded = Sequence[Array] | Array | None
+_Rates = TypeVar("_Rates", float, Array)
 
 _SLACK = 1e-6
 _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
@@ -144,11 +147,32 @@ def inertia_and_hold(
     axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """As `has_inertia`; and which have no friction that drives the axis from rest there, (B,)."""
-    push, rest, forward, backward = _from_rest(axis, parameters, position, recorded)
+    native = _native_rest(axis, parameters, position, recorded)
+    cases = _from_rest(axis, parameters, position, recorded) if native is None else native[0].T
     with np.errstate(invalid="ignore"):
-        pushed, rounding = push - rest, _ROUNDING * (np.abs(forward) + np.abs(backward))
-        finite = (pushed < math.inf) & np.isfinite(parameters).all(axis=1)
-        return (pushed > 0) & finite, ~(forward - backward > rounding)
+        has_mass, drives = _judged(*cases)
+        return has_mass & np.isfinite(parameters).all(axis=1), ~drives
+
+
+def _judged(push: Any, rest: Any, forward: Any, backward: Any) -> tuple[Any, Any]:
+    """Whether there is an inertia, and whether friction drives: of floats or of arrays of lanes."""
+    pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
+    return (pushed > 0) & (pushed < math.inf), forward - backward > rounding
+
+
+def _native_rest(
+    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded
+) -> tuple[Array, Array] | None:
+    """As `NativeLibrary.from_rest`; None where there is no compiled loop."""
+    library = axis.native.evaluator("from_rest")
+    if library is None:
+        return None
+    lanes = len(position)
+    signals = np.empty((lanes, len(axis.axis.signals)))
+    for i, values in enumerate(standing_in(axis, recorded) if axis.axis.signals else ()):
+        signals[:, i] = values
+    contiguous = map(np.ascontiguousarray, (position, signals, parameters))
+    return library.from_rest(*contiguous)
 
 
 def _from_rest(
@@ -156,8 +180,8 @@ def _from_rest(
     parameters: Array,
     position: Array,
     recorded: Recorded,
-) -> list[Array]:
-    """Accelerations at rest for each of the cases, (B,) each."""
+) -> Array:
+    """Accelerations at rest for each of the cases, (4, B)."""
     signals = standing_in(axis, recorded)
     lanes, repeated = len(position), len(_PUSHES)
     forces, directions = _PUSHES, _DIRECTIONS
@@ -167,7 +191,7 @@ def _from_rest(
     beside = (_often(np.broadcast_to(s, lanes), repeated) for s in signals)
     sets = parameters[0] if lanes == 1 else _often(parameters, repeated)
     accelerations = axis.evaluate("direct_dynamics", *motion, *beside, sets)[0]
-    return list(accelerations.reshape(repeated, lanes))
+    return np.asarray(accelerations.reshape(repeated, lanes))
 
 
 def _often(values: Array, times: int) -> Array:
@@ -238,18 +262,26 @@ def substeps_at_start(
     The rates are the plant's damping and stiffness, and a continuous law's. For a uniform axis
     they are the same everywhere; for others see `substeps_along`.
     """
-    lanes = len(start)
     if axis.has_sides:
-        return np.ones(lanes, dtype=np.int64)
+        return np.ones(len(start), dtype=np.int64)
+    # The compiled start has no rates of internal states.
+    native = None if axis.states else _native_rest(axis, parameters, start, recorded)
+    rates = _rates_at_start(axis, parameters, start, recorded) if native is None else native[1]
+    return _steps(axis, rates.max(axis=1), np.zeros(len(start)), period)
+
+
+def _rates_at_start(
+    axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorded
+) -> Array:
+    """Rates at rest backward and forward, (B, 2), or of all states together, (B, 1)."""
+    lanes = len(start)
     if axis.states:
         still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
-        rates = _rates_with_states(axis, parameters, still)
-        return _steps(axis, rates, np.zeros(lanes), period)
+        return _rates_with_states(axis, parameters, still)[:, None]
     q, s = _often(start, 2), np.repeat([-1.0, 1.0], lanes)
     shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
     signals = [_often(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
-    rates = _probed(axis, q, np.zeros(2 * lanes), s, shared, None, signals).reshape(2, lanes)
-    return np.asarray(_steps(axis, rates, np.zeros((2, lanes)), period).max(axis=0))
+    return _probed(axis, q, np.zeros(2 * lanes), s, shared, None, signals).reshape(2, lanes).T
 
 
 def substeps_along(
@@ -378,13 +410,18 @@ def _is_continuous(axis: GeneratedAxis) -> bool:
     return law is not None and law.continuous
 
 
+def _by_rate(axis: GeneratedAxis, rates: _Rates, period: float) -> _Rates:
+    """Steps in a sample that rates ask for, as broken numbers."""
+    return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
+
+
 def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> NDArray[np.int64]:
     """Steps from rates, and from waves of the position that pass, rad/s: powers of 2.
 
     Powers of 2, so that many lanes fall into few groups; more than `MOST_SUBSTEPS` where even that
     would leave the steps unstable, or blind for the waves.
     """
-    by_rate = rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
+    by_rate = _by_rate(axis, rates, period)
     by_wave = passing * period / PASSED
     wanted = np.maximum(by_rate, by_wave)
     wanted = wanted * (1 - _SLACK)  # so that rounding does not decide for round numbers
@@ -414,36 +451,42 @@ def check_inertia(
     """
     if refusal := states_refusal(axis, parameters):
         raise EstimationError(refusal, code="state-values")
-    has_mass, held = _inertia_and_hold(axis, parameters.tobytes(), position, _kept(recorded))
-    if not has_mass:
+    rest = _rest(axis, parameters.tobytes(), position, _kept(recorded))
+    if not rest.has_mass:
         raise EstimationError(no_inertia(axis, parameters, position, recorded), code="no-inertia")
-    return held
+    return rest.held
+
+
+@dataclass(frozen=True, slots=True)
+class _Rest:
+    """What one parameter set says of a start: whether it has an inertia, and the friction holds.
+
+    `rate` is that of damping and stiffness, 0 where the loop looks for it on its way.
+    """
+
+    has_mass: bool
+    held: bool
+    rate: float
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def _inertia_and_hold(
+def _rest(
     axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...] | None
-) -> tuple[bool, bool]:
+) -> _Rest:
     """Of one parameter set; a loop is often simulated again with other noise or reference."""
-    theta = np.frombuffer(parameters)[None, :]
+    theta, at = np.frombuffer(parameters)[None, :], np.array([position])
     signals = None if recorded is None else np.array(recorded)
-    (has_mass,), (held,) = inertia_and_hold(axis, theta, np.array([position]), signals)
-    return bool(has_mass), bool(held)
-
-
-@lru_cache(maxsize=_REMEMBERED)
-def _substeps_at_start(
-    axis: GeneratedAxis,
-    parameters: bytes,
-    position: float,
-    period: float,
-    recorded: tuple[float, ...] | None,
-) -> int:
-    """Of one parameter set, likewise."""
-    theta = np.frombuffer(parameters)[None, :]
-    signals = None if recorded is None else np.array(recorded)
-    (steps,) = substeps_at_start(axis, theta, np.array([position]), period, signals)
-    return int(steps)
+    native = _native_rest(axis, theta, at, signals)
+    cases = _from_rest(axis, theta, at, signals)[:, 0] if native is None else native[0][0]
+    has_mass, drives = _judged(*cases.tolist())
+    has_mass = has_mass and all(map(math.isfinite, theta[0].tolist()))
+    rate = 0.0
+    if has_mass and not axis.has_sides:
+        if native is None or axis.states:
+            rate = float(_rates_at_start(axis, theta, at, signals).max())
+        else:
+            rate = float(native[1].max())
+    return _Rest(has_mass, not drives, rate)
 
 
 def _kept(recorded: Recorded) -> tuple[float, ...] | None:
@@ -461,8 +504,10 @@ def first_substeps(
     EstimationError
         It would need more wherever it goes.
     """
-    place = (axis, parameters.tobytes(), position, period, _kept(recorded))
-    steps = _substeps_at_start(*place)
+    rate = _rest(axis, parameters.tobytes(), position, _kept(recorded)).rate
+    steps = 1
+    if _by_rate(axis, rate, period) > 1:
+        steps = int(_steps(axis, np.array([rate]), np.zeros(1), period)[0])
     if steps > MOST_SUBSTEPS and has_constant_substeps(axis):
         raise EstimationError(too_stiff(axis, parameters), code="too-stiff")
     return min(steps, MOST_SUBSTEPS)

@@ -310,6 +310,8 @@ void closed_loop_step_rows(
 #define PARAMETERS 3
 #define SIDES 0
 #define CONTINUOUS 0
+#define PROBE 1e-06
+#define WITH(values)
 
 /* The closed loop over time: generic, around the functions of one axis printed above.
 
@@ -1174,5 +1176,34 @@ void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                        start_velocity + first,
                        remembered ? remembered + first * MEMORY : NULL, allowed + first, period,
                        resolution, substeps, out, status + first, stopped + first, stop);
+    }
+}
+
+/* Whether, and how finely, simulations start from rest. Of each lane, at its position and its own
+   recorded signals and parameters: its accelerations pushed by a force of 1, left alone, and held by
+   friction forward and backward; for either direction the rate of damping and stiffness, from how
+   the acceleration changes over a probe. */
+void from_rest_rows(ptrdiff_t lanes, const double *position, const double *signals,
+                    const double *parameters, ptrdiff_t parameters_step, double *accelerations,
+                    double *rates)
+{
+    static const double force[4] = {1.0, 0.0, 0.0, 0.0}, direction[4] = {0.0, 0.0, 1.0, -1.0};
+    for (ptrdiff_t l = 0; l < lanes; ++l) {
+        const double q = position[l], *const p = parameters + l * parameters_step;
+        (void)signals;
+        for (int i = 0; i < 4; ++i)
+            direct_dynamics(q, 0.0, force[i], direction[i] WITH(now), p, accelerations + 4 * l + i);
+        double held[HELD] = {CONTINUOUS ? q : 0.0}, way = PROBE, ignored;
+        for (int i = 0; i < 2; ++i) {
+            const double s = i ? 1.0 : -1.0;
+            double here, faster, further;
+            held_acceleration(q, 0.0, held, s, p, &here, &ignored);
+            held_acceleration(q, PROBE, held, s, p, &faster, &ignored);
+            held_acceleration(q + way, 0.0, held, s, p, &further, &ignored);
+            const double damping = fabs(faster - here) / PROBE;
+            const double swinging = sqrt(fabs(further - here) / way);
+            const double rate = damping > swinging ? damping : swinging;
+            rates[2 * l + i] = isfinite(damping) && isfinite(swinging) ? rate : 0.0;
+        }
     }
 }

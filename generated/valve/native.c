@@ -517,6 +517,7 @@ void closed_loop_step_rows(
 #define SIDES 4
 #define CONTINUOUS 0
 #define RESOLVED 0.025
+#define WITH(values)
 
 /* The closed loop over time: generic, around the functions of one axis printed above.
 
@@ -1381,5 +1382,23 @@ void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                        start_velocity + first,
                        remembered ? remembered + first * MEMORY : NULL, allowed + first, period,
                        resolution, substeps, out, status + first, stopped + first, stop);
+    }
+}
+
+/* Whether, and how finely, simulations start from rest. Of each lane, at its position and its own
+   recorded signals and parameters: its accelerations pushed by a force of 1, left alone, and held by
+   friction forward and backward; for either direction the rate of damping and stiffness, from how
+   the acceleration changes over a probe. */
+void from_rest_rows(ptrdiff_t lanes, const double *position, const double *signals,
+                    const double *parameters, ptrdiff_t parameters_step, double *accelerations,
+                    double *rates)
+{
+    static const double force[4] = {1.0, 0.0, 0.0, 0.0}, direction[4] = {0.0, 0.0, 1.0, -1.0};
+    for (ptrdiff_t l = 0; l < lanes; ++l) {
+        const double q = position[l], *const p = parameters + l * parameters_step;
+        (void)signals;
+        for (int i = 0; i < 4; ++i)
+            direct_dynamics(q, 0.0, force[i], direction[i] WITH(now), p, accelerations + 4 * l + i);
+        (void)rates;
     }
 }

@@ -7,12 +7,24 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import Constant, Coordinate, EstimationError, Parameter, build, simulate
+from axisid import (
+    Axis,
+    Constant,
+    Coordinate,
+    EstimationError,
+    Parameter,
+    build,
+    load_axis,
+    simulate,
+)
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, cascade_pd, gain
 from axisid.elements import viscous
 from axisid.estimation import simulate_batch
+from axisid.estimation.simulation.steps import inertia_and_hold, substeps_at_start
 from tests.axes.bodies import body, q, rotor, turn
+from tests.axes.lagging import lagging
+from tests.axes.remembering import bristle
 from tests.refusals import refuses
 
 PERIOD = 1e-3
@@ -146,6 +158,40 @@ def test_stiffness_of_a_continuous_law_counts_alone_and_in_a_batch() -> None:
     assert np.abs(alone - exact).max() < 1e-8
     batch = simulate_batch(axis, np.tile(axis.nominal, (3, 1)), SINE, PERIOD)
     assert np.array_equal(batch["position"][:, 1], alone)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "declared",
+    [
+        *(load_axis(name) for name in ("pendulum", "valve", "balanced_slide")),
+        lagging(lag=2e-3, delay=1e-3),
+        bristle(),
+    ],
+    ids=lambda axis: axis.name,
+)
+def test_compiled_start_judges_as_the_functions_themselves(declared: Axis) -> None:
+    """Of waves, sides, recorded signals, a drive that lags, internal states."""
+    axis, virtual = build(declared), build(declared, native=False)
+    library = axis.native.library()
+    assert library is not None
+    rng, lanes = np.random.default_rng(3), 40
+    sets = axis.nominal * rng.choice([-1.0, 1.0, 10.0], (lanes, len(axis.nominal)))
+    sets[0, 0], sets[1, 0] = 0.0, np.nan
+    start, signals = rng.normal(size=lanes), rng.normal(size=(lanes, len(declared.signals)))
+    got, _ = library.from_rest(start, signals, sets)
+    for case, (force, direction) in enumerate(((1, 0), (0, 0), (0, 1), (0, -1))):
+        still = np.zeros(lanes)
+        motion = (start, still, still + force, still + direction, *signals.T)
+        (wanted,) = axis.evaluate("direct_dynamics", *motion, sets)
+        assert np.array_equal(got[:, case], wanted[:, 0], equal_nan=True)
+    inertias, steps = (
+        [judge(each, sets, start, *period, signals.T) for each in (axis, virtual)]
+        for judge, period in ((inertia_and_hold, ()), (substeps_at_start, (1e-2,)))
+    )
+    assert all(map(np.array_equal, *inertias))
+    assert np.array_equal(*steps)
+    assert 0 < inertias[0][0].sum() < lanes
 
 
 INERTIA = Parameter("J", "kg m^2", nominal=2.0)
