@@ -8,6 +8,7 @@ thread each: an algebra library that waits for a busy core with several takes fo
     python benchmarks/fit_verdicts.py                         a table
     python benchmarks/fit_verdicts.py --only "fine encoder"   one case
     python benchmarks/fit_verdicts.py --output open-loop      by another output
+    python benchmarks/fit_verdicts.py --free all              with every gain of the law free
     python benchmarks/fit_verdicts.py --json -                one JSON object
 """
 
@@ -64,13 +65,19 @@ def _made(name: str, runs: int, seed: int) -> tuple[GeneratedAxis, Iterator[Reco
     return axis, (read_record(each, axis) for each in kept)
 
 
-def figures_of(name: str, output: str, *, runs: int, seed: int, horizon: float = 1.0) -> Counted:
-    """Fit the runs of a case and count."""
+def figures_of(
+    name: str, output: str, *, runs: int, seed: int, horizon: float = 1.0, free: str = ""
+) -> Counted:
+    """Fit the runs of a case and count; with free gains by commas, or all of them."""
     axis, made = _made(name, runs, seed)
+    law = axis.axis.control
+    every = free == "all" and law is not None
+    gains = [*law.gains] if every and law else [g for g in free.split(",") if g]
     checks, failed, believed, named = Counter[str](), Counter[str](), 0, Counter[str]()
     for record in made:
         try:
-            result = fit(axis, record, output, horizon=horizon if output == "open-loop" else None)
+            long = horizon if output == "open-loop" else None
+            result = fit(axis, record, output, horizon=long, free=gains)
         except AxisidError as error:
             failed[str(error)[:80]] += 1
             continue
@@ -88,11 +95,11 @@ def figures_of(name: str, output: str, *, runs: int, seed: int, horizon: float =
 
 
 def counted_of(
-    name: str, output: str, *, runs: int, wrong: int, seed: int, horizon: float
+    name: str, output: str, *, runs: int, wrong: int, seed: int, horizon: float, free: str
 ) -> Counted:
     """The figures of a case, of a wrong machine from fewer runs."""
     made = wrong if name in WRONG else runs
-    return figures_of(name, output, runs=made, seed=seed, horizon=horizon)
+    return figures_of(name, output, runs=made, seed=seed, horizon=horizon, free=free)
 
 
 def most_believable(failed: int, runs: int) -> float:
@@ -116,12 +123,14 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--output", default="control", help="what is followed (default control)")
     parser.add_argument("--horizon", type=float, default=1.0, help="of an open loop, s (default 1)")
+    parser.add_argument("--free", default="", help="gains by commas, or all (default none)")
     parser.add_argument("--only", metavar="NAMES", help="cases, by commas")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args()
     wanted = options.only.split(",") if options.only else [*_cases(), *LIBRARY]
     names = [n for n in (*_cases(), *LIBRARY) if n in wanted]
-    how = {name: getattr(options, name) for name in ("output", "runs", "wrong", "seed", "horizon")}
+    asked = ("output", "runs", "wrong", "seed", "horizon", "free")
+    how = {name: getattr(options, name) for name in asked}
     work = partial(counted_of, **how)
     done = dict[str, Counted]()
     for outcome in run_jobs(work, names, total=len(names), jobs=options.jobs):

@@ -54,6 +54,7 @@ class Judged:
     at_bound: Mapping[str, str]
     unseen: tuple[str, ...]
     law: LawCheck | Missing
+    found_gains: tuple[str, ...]  # of the law
     law_moves: Mapping[str, Array]
     law_move: tuple[Array, Array] | None
     percents: tuple[float, ...]
@@ -128,7 +129,9 @@ def _sensitive(of: Judged) -> Iterator[Check]:
     if not of.law_moves:
         return
     sizes = np.abs(of.physical)
-    counted = (sizes > 0) & ~of.basis.of_start
+    # A gain that is found is what the law's error is told by.
+    found = np.isin(of.names, of.found_gains)
+    counted = (sizes > 0) & ~of.basis.of_start & ~found
     sizes = np.where(counted, sizes, np.inf)
     shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
     term = max(shares, key=lambda name: float(shares[name].max()))
@@ -175,7 +178,10 @@ def _lacking(of: Judged) -> Check:
     name, level = "missing terms", LACKING_LEVEL.value
     if isinstance(of.lacks, Missing):
         return Check.not_evaluated(name, of.lacks)
-    there, wrong_law = [lack for lack in of.lacks if lack.is_there], _law(of).status == "fail"
+    there = [lack for lack in of.lacks if lack.is_there]
+    # What the model lacks moves the gains that are found with it.
+    moved_gains = isinstance(of.law, LawCheck) and of.law.found_apart
+    wrong_law = _law(of).status == "fail" and not moved_gains
     if there:
         told = {lack.subject: lack for lack in reversed(there)}  # of two shapes the stronger
         listed = "; ".join(

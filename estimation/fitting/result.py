@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check
 from axisid.estimation.choices.outputs import OPEN_LOOP
-from axisid.estimation.diagnostics.law import LawCheck, check_law, first_failing
+from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import NamedValues, Value
 from axisid.estimation.records import Record
 from axisid.estimation.told_by_outputs import HeldParameters, Lack, lacks_beside, noise_left
@@ -199,6 +199,7 @@ class OutputFit(Presentable, Exact):
                 at_bound=self.at_bound,
                 unseen=self.unseen,
                 law=self.law,
+                found_gains=self.found_gains.names,
                 law_moves=self.law_moves,
                 law_move=self._law_move,
                 beyond_noise=self._beyond_noise,
@@ -215,7 +216,24 @@ class OutputFit(Presentable, Exact):
     def _laws(self) -> tuple[LawCheck | Missing, ...]:
         if self.outputs == (OPEN_LOOP,):
             return (Missing("no law is simulated: the control is the recorded one"),)
-        return tuple(map(check_law, self.basis.axes, self.records))
+        found = self.found_gains
+        return tuple(
+            check_found_law(axis, record, found)
+            for axis, record in zip(self.basis.axes, self.records, strict=True)
+        )
+
+    @cached_property
+    def found_gains(self) -> FoundGains:
+        """Gains of the law that were searched, and are not at a bound."""
+        law = self.axis.axis.control
+        names = () if law is None else tuple(name for name in law.gains if name in self.searched)
+        places = [self.names.index(name) for name in names]
+        return FoundGains(names, self.covariance[np.ix_(places, places)])
+
+    @property
+    def searched(self) -> tuple[str, ...]:
+        """Names of what is neither held nor at a bound."""
+        return tuple(n for n in self.names if n not in self.fixed and n not in self.at_bound)
 
     @property
     def parameters(self) -> NamedValues:

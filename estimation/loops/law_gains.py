@@ -165,6 +165,8 @@ class LawAlong:
         LawPoint
             The best that was met.
         """
+        if not len(free) + len(point.start):
+            return point
         wanted, chosen = compared(self.control), list(free)
         off = wanted - compared(self.output(point))
         enough = (_EXACT * float(np.linalg.norm(wanted))) ** 2

@@ -10,4 +10,6 @@ from .control_law import check_law as check_law
 from .control_law import first_failing as first_failing
 from .control_law import first_law as first_law
 from .control_law import law_check as law_check
+from .found_gains import FoundGains as FoundGains
+from .found_gains import check_found_law as check_found_law
 from .terms import compared_as as compared_as

@@ -6,7 +6,7 @@ gain tell which gains are off; the least change of them that explains the contro
 with the changed gains.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import LawAlong, LawPoint, law_ticks, start_of_law
 from axisid.estimation.records import Record
 from axisid.estimation.records.faults import quantum_of
-from axisid.estimation.regression import Hac, factor, least_squares
+from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.diagnostics import (
     MAX_LAW_RESIDUAL,
@@ -105,6 +105,17 @@ class GainsBeside:
         )
 
     @property
+    def gains(self) -> dict[str, float]:
+        """By name, at the point."""
+        return dict(zip(self.along.law.gains, map(float, self.point.gains), strict=True))
+
+    def best(self, names: Sequence[str]) -> "GainsBeside":
+        """The same with the values of such gains that give the recorded control best."""
+        every = [*self.along.law.gains]
+        free = [every.index(name) for name in names]
+        return replace(self, point=self.along.fitted(self.point, self.compared, free))
+
+    @property
     def open_percent(self) -> float:
         """How far the control of a right law may be off for what the log rounds, percent of it."""
         control = self.compared(self.along.control)
@@ -163,12 +174,36 @@ class GainsBeside:
             return {}
         regressor = factor(columns[:, told], [names[i] for i in told], neighbours=self.neighbours)
         fit = least_squares(left, regressor)
-        lags = min(LAGS, len(fit.residuals) // 4)
-        variances = np.diag(Hac(lags).matrix(fit))
-        if open_ := self.left_open(point):
-            variances = variances + np.mean([(fit.influence.T @ o) ** 2 for o in open_], axis=0)
+        variances = np.diag(self._scatter(fit, point))
         found = zip(fit.theta, np.sqrt(variances), strict=True)
         return {names[i]: (float(s), float(d)) for i, (s, d) in zip(told, found, strict=True)}
+
+    def covariance(self, names: Sequence[str]) -> Array:
+        """Of the logarithms of gains that the control asks for, others being right, (k, k).
+
+        Infinite variances of those that do not show in it apart from the others.
+        """
+        every = [*self.along.law.gains]
+        free = [every.index(name) for name in names]
+        both = np.column_stack([self._by_gain(self.point)[:, free], self._off(self.point)])
+        both = self._besides_start(self.point, both)
+        columns, left = both[:, :-1], both[:, -1]
+        size = float(np.linalg.norm(self.compared(self.along.control)))
+        told = _told_apart(columns, size)
+        found = np.diag(np.full(len(free), np.inf))
+        if told:
+            named = [names[i] for i in told]
+            fit = least_squares(left, factor(columns[:, told], named, neighbours=self.neighbours))
+            found[np.ix_(told, told)] = self._scatter(fit, self.point)
+        return found
+
+    def _scatter(self, fit: Solution, point: LawPoint) -> Array:
+        """Covariance of a fit to what the law leaves, with what the log rounds."""
+        matrix = Hac(min(LAGS, len(fit.residuals) // 4)).matrix(fit)
+        if open_ := self.left_open(point):
+            moved = [fit.influence.T @ each for each in open_]
+            matrix = matrix + np.mean([np.outer(m, m) for m in moved], axis=0)
+        return np.asarray(matrix)
 
     def least_change(self) -> "tuple[GainChange, ...]":
         """The changes of fewest gains after which none is off; the best where none are enough.

@@ -85,6 +85,8 @@ class LawCheck:
         law read in their place.
     deviations : mapping of str to float
         HAC ones of the factors; empty where they are not known.
+    found_apart : bool
+        Whether the law is the control's, by other gains than a fit has found.
     """
 
     factors: dict[str, float]
@@ -97,6 +99,7 @@ class LawCheck:
     remedy: Remedy | None = None
     as_recorded_percent: float | None = None
     deviations: Mapping[str, float] = field(default_factory=dict)
+    found_apart: bool = False
 
     @property
     def note(self) -> Note:
@@ -183,7 +186,7 @@ def _compared(
 ) -> LawCheck | Missing:
     """A law against the samples of a record, with what would mend it where that is asked for."""
     record = record.longest()  # a law's memory does not outlast a gap
-    settle = round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
+    settle = _settling(law)
     if len(record.position) < 2 * settle + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
         return Missing(f"the record is too short for it, {len(record.position)} samples")
     control, terms, used = compared_with_law(axis, law, record, settle)
@@ -202,6 +205,18 @@ def _compared(
     if not law.gains or by_terms:
         return _by_products(both, declared, shift, left_open)
     return _by_gains(both, shift, left_open)
+
+
+def law_beside(axis: GeneratedAxis, law: ControlLaw, record: Record) -> GainsBeside:
+    """A law beside a record with which it can be compared, by its gains."""
+    record = record.longest()
+    _, _, used = compared_with_law(axis, law, record, _settling(law))
+    return GainsBeside.of(axis, law, record, used, compared_as(law, record))
+
+
+def _settling(law: ControlLaw) -> int:
+    """Samples at the start that are not compared."""
+    return round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,124 @@
+"""A law with gains that a fit has found is held against the control as surely as they are known."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from axisid import Record, build, fit, load_axis, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
+from axisid.estimation.diagnostics.law.found_gains import apart_in_deviations
+from axisid.estimation.fitting import OutputFit
+from axisid.support.missing import Missing
+from tests.axes.ready_laws import with_law
+
+P_PI = "cascade_p_pi"
+ALL = ("kp", "kv", "tn")
+
+
+@cache
+def _axis(name: str) -> GeneratedAxis:
+    axis = load_axis("emps2015") if name == "emps2015" else with_law(name, 10.0).axis
+    return build(axis, native=False)
+
+
+@cache
+def _record(name: str, **changes: int | float) -> Record:
+    """A twin under a law with other gains, as factors, or another delay."""
+    axis = _axis(name).axis
+    law = axis.control
+    assert law is not None
+    gains = {n: value * changes.get(n, 1.0) for n, value in law.gains.items()}
+    law = replace(law, gains=gains, delay=law.delay + int(changes.get("delay", 0)))
+    made = build(replace(axis, control=law), native=False)
+    return twin_record(made, seed=100, position_noise=1e-6)
+
+
+def _found(name: str, sd: float, **off: float) -> tuple[GeneratedAxis, FoundGains]:
+    """An axis with gains that are off by such factors, each known to a share of itself."""
+    law = _axis(name).axis.control
+    assert law is not None
+    gains = {n: law.gains[n] * factor for n, factor in off.items()}
+    deviations = sd * np.array([*gains.values()])
+    return _axis(name).with_gains(gains), FoundGains(tuple(gains), np.diag(deviations**2))
+
+
+def _checked(name: str, sd: float, record: Record, **off: float) -> LawCheck:
+    check = check_found_law(_found(name, sd, **off)[0], record, _found(name, sd, **off)[1])
+    assert isinstance(check, LawCheck)
+    return check
+
+
+@pytest.mark.parametrize("name", ["emps2015", P_PI])
+def test_gains_off_by_what_they_are_unsure_of_leave_a_right_law_right(name: str) -> None:
+    check = _checked(name, 0.02, _record(name), kp=1.03, kv=0.98)
+    assert check.passed, check.note
+    assert "joint deviations" in check.meaning
+    assert all(abs(factor - 1) < 1e-3 for factor in check.factors.values())
+
+
+@pytest.mark.parametrize("name", ["emps2015", P_PI])
+def test_gains_far_from_those_of_the_control_are_told(name: str) -> None:
+    check = _checked(name, 0.002, _record(name), kp=1.03, kv=0.98)
+    assert not check.passed
+    assert check.found_apart
+    assert "the fit finds" in check.meaning
+
+
+def test_gains_off_by_less_than_matters_are_right_however_sure() -> None:
+    assert _checked("emps2015", 1e-4, _record("emps2015"), kp=1.005, kv=0.995).passed
+
+
+@pytest.mark.parametrize("name", ["emps2015", P_PI])
+def test_a_wrong_gain_that_is_held_is_named(name: str) -> None:
+    check = _checked(name, 0.02, _record(name, kv=1.1), kp=1.0)
+    assert not check.passed
+    law = _axis(name).axis.control
+    assert law is not None
+    assert f" for {law.gains['kv']:.5g}" in check.meaning
+    said = float(check.meaning.split("with kv ")[1].split()[0])
+    assert said == pytest.approx(1.1 * law.gains["kv"], rel=1e-3)
+    assert "let kv be free too" in check.meaning
+
+
+def test_a_law_that_no_gains_make_the_controls_fails() -> None:
+    late = _checked(P_PI, 0.02, _record(P_PI, delay=2), kp=1.0, kv=1.0, tn=1.0)
+    assert not late.passed
+    assert late.meaning.startswith("with the kp and kv and tn that suit best, ")
+
+
+def test_without_found_gains_the_check_is_of_the_law_as_it_is() -> None:
+    check = check_found_law(
+        _axis("emps2015"), _record("emps2015"), FoundGains((), np.zeros((0, 0)))
+    )
+    assert isinstance(check, LawCheck)
+    assert "by kp" not in check.meaning
+    without = replace(_record("emps2015"), reference=None)
+    axis, found = _found("emps2015", 0.02, kp=1.0)
+    assert isinstance(check_found_law(axis, without, found), Missing)
+
+
+def test_the_distance_is_that_of_a_normal_of_one_dimension() -> None:
+    assert apart_in_deviations(np.array([3.0]), np.array([[1.0]])) == pytest.approx(3.0)
+    two = apart_in_deviations(np.array([3.0, 0.0]), np.eye(2))
+    assert 2.0 < two < 3.0
+    assert apart_in_deviations(np.array([3.0, 9.0]), np.diag([1.0, np.inf])) == pytest.approx(3.0)
+    assert apart_in_deviations(np.array([1e3]), np.array([[1.0]])) > 30
+    assert apart_in_deviations(np.array([1.0]), np.array([[0.0]])) == 0
+
+
+def _fitted(name: str, seed: int, free: tuple[str, ...]) -> OutputFit:
+    record = twin_record(_axis(name), seed=seed, position_noise=1e-6)
+    return fit(_axis(name), record.windowed((None, 2.0)), free=free)
+
+
+@pytest.mark.parametrize("seed", [100, 101])
+@pytest.mark.parametrize(("name", "free"), [("emps2015", ("kp", "kv")), (P_PI, ALL)])
+def test_right_fits_with_free_gains_are_believed(
+    name: str, free: tuple[str, ...], seed: int
+) -> None:
+    found = _fitted(name, seed, free)
+    assert found.believed, [check for check in found.checks if check.status == "fail"]
+    assert found.found_gains.names == free
