@@ -14,6 +14,20 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
     }
 )
 
+#: What the name of a fit begins with among other methods.
+FIT = "fit:"
+
+
+def fit_names() -> tuple[str, ...]:
+    """Fits by one output each that twins record, as they are named among other methods."""
+    return tuple(f"{FIT}{output}" for output in OUTPUTS if output != FORCE)
+
+
+def fitted_output(method: str) -> str:
+    """What a method fits; empty for one that is no fit."""
+    return method.removeprefix(FIT) if method.startswith(FIT) else ""
+
+
 SQUARES, SOFT_L1, HUBER = "squares", "soft-l1", "huber"
 #: In the order of help, first the one by default.
 LOSSES: Mapping[str, str] = MappingProxyType(

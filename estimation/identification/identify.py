@@ -57,9 +57,10 @@ def identify(
         The paper's appropriate filter by default. What it leaves open of cut-off and decimation
         follows the record's rate, see `Prefilter`. Of several records it is that of the first; the
         decimation of the others is such that rows are as far apart in all.
-    methods : sequence of str, optional
-        Of `METHODS`. By default all that the axis and the record allow; what they do not allow is
-        in `Identification.skipped`, what came to nothing in `Identification.failed`.
+    methods : str or sequence of str, optional
+        Of `METHODS`. By default (None, ``"all"``) all that the axis and the record allow; what they
+        do not allow is in `Identification.skipped`, what came to nothing in
+        `Identification.failed`.
     lags : int, optional
         Of the autocorrelation-consistent covariance; chosen from the data by default.
     covariance : str
@@ -211,7 +212,7 @@ def identify_problem(
 
 
 def requested_methods(methods: object) -> tuple[str, ...] | None:
-    """The methods that are asked for by name; None for all.
+    """The methods that are asked for by name; None for all, which is also called ``all``.
 
     Raises
     ------
@@ -223,6 +224,13 @@ def requested_methods(methods: object) -> tuple[str, ...] | None:
     if not isinstance(methods, Iterable):
         raise UsageError(f"the methods are {quoted(methods)}; give a list of names.")
     listed = (methods,) if isinstance(methods, str) else tuple(methods)
+    if "all" in listed:
+        if len(listed) > 1:
+            raise UsageError(
+                "'all' methods are asked for beside others by name; give it by itself, or names.",
+                code="all-and-others",
+            )
+        return None
     for method in listed:
         if not is_among(method, METHODS):
             raise UsageError(

@@ -6,6 +6,8 @@ Knows nothing of measured records, and of how it looks.
 
 from .figures import Mean as Mean
 from .figures import Share as Share
+from .fits import COLOURED as COLOURED
+from .fits import stated_by as stated_by
 from .monte_carlo import Keep as Keep
 from .monte_carlo import monte_carlo as monte_carlo
 from .noise import TwinNoise as TwinNoise

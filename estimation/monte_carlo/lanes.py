@@ -68,7 +68,7 @@ def _are_lanes(plan: MonteCarloPlan) -> bool:
         resolution=resolution_of(plan.noise, made),
     )
     return (
-        len(plan.methods) == 1
+        len(plan.methods) == len(plan.regressions) == 1
         and (settings["start"], settings["loss"]) == (STARTS[0], ROW_LOSSES[0])
         and plan.axis.names == tuple(p.name for p in declared)
         and made.clocks is None

@@ -1,7 +1,7 @@
 """Many twins of an axis, each identified: the public function."""
 
 import contextlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import TypeAlias
 
@@ -16,6 +16,7 @@ from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
+from .fits import split_methods
 from .noise import TwinNoise
 from .plan import MonteCarloPlan, twin_of
 from .result import MonteCarlo
@@ -62,8 +63,9 @@ def monte_carlo(
     runs : int
         How many twins.
     methods : str or sequence of str, optional
-        Of `METHODS`, None for all of them. What one refuses is a failure of the run, not of the
-        study.
+        Of `METHODS`, None or ``"all"`` for all of them, and fits of the output error by what they
+        follow, ``"fit:control"``, as `fit` makes them by default. What one refuses is a failure of
+        the run, not of the study.
     prefilter : Prefilter, optional
         As `identify` takes it.
     noise : TwinNoise, optional
@@ -79,7 +81,7 @@ def monte_carlo(
         How many runs are judged, from the first on; a verdict costs several times an estimate.
     seed : int
     covariance, lags, start, loss
-        As `identify` takes them.
+        As `identify` takes them; fits do without.
     jobs : int
         Processes of this machine. They are new ones: a script that asks for several is guarded by
         ``if __name__ == "__main__":``.
@@ -120,7 +122,6 @@ def monte_carlo(
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
-    chosen = requested_methods(methods) or method_names()
     made = twin_of(simulated, truth or {}, None if moves is None else tuple(moves))
     given = Prefilter() if prefilter is None else prefilter
     if isinstance(given, Prefilter):  # else the plan refuses it
@@ -130,13 +131,22 @@ def monte_carlo(
         twin=made,
         runs=runs,
         seed=seed,
-        methods=tuple(dict.fromkeys(chosen)),
+        methods=_methods(methods),
         noise=TwinNoise() if noise is None else noise,
         prefilter=given,
         checks=min(checks, runs) if is_whole(checks) and is_whole(runs) else checks,
         settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},
     )
     return _run(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
+
+
+def _methods(methods: object) -> tuple[str, ...]:
+    """The methods of `identify` and the fits that are asked for, in that order."""
+    if methods is not None and (isinstance(methods, str) or not isinstance(methods, Iterable)):
+        methods = (methods,)
+    others, fits = split_methods(("all",) if methods is None else tuple(methods))
+    named = (requested_methods(others) or method_names()) if others or not fits else ()
+    return tuple(dict.fromkeys((*named, *fits)))
 
 
 def _run(

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.estimation.choices.outputs import fitted_output
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Experiment, Move
@@ -30,14 +31,15 @@ class MonteCarloPlan:
     runs : int
     seed : int
     methods : tuple of str
-        Of `METHODS`.
+        Of `METHODS`, and fits such as ``fit:control``.
     noise : TwinNoise
     prefilter : Prefilter
         What it leaves open is chosen for the twins' rate.
     checks : int
         How many runs are judged, from the first on.
     settings : mapping of str to object
-        What else `identify` takes: ``covariance``, ``lags``, ``start``, ``loss``.
+        What else `identify` takes, which is nothing to fits: ``covariance``, ``lags``, ``start``,
+        ``loss``.
     """
 
     axis: GeneratedAxis
@@ -75,8 +77,18 @@ class MonteCarloPlan:
         )
 
     @property
+    def regressions(self) -> tuple[str, ...]:
+        """The methods of `identify`."""
+        return tuple(method for method in self.methods if not fitted_output(method))
+
+    @property
+    def fits(self) -> tuple[str, ...]:
+        """The methods that are fits of the output error."""
+        return tuple(filter(fitted_output, self.methods))
+
+    @property
     def chosen(self) -> str:
-        """Of `COVARIANCES`, what printed intervals are of."""
+        """Of `COVARIANCES`, what printed intervals are of; those of fits see `stated_by`."""
         return str(self.settings["covariance"])
 
 

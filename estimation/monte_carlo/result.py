@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from axisid.estimation.choices.outputs import fitted_output
 from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
@@ -18,6 +19,7 @@ from axisid.support.presentable import Presentable
 from axisid.support.user_values import quoted
 
 from .figures import Mean, Share
+from .fits import stated_by
 from .plan import MonteCarloPlan
 from .runs import (
     DIRECT,
@@ -200,7 +202,8 @@ class MonteCarlo(StudyFigures, Presentable, Exact):
 
     def _shares_error(self, estimand: Estimand) -> bool:
         """Whether all runs have the error of the same known value, which intervals reckon with."""
-        return estimand.kind == PHYSICAL and any(p.known_sd for p in self.plan.axis.base.known)
+        follows = estimand.kind == PHYSICAL or bool(fitted_output(estimand.method))
+        return follows and any(p.known_sd for p in self.plan.axis.base.known)
 
     def estimated(self, method: str) -> Share:
         """How many runs a method gave an estimate in."""
@@ -241,9 +244,10 @@ class MonteCarlo(StudyFigures, Presentable, Exact):
         place : int
             Among the estimands.
         of : str, optional
-            Of `INTERVALS`; the chosen one by default.
+            Of `INTERVALS`; by default what the method states.
         """
-        low, high = self.intervals(of or self.plan.chosen)[:, place].T
+        stated_of = of or stated_by(self.estimands[place].method, self.plan.chosen)
+        low, high = self.intervals(stated_of)[:, place].T
         stated = (high - low) / 2 / float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
         errors = self.corrected[:, place] - self.truths[place]
         there = np.isfinite(errors) & (stated > 0)

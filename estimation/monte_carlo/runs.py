@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
@@ -18,15 +18,17 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import Note, as_arguments
 
+from .fits import COLOURED, FittedRun, fitted
 from .lanes import LaneRuns, identified_lanes, runs_in_lanes
 from .plan import MonteCarloPlan
 from .twins import twins
 
 _T = TypeVar("_T")
 
-#: What intervals are of: each covariance, and the model's error (of runs that are judged).
+#: What intervals are of: each covariance, a fit's coloured errors, and the model's error (of runs
+#: that are judged).
 MODEL_ERROR = "model"
-INTERVALS = (*COVARIANCES, MODEL_ERROR)
+INTERVALS = (*COVARIANCES, COLOURED, MODEL_ERROR)
 #: Of what is estimated: a parameter as it is identified, one of the direct model, a declared one
 #: that follows.
 Kind: TypeAlias = Literal["parameter", "direct", "physical"]
@@ -166,18 +168,65 @@ def _run(plan: MonteCarloPlan, run: int, record: Record | Note) -> _Run:
         reason = record.worded(as_arguments)
         failed = (FailedRun(run=run, of=SIMULATION, reason=reason),)
         return _Run(run=run, values={}, checks=None, failures=failed)
+    is_judged = run < plan.checks
+    parts = [_regressed(plan, record, is_judged=is_judged)] if plan.regressions else []
+    parts += [_fitted(plan, record, method, is_judged=is_judged) for method in plan.fits]
+    judged = [part.checks for part in parts if part.checks is not None]
+    return _Run(
+        run=run,
+        values={key: own for part in parts for key, own in part.values.items()},
+        checks={name: status for own in judged for name, status in own.items()} if judged else None,
+        failures=tuple(
+            FailedRun(run=run, of=of, reason=reason)
+            for part in parts
+            for of, reason in part.failures
+        ),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Part:
+    """What `identify`, or one fit, gives of a run; failures are of what, and why."""
+
+    values: Mapping[Estimand, Array] = field(default_factory=dict)
+    checks: Mapping[str, int] | None = None
+    failures: tuple[tuple[str, str], ...] = ()
+
+
+def _regressed(plan: MonteCarloPlan, record: Record, *, is_judged: bool) -> _Part:
     result, refused = _identified(plan, record)
-    failures = [FailedRun(run=run, of=of, reason=reason) for of, reason in refused.items()]
+    failures = [*refused.items()]
     if result is None:
-        return _Run(run=run, values={}, checks=None, failures=tuple(failures))
+        return _Part(failures=tuple(failures))
     checks: dict[str, int] | None = None
-    if run < plan.checks:
+    if is_judged:
         try:
             checks = {check.name: STATUSES.index(check.status) for check in result.verdict}
         except AxisidError as error:
-            failures.append(FailedRun(run=run, of=VERDICT, reason=str(error)))
+            failures.append((VERDICT, str(error)))
     values = dict(_values(result, judged=checks is not None))
-    return _Run(run=run, values=values, checks=checks, failures=tuple(failures))
+    return _Part(values=values, checks=checks, failures=tuple(failures))
+
+
+def _fitted(plan: MonteCarloPlan, record: Record, method: str, *, is_judged: bool) -> _Part:
+    found = fitted(plan.axis, record, method, is_judged=is_judged)
+    told = ((method, found.failed), (VERDICT, found.unjudged))
+    statuses = None if found.checks is None else found.checks.items()
+    return _Part(
+        values=dict(_fit_values(method, found)),
+        checks=None if statuses is None else {n: STATUSES.index(each) for n, each in statuses},
+        failures=tuple((of, reason) for of, reason in told if reason),
+    )
+
+
+def _fit_values(method: str, found: FittedRun) -> Iterator[tuple[Estimand, Array]]:
+    for name, value in found.values.items():
+        numbers = np.full(2 + 3 * len(INTERVALS), np.nan)
+        numbers[:2] = value.value, value.corrected
+        for of, deviation, interval in found.intervals(name):
+            place = 2 + 3 * INTERVALS.index(of)
+            numbers[place : place + 3] = deviation, *interval
+        yield Estimand(method, name, value.unit), numbers
 
 
 def _identified(
@@ -185,17 +234,17 @@ def _identified(
 ) -> tuple[Identification | None, dict[str, str]]:
     """By all methods that give an estimate of the twin; None where none does, and why not."""
     try:
-        return _estimated(plan, record, plan.methods), {}
+        return _estimated(plan, record, plan.regressions), {}
     except AxisidError as error:
-        if len(plan.methods) == 1:
-            return None, {plan.methods[0]: str(error)}
+        if len(plan.regressions) == 1:
+            return None, {plan.regressions[0]: str(error)}
     refused: dict[str, str] = {}
-    for method in plan.methods:
+    for method in plan.regressions:
         try:
             _estimated(plan, record, [method])
         except AxisidError as error:
             refused[method] = str(error)
-    able = [method for method in plan.methods if method not in refused]
+    able = [method for method in plan.regressions if method not in refused]
     return (_estimated(plan, record, able) if able else None), refused
 
 

@@ -13,6 +13,7 @@ from axisid.support.errors import UsageError
 from axisid.support.user_values import quoted
 
 from .figures import Mean, Share
+from .fits import stated_by
 from .runs import Estimand, FailedRun
 
 _ROUNDING = 1e-12  # of the truth: a mean error up to it is one of arithmetic
@@ -94,16 +95,17 @@ class StudyFigures:
     def miscovered(self: _HasFigures, *, narrow: bool) -> tuple[EstimandFigures, ...]:
         """Whose intervals hold the truth too rarely, or else are wider than they need be.
 
-        Both beyond the Monte-Carlo error, under the chosen covariance, with 5 % for a mistake in
+        Both beyond the Monte-Carlo error, under what their method states, with 5 % for a mistake in
         any of the estimands (Bonferroni).
         """
-        chosen, wanted = self.chosen, INTERVAL_LEVEL.value
-        covered = [each for each in self.figures if chosen in each.coverage]
+        wanted = INTERVAL_LEVEL.value
+        stated = [(stated_by(each.estimand.method, self.chosen), each) for each in self.figures]
+        covered = [(each, each.coverage[of]) for of, each in stated if of in each.coverage]
         level = 1 - (1 - wanted) / max(len(covered), 1)
-        bounds = [each.coverage[chosen].interval_at(level) for each in covered]
+        bounds = [share.interval_at(level) for _, share in covered]
         return tuple(
             each
-            for each, (low, high) in zip(covered, bounds, strict=True)
+            for (each, _), (low, high) in zip(covered, bounds, strict=True)
             if (high < wanted if narrow else low > wanted)
         )
 

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from scipy.special import ndtri
 
+from axisid.estimation.choices.outputs import FIT
 from axisid.estimation.estimates import Value
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.fleets import FleetRow
@@ -126,7 +127,7 @@ def _of_identification(
 
 def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, PointValue]]:
     """The outputs that were fitted, and the parameters that were free and that they show."""
-    own = f"fit:{saved.output.replace(' and ', ',')}"
+    own = f"{FIT}{saved.output.replace(' and ', ',')}"
     if method not in (None, own):
         raise UsageError(
             f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",

@@ -13,8 +13,8 @@ from axisid.estimation.checks.check import Check, Status, passed
 from axisid.estimation.diagnostics.diagnose import (
     DIAGNOSTICS,
     Diagnostic,
-    by_weight,
     belief,
+    by_weight,
     conclusion,
 )
 from axisid.estimation.diagnostics.diagnosis import Case

@@ -14,7 +14,14 @@ from axisid.estimation import MonteCarlo, TwinNoise
 from axisid.estimation.monte_carlo import spread
 from axisid.estimation.monte_carlo.figures import Share
 from axisid.estimation.monte_carlo.noise import DrawnNoise
-from axisid.estimation.monte_carlo.runs import STATUSES, BlockNumbers, Estimand, FailedRun, joined
+from axisid.estimation.monte_carlo.runs import (
+    INTERVALS,
+    STATUSES,
+    BlockNumbers,
+    Estimand,
+    FailedRun,
+    joined,
+)
 from axisid.estimation.monte_carlo.twins import twins
 from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
@@ -110,7 +117,7 @@ def test_a_disturbance_acts_and_is_not_in_the_record() -> None:
 def numbers(values: np.ndarray[Any, Any], half: float) -> MonteCarlo:
     """A study whose estimates of one parameter are given, with intervals of a half width."""
     plan = replace(study(1, "idm-ls").plan, methods=("idm-iv",))
-    block = np.full((len(values), 1, 14), np.nan)
+    block = np.full((len(values), 1, 2 + 3 * len(INTERVALS)), np.nan)
     block[:, 0, 0] = block[:, 0, 1] = values
     block[:, 0, 2:5] = np.column_stack([np.full(len(values), 1.0), values - half, values + half])
     made = BlockNumbers(

@@ -16,9 +16,9 @@ from axisid.commands.options.estimator_options import (
     lags_option,
     loss_option,
 )
-from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.filter_options import FILTER_OPTIONS, Filtering, filter_options
 from axisid.commands.options.inputs import leave_out_option
-from axisid.commands.options.option_checks import Command, check_needed
+from axisid.commands.options.option_checks import Command, check_idle, check_needed
 from axisid.commands.options.outputs import (
     Target,
     check_folder,
@@ -30,6 +30,7 @@ from axisid.commands.options.outputs import (
 )
 from axisid.commands.options.start_option import start_option
 from axisid.estimation.choices.methods import method_names
+from axisid.estimation.choices.outputs import fit_names, fitted_output
 from axisid.presentation.console import ProgressLine
 
 from .twin_options import (
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from axisid.estimation.monte_carlo import MonteCarlo
 
 _RUNS, _CHECKS = 200, 0
+_OF_IDENTIFY = ("--covariance", "--lags", "--start", "--loss")
 
 
 @click.command(
@@ -58,11 +60,11 @@ _RUNS, _CHECKS = 200, 0
 @click.option(
     "--method",
     "methods",
-    type=click.Choice(method_names()),
+    type=click.Choice([*method_names(), "all", *fit_names()]),
     multiple=True,
     default=("idm-iv",),
     show_default="idm-iv",
-    help="As in identify, again for each.",
+    help="As in identify, or fit:OUTPUT as in fit; again for each.",
 )
 @click.option(
     "--twin",
@@ -140,7 +142,7 @@ def study(
     Bias and scatter of every estimate, how often its intervals hold the truth, and how often each
     check fails: on twins of the axis itself, or of another one (--twin).
     """
-    check_estimator(methods, covariance)
+    _check_methods(methods, covariance)
     check_needed(("--figure-format",), ("--figures",))
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
     outputs = _Outputs(output=output, report=report, figures=figures, form=figure_format)
@@ -172,6 +174,16 @@ def study(
     put_result(result, json_file)
     for path in written:
         click.echo(f"wrote {path}", err=json_file == "-")
+
+
+def _check_methods(methods: tuple[str, ...], covariance: str) -> None:
+    """Refuse options of identify that the methods leave without effect."""
+    regressions = tuple(method for method in methods if not fitted_output(method))
+    if regressions:
+        check_estimator(regressions, covariance)
+        return
+    for option in (*_OF_IDENTIFY, *FILTER_OPTIONS):
+        check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
 
 
 def _axes(

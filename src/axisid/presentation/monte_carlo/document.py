@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.monte_carlo import (
+    COLOURED,
     DIRECT,
     MODEL_ERROR,
     PARAMETER,
@@ -14,6 +15,7 @@ from axisid.estimation.monte_carlo import (
     Mean,
     MonteCarlo,
     Share,
+    stated_by,
 )
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.estimation.thresholds.studies import MIN_BIAS
@@ -82,7 +84,7 @@ def study_facts(result: MonteCarlo) -> dict[str, str]:
         "noise": ", ".join(about),
         "model": "the twins' own" if plan.is_right else "another than the twins'",
         "methods": ", ".join(method.upper() for method in plan.methods),
-        "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {COVARIANCES[plan.chosen].label}",
+        "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_stated_labels(result)}",
     }
 
 
@@ -103,7 +105,7 @@ def _estimands(result: MonteCarlo, figures: Iterable[EstimandFigures], title: st
     others = [
         of
         for of in (*COVARIANCES, MODEL_ERROR)
-        if of != chosen and any(of in each.coverage for each in listed)
+        if any(of in each.coverage and of != _stated(each, chosen) for each in listed)
     ]
     columns = (
         *text_columns(["method", "", "unit"]),
@@ -124,11 +126,25 @@ def _estimands(result: MonteCarlo, figures: Iterable[EstimandFigures], title: st
 
 
 def _label(of: str) -> str:
-    return "model error" if of == MODEL_ERROR else COVARIANCES[of].label
+    named = {MODEL_ERROR: "model error", COLOURED: "coloured errors"}
+    return named[of] if of in named else COVARIANCES[of].label
+
+
+def _stated(each: EstimandFigures, chosen: str) -> str:
+    """What the printed interval of an estimate is of."""
+    return stated_by(each.estimand.method, chosen)
+
+
+def _stated_labels(result: MonteCarlo) -> str:
+    """What the printed intervals are of, by all methods."""
+    plan = result.plan
+    return " and ".join(
+        dict.fromkeys(_label(stated_by(method, plan.chosen)) for method in plan.methods)
+    )
 
 
 def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cell, ...]:
-    estimand = each.estimand
+    estimand, stated = each.estimand, _stated(each, chosen)
     return (
         estimand.method.upper(),
         estimand.name,
@@ -136,9 +152,9 @@ def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cel
         _number(each.truth, 6),
         mean_cell(each.bias),
         mean_cell(each.scatter),
-        _number(each.deviations.get(chosen, math.nan), 2),
-        *share_texts(each.coverage.get(chosen)),
-        *(share_texts(each.coverage.get(of))[0] for of in others),
+        _number(each.deviations.get(stated, math.nan), 2),
+        *share_texts(each.coverage.get(stated)),
+        *("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others),
     )
 
 
@@ -195,7 +211,7 @@ def legend(result: MonteCarlo) -> Paragraph:
     """What the columns are."""
     said = [
         "bias, scatter: mean error and standard deviation over the runs, with their standard "
-        f"errors. stated: deviation, {_label(result.plan.chosen)}. holds: share of its intervals "
+        f"errors. stated: deviation, {_stated_labels(result)}. holds: share of its intervals "
         "that hold the truth, with Wilson's 95 % interval; after it that of other deviations."
     ]
     if silent := [each.name for each in result.checks if _is_silent(each)]:
