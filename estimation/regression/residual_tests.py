@@ -6,16 +6,17 @@ each other in time; a row that is missing counts as one of zero in correlations 
 [Parzen1963]_, which keeps their deviations from growing.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
-from axisid.estimation.signals import Index, Neighbours
+from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, Exact
+
+from .covariance import score_products
 
 _QUANTILES = 99
 _NO_VARIANCE = 1e-9  # of a number of changes of the sign
@@ -99,11 +100,11 @@ def residual_tests(
     count = int(min(10 * np.log10(n), n / 5)) if lags is None else lags
     order = neighbours or Neighbours.consecutive(n)
     power = float(residuals @ residuals)
-    pairs = [order.pairs(lag) for lag in range(count + 1)]
-    counts = np.array([len(residuals[late]) for late, _ in pairs])
     about = residuals - residuals.mean()
-    products = np.array([float(about[late] @ about[early]) for late, early in pairs])
-    sums = products / products[0]
+    every = np.column_stack([np.ones(n), about, residuals, W])
+    products = score_products(every, order, count)
+    counts = np.rint(products[:, 0, 0]).astype(np.int64)
+    sums = products[:, 1, 1] / products[0, 1, 1]
     box, freedom = _ljung_box(sums[1:], counts[1:], n)
     standardised = (residuals - residuals.mean()) / residuals.std()
     skewness = float(np.mean(standardised**3))
@@ -111,8 +112,9 @@ def residual_tests(
     bera = n / 6 * (skewness**2 + kurtosis**2 / 4)
     lengths = _run_lengths(residuals > 0, order)
     z = _runs_z(residuals > 0, order)
-    crossed = _cross_correlation(residuals, W, pairs)
-    deviations = _unrelated_deviations(sums, W, pairs, counts)
+    crossed = _cross_correlation(products[:, 2:, 2:])
+    own = np.diagonal(products[:, 3:, 3:], axis1=1, axis2=2)
+    deviations = _unrelated_deviations(sums, own, counts, n)
     largest = float(np.max(np.abs(crossed) / deviations))
     share = np.array([(i + 0.5) / _QUANTILES for i in range(_QUANTILES)])
     return ResidualTests(
@@ -160,27 +162,27 @@ def _durbin_watson(residuals: Array, order: Neighbours) -> float:
     return float(np.sum(changes**2)) * ((len(order) - 1) / len(changes))
 
 
-def _cross_correlation(residuals: Array, W: Array, pairs: Sequence[tuple[Index, Index]]) -> Array:
-    """Of the residuals with each column, (2 lags + 1, k), from the residuals before the columns."""
-    norms = np.linalg.norm(W, axis=0) * np.linalg.norm(residuals)
-    before = [W[late].T @ residuals[early] for late, early in pairs]
-    after = [W[early].T @ residuals[late] for late, early in pairs]
-    return np.asarray(np.array([*reversed(before), *after[1:]]) / norms, dtype=float)
+def _cross_correlation(products: Array) -> Array:
+    """Of the residuals with each column, (2 lags + 1, k), from the residuals before the columns.
+
+    Products over the lags are those of the residuals and the columns, (lags + 1, 1 + k, 1 + k).
+    """
+    sizes = np.sqrt(np.diagonal(products[0]))
+    before, after = products[:, 1:, 0], products[:, 0, 1:]
+    return np.asarray(np.concatenate([before[::-1], after[1:]]) / (sizes[1:] * sizes[0]))
 
 
-def _unrelated_deviations(
-    sums: Array, W: Array, pairs: Sequence[tuple[Index, Index]], counts: NDArray[np.int64]
-) -> Array:
-    """Bartlett's formula, tapered over the lags there are; never below that of white residuals."""
-    n, lags = len(W), len(sums) - 1
+def _unrelated_deviations(sums: Array, own: Array, counts: NDArray[np.int64], rows: int) -> Array:
+    """Bartlett's formula, tapered over the lags there are; never below that of white residuals.
+
+    `own` are each column's products with itself over the lags, (lags + 1, k).
+    """
+    lags = len(sums) - 1
     # Pairs that are missing are in the columns' own sums; the residuals' are those of all pairs.
-    correlations = sums * ((n - np.arange(lags + 1)) / np.maximum(counts, 1))
-    power = np.sum(W**2, axis=0)
-    variance = np.ones(W.shape[1])
-    for lag, (late, early) in enumerate(pairs[1:], 1):
-        own = np.sum(W[late] * W[early], axis=0) / power
-        variance = variance + 2 * (1 - lag / (lags + 1)) * correlations[lag] * own
-    return np.asarray(np.sqrt(np.maximum(variance, 1.0) / n), dtype=float)
+    correlations = sums * ((rows - np.arange(lags + 1)) / np.maximum(counts, 1))
+    weights = 2 * (1 - np.arange(1, lags + 1) / (lags + 1)) * correlations[1:]
+    variance = 1 + weights @ (own[1:] / own[0])
+    return np.asarray(np.sqrt(np.maximum(variance, 1.0) / rows), dtype=float)
 
 
 def _run_lengths(positive: NDArray[np.bool_], order: Neighbours) -> NDArray[np.int64]:

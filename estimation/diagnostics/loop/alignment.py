@@ -5,8 +5,10 @@ belongs to the force half a sample earlier than the one recorded with it; a filt
 further. Half a sample moves viscous friction by several of its deviations.
 """
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -37,6 +39,7 @@ from axisid.support.remedy import Remedy, Setting
 
 _DELAYS = np.linspace(-1.0, 3.0, 17)  # samples
 _STEPS, _STILL = 10, 1e-3
+_BEYOND = 12  # samples that a spline goes on; what happens at their end does not come back
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -170,32 +173,56 @@ def _by_segment(values: Array, edges: Sequence[int], change: Callable[[Array], A
     return np.concatenate([change(piece) for piece in np.split(values, edges)])
 
 
+def _later(coefficients: Array, samples: int) -> Array:
+    """A spline's coefficients so many samples later, of the samples that it was made of."""
+    wanted = np.arange(_BEYOND, len(coefficients) - _BEYOND) + samples
+    return coefficients[np.clip(wanted, 0, len(coefficients) - 1)]
+
+
 def _slope(values: Array) -> Array:
     """Change from row to row, (n,); none where there is one row."""
     return np.gradient(values) if len(values) > 1 else np.zeros_like(values)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Rows:
     """A record's force, and the equations of its motion, at any delay between them."""
 
     data: FilteredRecord
     force: Array
     equations: Equations
+    _moved: dict[int, Array] = field(default_factory=dict)
 
     def left(self, delay: float) -> Array:
         """The force a delay earlier, reduced, (n,).
 
         By a cubic spline: a straight line would smooth noise most between two samples, and draw
-        the smallest error there.
+        the smallest error there. A value of the spline is a sum of four of its coefficients, whose
+        rows are filtered once for all delays.
         """
-        from scipy.ndimage import shift
+        whole = math.floor(-delay)
+        t = -delay - whole
+        weights = np.array(
+            [(1 - t) ** 3, 4 - 6 * t**2 + 3 * t**3, 1 + 3 * t + 3 * t**2 - 3 * t**3, t**3]
+        )
+        places = range(whole - 1, whole + 3)
+        self._move([place for place in places if place not in self._moved])
+        return np.column_stack([self._moved[place] for place in places]) @ (weights / 6)
 
-        def earlier(force: Array) -> Array:
-            return np.asarray(shift(force, delay, order=3, mode="nearest"), dtype=float)
+    def _move(self, places: Sequence[int]) -> None:
+        """Reduce the coefficients so many samples later."""
+        if places:
+            moved = [np.concatenate([_later(c, place) for c in self._splines]) for place in places]
+            self._moved.update(zip(places, self.data.reduce(np.column_stack(moved)).T, strict=True))
 
-        moved = _by_segment(self.force, self._starts, earlier)
-        return self.data.reduce(moved)
+    @cached_property
+    def _splines(self) -> list[Array]:
+        """Coefficients of the force in each segment, which stays beyond its ends as it is there."""
+        from scipy.ndimage import spline_filter1d
+
+        pieces = np.split(self.force, self._starts)
+        held = [np.pad(piece, _BEYOND, mode="edge") for piece in pieces]
+        return [np.asarray(spline_filter1d(piece, order=3, mode="nearest")) for piece in held]
 
     def fitted_change(self, theta: Array) -> Array:
         """Change in a sample of the force fitted by parameters (p,), reduced, (n,).

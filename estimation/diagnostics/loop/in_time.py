@@ -16,6 +16,7 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_MISALIGNMENT,
 )
 from axisid.modeling.declaration import ControlLaw
+from axisid.support.deferred import Deferred
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
@@ -34,15 +35,15 @@ class ForceTiming:
         Whole ones; negative where it acts before it is recorded.
     found, deviation : float
         As the motion shows it, samples.
-    law : LawCheck or Missing
-        With the column moved by so many samples.
+    law : Deferred
+        With the column moved by so many samples, which few ask for.
     """
 
     role: str
     samples: int
     found: float
     deviation: float
-    law: LawCheck | Missing
+    law: Deferred[LawCheck | Missing]
 
     @property
     def shift(self) -> Setting:
@@ -88,7 +89,7 @@ def force_timing(
         samples=samples,
         found=apart,
         deviation=profile.deviation,
-        law=check_law(axis, moved),
+        law=Deferred(lambda: check_law(axis, moved)),
     )
 
 
@@ -110,7 +111,7 @@ def law_in_time(
         remedy=Remedy.of(
             f"the log is to blame, as the control {timing.text}: move it there with ",
             timing.shift,
-            _and_delay(declared, timing.law),
+            _and_delay(declared, timing.law.value),
         ),
     )
 
@@ -134,7 +135,7 @@ def timing_remedy(timing: ForceTiming | Missing, declared: ControlLaw | None) ->
     """What to do about a force that acts whole samples after it is recorded."""
     if isinstance(timing, Missing) or not timing.samples:
         return None
-    of_law = None if timing.role == "force" else _and_delay(declared, timing.law)
+    of_law = None if timing.role == "force" else _and_delay(declared, timing.law.value)
     return Remedy.of(
         f"Where the log writes the {timing.role} "
         f"{'before the drive applies it' if timing.samples > 0 else 'after it acted'}, move it "

@@ -55,6 +55,21 @@ def test_residuals_are_orthogonal_to_what_solved_them(
     assert tests.bound == pytest.approx(1.96 / np.sqrt(500))
 
 
+def test_missing_rows_count_as_none_over_every_lag(rng: np.random.Generator) -> None:
+    order = Neighbours(np.flatnonzero(rng.random(400) < 0.7))
+    e, Z = rng.normal(size=len(order)), rng.normal(size=(len(order), 2))
+    tests = residual_tests(e, Z, lags=5, neighbours=order)
+    sizes = np.linalg.norm(Z, axis=0) * np.linalg.norm(e)
+    about = e - e.mean()
+    for lag in range(6):
+        late, early = order.pairs(lag)
+        after, before = Z[early].T @ e[late], Z[late].T @ e[early]
+        assert tests.cross_correlation[5 + lag] == pytest.approx(after / sizes, abs=1e-12)
+        assert tests.cross_correlation[5 - lag] == pytest.approx(before / sizes, abs=1e-12)
+        own = about[late] @ about[early] / (about @ about)
+        assert tests.autocorrelation[lag] == pytest.approx(own, abs=1e-12)
+
+
 def test_cross_correlation_is_that_of_statsmodels(solved: tuple[np.ndarray, np.ndarray]) -> None:
     """Its own is centred; so are these series here."""
     e, Z = (x - x.mean(axis=0) for x in solved)

@@ -6,10 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.ndimage import shift
 
 from axisid import Prefilter, Record, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.loop.alignment import profile_alignment
+from axisid.estimation.diagnostics.loop.alignment import alignment_of, profile_alignment
+from axisid.estimation.methods import bound_record
+from axisid.estimation.regression import InverseForm
 from axisid.support.missing import Missing
 
 FINE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50))
@@ -38,6 +41,23 @@ def test_whole_samples_of_delay_are_found(emps2015: GeneratedAxis, early: int) -
     shifted = replace(record, control=np.roll(record.control, -early))
     best = profile_alignment(emps2015, shifted, FINE).best
     assert best == pytest.approx(0.5 + early, abs=0.05)
+
+
+def test_force_is_delayed_as_by_the_cubic_spline_of_scipy(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """Segment by segment."""
+    data = bound_record(emps2015, in_pieces(twin, [1, 0, 2]), FINE)
+    profile = alignment_of(data)
+    form = InverseForm(emps2015, None)
+    X = form.equations(data.signals).reduced(data)
+    for delay, error in zip(profile.delays, profile.errors_percent, strict=True):
+        pieces = (data.force[a:b] for a, b in data.record.spans)
+        moved = [shift(piece, delay, order=3, mode="nearest") for piece in pieces]
+        left = data.reduce(np.concatenate(moved))
+        fitted = X.regressor @ np.linalg.lstsq(X.regressor, left)[0]
+        wanted = 100 * np.linalg.norm(left - fitted) / np.linalg.norm(left)
+        assert error == pytest.approx(wanted, rel=1e-9)
 
 
 def test_real_record_moves_viscous_friction_by_four_and_a_half_per_half_sample(
