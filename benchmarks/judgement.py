@@ -118,9 +118,9 @@ def _count(figures: Figures, result: Identification, truth: dict[str, float], na
     for name, bias in biases.items():
         low, high = result["idm-ls"].parameters[name].interval
         missed = not low <= truth[name] <= high
-        figures.flagged[name] += bias.misses
+        figures.flagged[name] += bias.moved
         figures.missed[name] += missed
-        figures.unflagged[name] += missed and not bias.misses
+        figures.unflagged[name] += missed and not bias.moved
 
 
 def _recorded(columns: dict[str, Array], case: Case) -> dict[str, Array]:

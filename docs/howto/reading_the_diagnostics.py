@@ -112,7 +112,7 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # |---|---|---|
 # | control law | the law's terms do not add up to the recorded control (5 % of its norm), one of its factors is off by more than 1 %, or it is late | the factors name the unit, sign, gain or delay; mend it first |
 # | instrument strength | the first-stage F of a column, given the others, is below 10 | the simulated loop does not move like the axis, or the motion is too poor |
-# | least squares against instruments | they differ by more than 3 deviations, or by more than 10 % where Durbin-Wu-Hausman rejects | lower the cut-off, or believe the instruments |
+# | least squares against instruments | they differ by more than 3 deviations, or by more than 10 % where Durbin-Wu-Hausman rejects, or by more than 1 % and chance and the interval of least squares; a note where that holds the instruments' value | lower the cut-off, or believe the instruments |
 # | self-test | IDM-IV and DDM-IV differ | never, unless the loop does not satisfy the model |
 # | second opinion | IDM-IV without the filter's bias and DIDIM differ by more than chance (all differences at once, 1 %), half a deviation and 1 % of the value, beyond the interval of either; a note where less, or where IDM-IV is three times as vague | the sentence says which to believe: DIDIM where the control law passes its check, else the instruments |
 # | excitation | columns nearly repeat each other | another motion; the sentence says what it lacks |

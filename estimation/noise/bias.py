@@ -23,7 +23,11 @@ from axisid.estimation.regression import (
     factor,
     joint_p,
 )
-from axisid.estimation.thresholds.diagnostics import CONTRADICTION_LEVEL, MAX_UNSEEN_BIAS
+from axisid.estimation.thresholds.diagnostics import (
+    CONTRADICTION_LEVEL,
+    MAX_BIAS_IN_INTERVAL,
+    MAX_UNSEEN_BIAS,
+)
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
@@ -56,14 +60,18 @@ class NoiseBias:
     shift: float
 
     @property
-    def misses(self) -> bool:
-        """Whether such an interval misses: it is moved by more than chance, and far.
+    def moved(self) -> bool:
+        """Whether it is moved by more than chance, and noticeably: by more than half a deviation.
 
-        By half a deviation or more, from which on a 95 % interval holds the truth in less than
-        92 % of cases.
+        From there on a 95 % interval holds the truth in less than 92 % of cases.
         """
         rejected = max(self.p_value, self.joint_p_value) < CONTRADICTION_LEVEL.value
         return rejected and self.shift > MAX_UNSEEN_BIAS.value
+
+    @property
+    def misses(self) -> bool:
+        """Whether it is moved so far that the 95 % interval does not hold the other estimate."""
+        return self.moved and self.shift > MAX_BIAS_IN_INTERVAL.value
 
 
 def noise_biases(estimates: Mapping[str, Estimate]) -> dict[str, dict[str, NoiseBias]]:

@@ -250,8 +250,14 @@ NEGLIGIBLE_BIAS = Threshold(
 MAX_UNSEEN_BIAS = Threshold(
     0.5,
     "deviations",
-    "the same distance, significant by a HAC Hausman test, from which an interval is said to miss",
+    "the same distance, significant by a HAC Hausman test, from which a value is said to be moved",
     "derived: from there on a 95 % interval holds the truth in less than 92 % of cases",
+)
+MAX_BIAS_IN_INTERVAL = Threshold(
+    1.96,
+    "deviations",
+    "the same distance, from which the interval does not hold the instruments' value, and misses",
+    "derived: half of a 95 % interval",
 )
 MIN_GAIN_OF_PRECISION = Threshold(
     3.0,

@@ -124,7 +124,7 @@ def parameters_table(
         Each parameter with its values by method.
     over_moves : bool
         Whether deviations of the model's error stand behind those that they exceed, and what noise
-        has moved a value by behind an interval that misses for it.
+        has moved a value by behind its interval.
     """
     axis = result.axis
     form = result.preferred.form
@@ -162,7 +162,7 @@ def _cells(
     return (
         NotedText(fitted, note=f"{centre} {CORRECTED}" if value.is_shifted else ""),
         f"{low} … {high}"
-        if bias is None or not bias.misses
+        if bias is None or not bias.moved
         else NotedText(f"{low} … {high}", note=f"{_signed(bias, digits)} by noise"),
         significant(value.deviation) if band is None or not band.exceeds else _both(value, band),
         f"{significant(relative)} %" if relative < _VAGUE else "-",

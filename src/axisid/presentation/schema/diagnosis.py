@@ -146,7 +146,10 @@ class WrittenNoiseBias(JsonObject, frozen=True, kw_only=True):
     p_value: Annotated[float | None, about("Hausman, of this parameter.")]
     joint_p_value: Annotated[float | None, about("The same of all parameters at once.")]
     shift: Annotated[float, about("In deviations of least squares.")]
-    misses: Annotated[bool, about("Whether the interval of least squares misses for it.")]
+    misses: Annotated[
+        bool,
+        about("Whether the interval of least squares does not hold the instruments' value for it."),
+    ]
 
 
 class WrittenAttenuation(JsonObject, frozen=True, kw_only=True):

@@ -290,7 +290,7 @@ def _faults(c: Comparison, wording: Wording) -> list[Sentence]:
         for name, check in checks
         if isinstance(check, Check) and check.status == "fail"
     ]
-    if moved := [name for name, bias in c.noise_biases.items() if bias.misses]:
+    if moved := [name for name, bias in c.noise_biases.items() if bias.moved]:
         faults.append(_moved_by_noise(c, moved, wording))
     if not isinstance(c.law, Missing) and not c.law.passed:
         faults.append(f"Believe nothing before this is mended: {c.law.note.worded(wording)}.")

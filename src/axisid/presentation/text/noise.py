@@ -16,11 +16,11 @@ _MOVED = "moved by noise"
 def noise_row(
     values: Sequence[Value], biases: Sequence[NoiseBias | None]
 ) -> list[tuple[Cell, ...]]:
-    """By how much noise has moved a value of least squares, where its interval misses for it."""
-    if not any(bias is not None and bias.misses for bias in biases):
+    """By how much noise has moved a value of least squares, where that is noticeable."""
+    if not any(bias is not None and bias.moved for bias in biases):
         return []
     cells = (
-        f"{bias.difference:+.{places(value)}f}" if bias is not None and bias.misses else "-"
+        f"{bias.difference:+.{places(value)}f}" if bias is not None and bias.moved else "-"
         for value, bias in zip(values, biases, strict=True)
     )
     return [(f"  {_MOVED}", "", *cells)]
@@ -29,12 +29,12 @@ def noise_row(
 def noise_notes(diagnosis: Diagnosis) -> list[str]:
     """What those rows are, if there are any."""
     every = (bias for of_one in diagnosis.noise_biases.values() for bias in of_one.values())
-    if not any(bias.misses for bias in every):
+    if not any(bias.moved for bias in every):
         return []
     return [
         f"{_MOVED}: least squares less instruments of the same form, where that is more than "
         "chance (HAC Hausman test, 1 %) and more than half a deviation. The 95 % interval of that "
-        "value misses for it; believe the instruments."
+        "value holds the truth less often for it; believe the instruments."
     ]
 
 
@@ -66,7 +66,7 @@ def _rows(
             f"{bias.shift:.2g}",
             f"{bias.p_value:.2g}",
             f"{bias.joint_p_value:.2g}",
-            "misses" if bias.misses else "-",
+            "misses" if bias.misses else "moved" if bias.moved else "-",
         )
 
 
