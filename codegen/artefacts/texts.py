@@ -56,6 +56,7 @@ ROWS = (
     "drive_force",
     "drive_control",
     "control_law",
+    "control_terms",
     "wave_number",
 )
 # What the time loop's C is printed for: how long which argument of a step is.

@@ -9,6 +9,7 @@ from .as_logged import late_in_log as late_in_log
 from .as_logged import limit_in_log as limit_in_log
 from .as_logged import with_drive as with_drive
 from .clocks import two_clocks as two_clocks
+from .kept import KeptByRecord as KeptByRecord
 from .law_gains import Compared as Compared
 from .law_gains import LawAlong as LawAlong
 from .law_gains import LawPoint as LawPoint

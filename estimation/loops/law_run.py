@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.runtime import along_samples, by_sample
+from axisid.codegen.runtime import along_samples
 from axisid.support.arrays import Array
 
 from .as_logged import as_logged, commands_as_logged, hides_command
@@ -52,8 +52,8 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 def applied_terms(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The same as the law gives them, before the drive, (N, terms)."""
-    arguments = (*ticks.signals, _states_along(axis, ticks, start))
-    rows = by_sample(axis.functions["control_terms"].call(arguments)[0].full(), len(ticks))
+    read = (values[0] for values in ticks.signals)
+    (rows,) = axis.evaluate("control_terms", *read, _states_along(axis, ticks, start).T)
     # What was computed before the first evaluation is taken for that of the first.
     return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
 

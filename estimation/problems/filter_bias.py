@@ -5,7 +5,7 @@ Both keep the instruments: only what was measured is changed.
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from scipy.special import stdtrit
@@ -389,12 +389,12 @@ def loop_record(
         "control": lambda s: logged_control(data.axis, s),
         "force": lambda s: about_samples(s.force, [0]) if sensed else s.force,
     }
-    columns: dict[str, Any] = {
+    columns = {
         role: np.concatenate([seen(loop) for loop in loops])
         for role, seen in made.items()
         if getattr(record, role) is not None
     }
-    return replace(data, record=replace(record, **columns))
+    return replace(data, record=record.with_motion(columns))
 
 
 def _with_gain(data: FilteredRecord, scale: float) -> Signals:

@@ -12,6 +12,7 @@ from itertools import cycle
 
 import numpy as np
 
+from axisid.estimation.loops import KeptByRecord
 from axisid.estimation.records import Record
 from axisid.estimation.records.faults import quantum_of
 from axisid.estimation.regression import (
@@ -41,6 +42,8 @@ from .noisy_loop import record_as_measured
 from .problem import Problem
 from .solver import Solver
 
+_KNOWN: KeptByRecord[str, float] = KeptByRecord()
+
 
 @dataclass(frozen=True, slots=True)
 class ControlSteps:
@@ -56,7 +59,10 @@ class ControlSteps:
         values = getattr(record, role)
         if values is None:
             return cls(role, 0.0)
-        step = quantum_of(values, int(MIN_STEP_DIFFERENCES.value))
+        known = _KNOWN.of(record)
+        if role not in known:
+            known[role] = quantum_of(values, int(MIN_STEP_DIFFERENCES.value))
+        step = known[role]
         few = float(np.ptp(values)) < MAX_CONTROL_STEPS.value * step
         return cls(role, step if few else 0.0)
 

@@ -330,6 +330,25 @@ class Record(Presentable, Exact):
         signals = {name: columns[name] for name in self.signals}
         return replace(self, **roles, signals=signals, **changed)
 
+    def with_motion(self, columns: Mapping[str, Array]) -> "Record":
+        """The record with other values in some of the columns, by role; these alone are checked.
+
+        Raises
+        ------
+        DataError
+            One has another length, or values that no signal has.
+        """
+        made, name = object.__new__(type(self)), self._name()
+        for each in fields(self):
+            object.__setattr__(made, each.name, getattr(self, each.name))
+        for role, values in columns.items():
+            object.__setattr__(made, role, checked_column(name, role, values))
+        check_lengths(name, made.channels())
+        for role in made._varying & columns.keys():
+            values = getattr(made, role)
+            check_varies(name, role, float(values.min()), float(values.max()))
+        return made
+
     def _of_roles(self) -> dict[str, Array]:
         columns = {
             "time": self.time,

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.loops import KeptByRecord
 from axisid.estimation.records import Record
 from axisid.estimation.records.faults import quantum_of
 from axisid.estimation.simulation import Simulation
@@ -58,12 +59,21 @@ class SensorSteps:
         return " and ".join(f"{whose} steps of {size:.3g} {u}" for whose, size, u in of if size)
 
 
+_KNOWN: KeptByRecord[int, SensorSteps] = KeptByRecord()
+
+
 def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
     """The steps of a record's sensors."""
     law = axis.axis.control
     if law is None or law.continuous:
         return SensorSteps()
-    fewest = int(MIN_STEP_DIFFERENCES.value)
+    known, fewest = _KNOWN.of(record), int(MIN_STEP_DIFFERENCES.value)
+    if fewest not in known:
+        known[fewest] = _steps_of(record, fewest)
+    return known[fewest]
+
+
+def _steps_of(record: Record, fewest: int) -> SensorSteps:
     return SensorSteps(
         position=0.0 if record.integrated else quantum_of(record.position, fewest),
         velocity=0.0 if record.velocity is None else undithered_step(record.velocity, fewest),

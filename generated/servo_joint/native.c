@@ -138,6 +138,22 @@ static inline void control_law(
     next_state_out[3] = _7;
 }
 
+/* What the law adds up, one number for each product of gains. 13 operations. */
+static inline void control_terms(
+    double reference_,
+    double measured_position_,
+    double measured_velocity_,
+    const double *state_,
+    double *row_out)
+{
+    (void)measured_velocity_;
+    const double q2_ = state_[1];
+    const double reference1_ = state_[2];
+    const double integral_ = state_[3];
+    const double _0 = integral_ / 0.02 + 25.0 * (reference_ - measured_position_) + 1.0 * (reference_ - reference1_) / 0.001;
+    row_out[0] = 6.0 * (_0 - (measured_position_ - q2_) / (2.0 * 0.001));
+}
+
 /* Reciprocal of the way on which the acceleration may vary. 0 operations. */
 static inline void wave_number(
     double q_,
@@ -395,6 +411,13 @@ void control_law_rows(
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
         control_law(reference_[k], measured_position_[k], measured_velocity_[k], state_ + k * state_step, control_out + k * 1, next_state_out + k * 4);
+}
+
+void control_terms_rows(
+    ptrdiff_t samples, const double *reference_, const double *measured_position_, const double *measured_velocity_, const double *state_, ptrdiff_t state_step, double *row_out)
+{
+    for (ptrdiff_t k = 0; k < samples; ++k)
+        control_terms(reference_[k], measured_position_[k], measured_velocity_[k], state_ + k * state_step, row_out + k * 1);
 }
 
 void wave_number_rows(

@@ -125,6 +125,20 @@ static inline void control_law(
     next_state_out[1] = q1_;
 }
 
+/* What the law adds up, one number for each product of gains. 8 operations. */
+static inline void control_terms(
+    double reference_,
+    double measured_position_,
+    double measured_velocity_,
+    const double *state_,
+    double *row_out)
+{
+    (void)measured_velocity_;
+    const double q2_ = state_[1];
+    row_out[0] = 60.0 * 480.0 * (reference_ - measured_position_);
+    row_out[1] = -(480.0 * (measured_position_ - q2_) / (2.0 * 0.00025));
+}
+
 /* What the drive remembers of an axis at rest. 0 operations. */
 static inline void control_start(
     double reference_,
@@ -294,6 +308,13 @@ void control_law_rows(
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
         control_law(reference_[k], measured_position_[k], measured_velocity_[k], state_ + k * state_step, control_out + k * 1, next_state_out + k * 2);
+}
+
+void control_terms_rows(
+    ptrdiff_t samples, const double *reference_, const double *measured_position_, const double *measured_velocity_, const double *state_, ptrdiff_t state_step, double *row_out)
+{
+    for (ptrdiff_t k = 0; k < samples; ++k)
+        control_terms(reference_[k], measured_position_[k], measured_velocity_[k], state_ + k * state_step, row_out + k * 2);
 }
 
 void control_start_rows(

@@ -32,10 +32,9 @@ from axisid.support.remedy import Note, Remedy
 
 from .by_runs import GainsBeside, said_of_gains
 from .factors import (
+    FittedLaw,
     best_shift,
     constant_beside,
-    factor_deviations,
-    law_factors,
     lean_of,
     leaning,
     scaled_factors,
@@ -243,9 +242,9 @@ def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> La
     control, terms, used = of.control, of.terms, of.used
     names = [str(product) for product, _ in law.terms]
     names += [] if record.added_control is None else [INJECTED]
-    factors, fitted = law_factors(control[used], terms[used], names)
     following = Neighbours.of(np.flatnonzero(used), 1)
-    deviations = factor_deviations(control[used], terms[used], names, following)
+    by_terms = FittedLaw.of(control[used], terms[used], names, following)
+    factors, fitted, deviations = by_terms.factors, by_terms.percent, by_terms.deviations
     scaled = scaled_factors(factors, deviations)
     if law.takes_velocity and abs(scaled.get(INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR.value:
         del scaled[INJECTED]  # the velocity that is compared is not the sensor's to a hundredth

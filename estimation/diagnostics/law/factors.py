@@ -1,6 +1,7 @@
 """What stands between a recorded control and the terms of its law: factors, a constant, a shift."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,38 +24,43 @@ from .sentences import CONSTANT, DRIFT, MOST_SHIFT
 LAGS = 50  # samples over which what the law leaves may be alike
 
 
-def law_factors(
-    control: Array, terms: Array, names: list[str]
-) -> tuple[dict[str, float], float | None]:
-    """Factors and what they leave, percent; none where the terms cannot be told apart."""
-    moving = np.any(terms != 0, axis=0)
-    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
-    if not kept:
-        return {}, None
-    try:
-        fit = least_squares(control, factor(terms[:, moving], kept))
-    except EstimationError:
-        return {}, None
-    factors = dict(zip(kept, map(float, fit.theta), strict=True))
-    return factors, relative_error_percent(fit.residuals, control)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedLaw:
+    """A control fitted by the terms of its law, each with a factor.
 
+    Attributes
+    ----------
+    factors, deviations : dict of str to float
+        By name, the deviations HAC; none where the terms cannot be told apart.
+    percent : float or None
+        What the factors leave of the control.
+    """
 
-def factor_deviations(
-    control: Array, terms: Array, names: list[str], neighbours: Neighbours
-) -> dict[str, float]:
-    """HAC deviations of `law_factors`; none where the terms cannot be told apart."""
-    moving = np.any(terms != 0, axis=0)
-    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
-    if not kept:
-        return {}
-    try:
-        columns = factor(terms[:, moving], kept, neighbours=neighbours)
-    except EstimationError:
-        return {}
-    fit = least_squares(control, columns)
-    lags = min(LAGS, len(control) // 4)
-    deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
-    return dict(zip(kept, map(float, deviations), strict=True))
+    factors: dict[str, float] = field(default_factory=dict)
+    deviations: dict[str, float] = field(default_factory=dict)
+    percent: float | None = None
+
+    @classmethod
+    def of(
+        cls, control: Array, terms: Array, names: list[str], neighbours: Neighbours
+    ) -> "FittedLaw":
+        """Fit them; a term that is always zero has no factor."""
+        moving = np.any(terms != 0, axis=0)
+        kept = [name for name, moves in zip(names, moving, strict=True) if moves]
+        if not kept:
+            return cls()
+        try:
+            columns = factor(terms[:, moving], kept, neighbours=neighbours)
+        except EstimationError:
+            return cls()
+        fit = least_squares(control, columns)
+        lags = min(LAGS, len(control) // 4)
+        deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
+        return cls(
+            factors=dict(zip(kept, map(float, fit.theta), strict=True)),
+            deviations=dict(zip(kept, map(float, deviations), strict=True)),
+            percent=relative_error_percent(fit.residuals, control),
+        )
 
 
 def scaled_factors(
@@ -115,15 +121,17 @@ def constant_beside(
     without : float or None
         What factors alone leave, percent.
     """
-    factors, fitted = law_factors(
-        control, np.column_stack([terms, np.ones(len(terms))]), [*names, CONSTANT]
-    )
+    beside = np.column_stack([terms, np.ones(len(terms))])
+    neighbours = Neighbours.consecutive(len(control))
+    found = FittedLaw.of(control, beside, [*names, CONSTANT], neighbours)
+    fitted = found.percent
     if fitted is None or fitted > MAX_LAW_RESIDUAL.value:
         return None
     if without is not None and fitted > MAX_EXPLAINED_RESIDUAL.value * without:
         return None
-    constant = factors.pop(CONSTANT)
-    near = all(abs(value - 1) < MAX_FACTOR_ERROR.value for value in factors.values())
+    own = {name: value for name, value in found.factors.items() if name != CONSTANT}
+    constant = found.factors[CONSTANT]
+    near = all(abs(value - 1) < MAX_FACTOR_ERROR.value for value in own.values())
     return constant if near else None
 
 

@@ -23,6 +23,7 @@ from axisid.estimation.regression import (
     InverseForm,
     QrFactors,
     factor,
+    fitted,
     instrumental_variables,
     least_squares,
 )
@@ -123,13 +124,10 @@ def alignment_of(
     reduced = equations.reduced(data)
     regressor = factor(reduced.regressor, axis.names, neighbours=data.neighbours)
     rows = _Rows(data, data.force, equations)
-    estimates, errors = [], []
-    for delay in _DELAYS:
-        left = rows.left(delay)
-        solution = least_squares(left - reduced.intercept, regressor)
-        estimates.append(solution.theta)
-        errors.append(100 * np.linalg.norm(solution.residuals) / np.linalg.norm(left))
-    found, percent = np.array(estimates), np.array(errors)
+    lefts = np.column_stack([rows.left(delay) for delay in _DELAYS])
+    estimates, residuals = fitted(lefts - reduced.intercept[:, None], regressor)
+    found = np.ascontiguousarray(estimates.T)
+    percent = 100 * np.linalg.norm(residuals, axis=0) / np.linalg.norm(lefts, axis=0)
     best, at_the_end = _minimum(_DELAYS, percent), int(np.argmin(percent)) in (0, len(percent) - 1)
     deviation = _deviation(rows, best, reduced.intercept, regressor)
     if instruments is not None:

@@ -1,5 +1,6 @@
 """A record is checked once and then read-only."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -66,3 +67,19 @@ def test_period_is_the_mean_step_unless_given() -> None:
 def test_bad_records_are_explained(change: dict[str, Any], code: str, says: str) -> None:
     with refuses(code, says):
         Record(**{**GOOD, **change})
+
+
+def test_record_with_another_motion_is_that_made_of_all_its_columns(twin: Record) -> None:
+    other = {"position": twin.position + 1e-3, "control": 0.5 * twin.control}
+    assert twin.with_motion(other) == replace(twin, **other)
+    assert not twin.with_motion(other).position.flags.writeable
+
+
+def test_other_motion_is_checked_as_every_column_is(twin: Record) -> None:
+    for values, code in (
+        (twin.position[1:], "record-lengths"),
+        (np.full(len(twin), np.nan), "value-not-finite"),
+        (np.zeros(len(twin)), "constant-column"),
+    ):
+        with refuses(code):
+            twin.with_motion({"position": values})
