@@ -15,6 +15,7 @@ from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.freed import are_starts, axis_at
 from axisid.estimation.predictions import Predictions, WindowPredictions, record_rows, slopes_of
 from axisid.estimation.records import Record
+from axisid.estimation.regression import widened
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.estimation.told_by_outputs import (
     Colour,
@@ -153,7 +154,12 @@ class Ended:
     @cached_property
     def coloured(self) -> Scattering:
         """By coloured errors, of every free parameter, as if no bound were there."""
-        return self.at_liberty.coloured(self.autoregressions)
+        scores = self.at_liberty
+        found = scores.coloured(self.autoregressions)
+        if self.horizon is None:
+            return found
+        # What the starts of windows take out of white noise has no one colour, and is no less sure.
+        return replace(found, matrix=widened(found.matrix, np.diag(scores.independent())))
 
     @property
     def freedom(self) -> Array:

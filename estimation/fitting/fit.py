@@ -129,7 +129,8 @@ def fit(
     seed : int
         Of further starts and of the bootstrap's noise.
     horizon : float, optional
-        Length of the windows of an open loop, s; 1 s by default.
+        Length of the windows of an open loop, s; 1 s by default, or a half, a quarter and so on of
+        it where friction that falls with the velocity, or another force, lets errors grow.
     weights : mapping of str to float
         Of an output, by which its errors count: the inverse of their deviation, in its unit. Each
         other output is weighted by what is left of it in each record.
@@ -190,7 +191,7 @@ class _Asked:
     starts: int
     bootstrap: int
     seed: int
-    horizon: float
+    horizon: float | None
     progress: Progress | None
 
     def ended(self, generated: GeneratedAxis, start: StartLike, time: Parameter | None) -> Ended:
@@ -202,13 +203,15 @@ class _Asked:
         whose, records = searched(shared), shared.records
         model = whose.form
         whose = with_free(whose, self.free, self.outputs, self.known or {}, records)
-        predictions = self._predictions(whose, records)
+        loops = whose
         if time is not None:
-            predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
             whose = replace(whose, form=FormByTime.of(whose.form, generated, time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
-        check_enough(predictions.counted, predictions.spans, unknowns)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
+        predictions, horizon = self._predictions(loops, records, begins[0])
+        if time is not None:
+            predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
+        check_enough(predictions.counted, predictions.spans, unknowns)
         check_remembered(generated.axis.states, unknowns, begins)
         run = _Run(
             whose.axes,
@@ -241,14 +244,24 @@ class _Asked:
             ends=ends,
             bootstrap=self.bootstrap,
             seed=self.seed,
-            horizon=self.horizon if OPEN_LOOP in self.outputs else None,
+            horizon=horizon,
             known=tuple(self.known or ()),
         )
 
-    def _predictions(self, whose: Searched, records: Sequence[Record]) -> Predictions:
+    def _predictions(
+        self, whose: Searched, records: Sequence[Record], begin: FitStart
+    ) -> tuple[Predictions, float | None]:
+        """What is predicted; of an open loop with the length of its windows, s."""
         if OPEN_LOOP in self.outputs:
-            return WindowPredictions(whose.form, whose.axes, records, self.horizon)
-        return LoopPredictions(whose.form, whose.axes, records, self.outputs)
+            whole = self.horizon or HORIZON.value
+            windows = WindowPredictions(whose.form, whose.axes, records, whole)
+            if self.horizon is not None:
+                return windows, whole
+            steady = windows.steady_horizon(begin.physical[: len(whose.form.start)])
+            if steady == whole:
+                return windows, whole
+            return WindowPredictions(whose.form, whose.axes, records, steady), steady
+        return LoopPredictions(whose.form, whose.axes, records, self.outputs), None
 
 
 @dataclass
@@ -403,10 +416,10 @@ def _outputs(given: object) -> tuple[str, ...]:
     return found
 
 
-def _horizon(given: object, outputs: Sequence[str]) -> float:
-    """Length of an open loop's windows, s."""
+def _horizon(given: object, outputs: Sequence[str]) -> float | None:
+    """Length of an open loop's windows, s, where it is asked for."""
     if given is None:
-        return HORIZON.value
+        return None
     if not (is_real(given) and 0 < given < math.inf):
         raise UsageError(
             f"the horizon is {quoted(given)}; give a positive time, s.", code="fit-horizon"

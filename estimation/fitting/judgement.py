@@ -12,6 +12,7 @@ from axisid.estimation.diagnostics import repeated_check
 from axisid.estimation.diagnostics.estimates import precision_check
 from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.estimates import few_rows
+from axisid.estimation.predictions import WindowPredictions
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.diagnostics import (
     MAX_RELATIVE_DEVIATION,
@@ -23,9 +24,11 @@ from axisid.estimation.thresholds.estimates import (
     MIN_ROWS_PER_PARAMETER,
 )
 from axisid.estimation.thresholds.fitting import (
+    HORIZON,
     LACKING_LEVEL,
     MAX_APART,
     MAX_BEYOND_NOISE,
+    MAX_GROWTH,
     MAX_LAW_SENSITIVITY,
     MAX_LAW_SHIFT,
     MIN_SHOWN,
@@ -63,6 +66,7 @@ class Judged:
     lacks: tuple[Lack, ...] | Missing
     prior: Mapping[str, tuple[float, float]]
     records: tuple[Record, ...]
+    horizon: float | None
     searched: int  # parameters that are free
 
 
@@ -70,6 +74,7 @@ def judged(of: Judged) -> tuple[Check, ...]:
     """The checks, in the order in which they are told."""
     return (
         _law(of),
+        *_steady(of),
         *_moved(of),
         *_sensitive(of),
         _follows(of),
@@ -88,6 +93,30 @@ def judged(of: Judged) -> tuple[Check, ...]:
 def _law(of: Judged) -> Check:
     found = law_check(of.law)
     return found if isinstance(found, Check) else Check.not_evaluated("control law", found)
+
+
+def _steady(of: Judged) -> Iterator[Check]:
+    """Whether windows of an open loop are so short that nothing drives the axis away in them."""
+    if not isinstance(of.basis.predictions, WindowPredictions) or of.horizon is None:
+        return
+    steady = of.basis.predictions.steady_horizon(of.physical)
+    good, remedy = of.horizon <= steady or steady >= HORIZON.value, None
+    said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
+    if not good:
+        said = (
+            f"errors grow more than {MAX_GROWTH.value:g} times in windows of {of.horizon:g} s, as "
+            "where friction falls with the velocity; "
+        )
+        remedy = Remedy.of("use ", Setting("horizon", f"{steady:g}"), ".")
+    yield Check(
+        name="windows",
+        status=passed(good),
+        figure=of.horizon,
+        threshold=steady,
+        source=MAX_GROWTH.source,
+        meaning=said,
+        remedy=remedy,
+    )
 
 
 def _moved(of: Judged) -> Iterator[Check]:

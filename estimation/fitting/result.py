@@ -208,6 +208,7 @@ class OutputFit(Presentable, Exact):
                 lacks=self.lacks,
                 prior=self.prior,
                 records=self.records,
+                horizon=self.horizon,
                 searched=len(self.names) - len(self.fixed),
             )
         )

@@ -19,6 +19,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
+from axisid.estimation.thresholds.fitting import HORIZON, MAX_GROWTH
 from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
@@ -29,7 +30,16 @@ from .lanes import LANE_LOST, Lanes
 
 _FEWEST = 20  # samples in a window
 _FITTED = 20  # samples from the first on, from which a first velocity is begun
-_ROUNDS = 3  # of the first positions and velocities, at each point
+_ROUNDS = 8  # of the first positions and velocities, at each point, at most
+_SHARES = np.array([1.0, 0.25, 0.03])  # of a step of them, that are tried
+_OF_FEW = (3, 5, 8, 12)  # first samples, whose slopes are velocities that are tried as well
+_OTHER = 0.9  # of a window's squared errors, below which another start is one
+_HALVINGS = 5  # of the longest windows
+_NO_GROWTH = 1.1  # in the shortest windows that are asked: nothing drives the motion away there
+_STILL = 1e-6  # of a window's squared errors, by which a step lessens them that is the last
+_SHOWN = (
+    1e-3  # of what a first position changes: of a first velocity, that friction has not stopped
+)
 _STEP = 1e-6  # of the range of positions, and of that over the window's time
 
 
@@ -81,6 +91,15 @@ class _Windows:
         time = self.period * np.arange(some)
         slopes = np.polynomial.polynomial.polyfit(time, self.position[:some], 2)
         return np.asarray(slopes[:2])
+
+    def velocities(self) -> Array:
+        """First velocities by straight lines through fewer samples, (m, w)."""
+        lines = [
+            np.polynomial.polynomial.polyfit(self.period * np.arange(n), self.position[:n], 1)[1]
+            for n in _OF_FEW
+            if n <= len(self.position)
+        ]
+        return np.asarray(lines)
 
     def inputs(self, states: Array, sets: int, added: Array | None = None) -> LoopInputs:
         """Of so many parameter sets, each along all windows; states are (2, sets w)."""
@@ -249,7 +268,8 @@ class WindowPredictions:
             own = np.asarray(self._form.own(physical, w.record))
             asked = (settled_substeps(w.axis, own, w.alone(state.first, k)) for k in range(w.count))
             state.substeps = max(state.substeps or 1, *(steps or 1 for steps in asked))
-            for _ in range(_ROUNDS):
+            _follow(w, state, own)
+            if _begin_elsewhere(w, state, own):
                 _follow(w, state, own)
 
     def __call__(self, physical: Array) -> Lanes:
@@ -261,8 +281,7 @@ class WindowPredictions:
             if len(own) == 1:  # a trial, whose windows start where its own errors are least
                 try:
                     state = replace(settled)
-                    for _ in range(_ROUNDS):
-                        _follow(w, state, own[0])
+                    _follow(w, state, own[0])
                 except EstimationError as error:
                     failures[0] = str(error)
                     state = settled
@@ -272,6 +291,47 @@ class WindowPredictions:
         found = np.concatenate(pieces)
         found[:, [*failures]] = np.nan
         return Lanes(errors=found, failures=failures)
+
+    def steady_horizon(self, physical: Array) -> float:
+        """How long windows may be at parameters (P,), s: `HORIZON`, or a half of it, and so on.
+
+        A window in which the axis stops forgets how it began, so that short ones are asked first,
+        and no longer ones once errors grow.
+        """
+        found = HORIZON.value * 0.5**_HALVINGS
+        for k in reversed(range(_HALVINGS)):
+            horizon = HORIZON.value * 0.5**k
+            windows = WindowPredictions(self._form, self._axes, self._records, horizon)
+            try:
+                windows.settle(physical)
+                grown = windows.growth(physical)
+            except EstimationError:
+                return HORIZON.value
+            if grown > MAX_GROWTH.value:
+                return found
+            if k == _HALVINGS - 1 and grown <= _NO_GROWTH:
+                return HORIZON.value
+            found = horizon
+        return found
+
+    def growth(self, physical: Array) -> float:
+        """How far a first velocity carries an axis by parameters (P,), over a free one's way.
+
+        Of all windows the furthest. More than 1 is a motion that no loop holds: friction that falls
+        with the velocity, or a force away from a place.
+
+        Raises
+        ------
+        EstimationError
+            A window cannot be simulated.
+        """
+        found = 0.0
+        for w, state in zip(self._windows, self._states, strict=True):
+            errors = _moved(w, state, np.asarray(self._form.own(physical, w.record)))
+            _, step = w.steps
+            reach = float(np.abs(errors[:, 3] - errors[:, 4]).max()) / 2
+            found = max(found, reach / (step * len(w.position) * w.period))
+        return found
 
     def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:  # noqa: ARG002
         """What white noise of the position changes in the errors, (n, B)."""
@@ -324,19 +384,69 @@ def _rows(errors: Array) -> Array:
 
 
 def _follow(w: _Windows, state: _State, own: Array) -> None:
-    """Let windows start where their errors are least, with parameters (p,), to first order."""
-    steps, sets = w.steps, 5
-    shifts = np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]], dtype=float) * steps[:, None]
+    """Let windows start where their errors are least, with parameters (p,).
+
+    Each step is by slopes, and as much of it is taken as lessens the window's errors: friction that
+    holds an axis forgets its first velocity, and what a slope then asks for may be anything.
+    """
+    for _ in range(_ROUNDS):
+        errors, back = _step_back(w, state, own)
+        tried = state.first[:, None, :] - _SHARES[:, None] * (back * w.steps).T[:, None, :]
+        here = np.einsum("nw,nw->w", errors, errors)
+        found, failed = w.errors(
+            np.tile(own, (len(_SHARES), 1)), tried.reshape(2, -1), state.substeps
+        )
+        there = np.einsum("nbw,nbw->bw", found, found)
+        there[[*failed]] = np.inf
+        best, every = there.argmin(axis=0), np.arange(w.count)
+        less = there[best, every] < here
+        state.first = np.where(less, tried[:, best, every], state.first)
+        if np.all(~less | (there[best, every] > (1 - _STILL) * here)):
+            break
+
+
+def _begin_elsewhere(w: _Windows, state: _State, own: Array) -> bool:
+    """Let windows start with another velocity about theirs where their errors are less so.
+
+    Near rest the errors have several least values. Whether one has changed.
+    """
+    other = np.vstack([w.velocities(), np.zeros(w.count)])
+    sets = 1 + len(other)
+    tried = np.tile(state.first[:, None, :], (1, sets, 1))
+    tried[1, 1:] = other
+    errors, failed = w.errors(np.tile(own, (sets, 1)), tried.reshape(2, -1), state.substeps)
+    off = errors.sum(axis=0) / np.maximum(w.counted.sum(axis=0), 1.0)  # as another position leaves
+    errors -= off * w.counted[:, None, :]
+    squares = np.einsum("nbw,nbw->bw", errors, errors)
+    squares[[*failed]] = np.inf
+    best, every = squares.argmin(axis=0), np.arange(w.count)
+    less = squares[best, every] < _OTHER * squares[0]
+    tried[0] -= off
+    state.first = np.where(less, tried[:, best, every], state.first)
+    return bool(less.any())
+
+
+def _moved(w: _Windows, state: _State, own: Array) -> Array:
+    """Errors (N, 5, w) from where windows start, and from a step to either side of each."""
+    shifts = np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]], dtype=float) * w.steps[:, None]
     states = (state.first[:, None, :] + shifts[:, :, None]).reshape(2, -1)
-    errors, failed = w.errors(np.tile(own, (sets, 1)), states, state.substeps)
+    errors, failed = w.errors(np.tile(own, (5, 1)), states, state.substeps)
     if failed:
         raise EstimationError(next(iter(failed.values())), code=LANE_LOST)
+    return errors
+
+
+def _step_back(w: _Windows, state: _State, own: Array) -> tuple[Array, Array]:
+    """Errors (N, w) from where windows start, and which steps of the start lead to the least."""
+    errors = _moved(w, state, own)
     slopes = (errors[:, [1, 3]] - errors[:, [2, 4]]) / 2  # (N, 2, w), a step each
     basis, triangle = np.linalg.qr(slopes.transpose(2, 0, 1))
-    wanted = np.einsum("wnk,nw->wk", basis, errors[:, 0])
-    back = np.linalg.pinv(triangle) @ wanted[:, :, None]
-    state.basis = basis
-    state.first = state.first - (back[:, :, 0] * steps).T
+    size = np.abs(np.einsum("wkk->wk", triangle))
+    shown = size > _SHOWN * size.max(axis=1, keepdims=True)
+    state.basis = basis * shown[:, None, :]
+    wanted = np.einsum("wnk,nw->wk", state.basis, errors[:, 0])
+    back = np.linalg.pinv(triangle * shown[:, :, None]) @ wanted[:, :, None]
+    return errors[:, 0], back[:, :, 0]
 
 
 def _windows(

@@ -109,6 +109,14 @@ MIN_PRIOR_DEVIATION = Threshold(
     "deviation of what was known of a parameter, by its value, from which it is weighed",
     "chosen: what is surer is exact, and can be held",
 )
+MAX_GROWTH = Threshold(
+    30.0,
+    "1",
+    "way to which a first velocity carries an axis in an open loop, by that of a free one, beyond "
+    "which its windows are too long",
+    "measured: 15 in windows of 0.125 s of an axis with Stribeck friction, whose fits hold, 494 in "
+    "twice as long ones, whose do not; 1.3 at most on axes without, 20 on one over strong magnets",
+)
 HORIZON = Threshold(
     1.0,
     "s",

@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import Record, fit, load_axis, twin_record
+from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import WindowPredictions, window_predictions
 from axisid.estimation.regression import InverseForm
@@ -15,6 +16,7 @@ from axisid.estimation.simulation import LoopInputs, simulate_lanes
 from axisid.support.arrays import Array
 from tests.refusals import refuses
 
+SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
 THETA = np.array([100.2, 236.9, 24.8])
 
 
@@ -127,3 +129,43 @@ def test_without_a_control_it_is_refused(emps2015: GeneratedAxis, twin: Record) 
     _predictions(emps2015, force)
     with refuses("fit-horizon"):
         fit(emps2015, twin, "open-loop", horizon=0.0)
+
+
+def test_windows_that_begin_at_rest_stay_there(emps2015: GeneratedAxis, twin: Record) -> None:
+    """A first velocity that friction stops at once is asked of by noise, and may not run away."""
+    still = Record(
+        time=twin.period * np.arange(100),
+        position=twin.position[0] + np.random.default_rng(1).normal(scale=1e-6, size=100),
+        control=0.02 + 0.01 * np.sin(0.1 * np.arange(100)),
+        provenance=twin.provenance,
+    )
+    predictions = _predictions(emps2015, still, 0.1)
+    predictions.settle(THETA)
+    assert np.abs(predictions(THETA[None, :]).errors).max() < 5e-6
+
+
+def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
+    """Falling friction lets errors grow a hundredfold in a quarter of a second."""
+    axis = build(load_axis(SLOW_SCREW))
+    record = twin_record(axis, seed=3)
+    given = axis.axis.experiment.truth
+    truth = np.array([*given.values()])
+    assert _predictions(axis, record).steady_horizon(truth) == 0.125
+    smooth = np.where(np.array([*given]) == "fs", 0.0, truth)
+    assert _predictions(axis, record).steady_horizon(smooth) == 1.0
+
+
+@pytest.mark.slow
+def test_an_open_loop_of_falling_friction_is_as_sure_as_it_says() -> None:
+    axis = build(load_axis(SLOW_SCREW))
+    truth = axis.axis.experiment.truth
+    record = twin_record(axis, seed=3)
+    found = fit(axis, record, "open-loop", start=truth)
+    assert found.believed
+    assert found.horizon == 0.125
+    values = found.parameters.items()
+    off = np.array([(each.value - truth[name]) / each.deviation for name, each in values])
+    assert np.sqrt(np.mean(off**2)) < 1.8
+    long = fit(axis, record, "open-loop", horizon=1.0, start=truth)
+    failed = {check.name: check for check in long.checks if check.status == "fail"}
+    assert failed["windows"].remedy is not None

@@ -142,7 +142,7 @@ _OPTIONS = (
         "--horizon",
         type=click.FloatRange(0.0, min_open=True),
         metavar="S",
-        help="Length of the windows of an open loop, s.  [default: 1]",
+        help="Length of the windows of an open loop, s.  [default: 1, or as its motion allows]",
     ),
     click.option(
         "--bound",
