@@ -1,5 +1,7 @@
 """The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
 
+from __future__ import annotations  # as they are written, in what help() prints
+
 import pickle
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -112,7 +114,7 @@ class GeneratedAxis:
     def __hash__(self) -> int:
         return hash(self.signature)
 
-    def __deepcopy__(self, _: dict[int, Any]) -> "GeneratedAxis":
+    def __deepcopy__(self, _: dict[int, Any]) -> GeneratedAxis:
         return self  # nothing in it changes
 
     @property
@@ -140,7 +142,7 @@ class GeneratedAxis:
         """Names of the physical parameters."""
         return tuple(p.name for p in self.parameters)
 
-    def with_gains(self, gains: Mapping[str, float]) -> "GeneratedAxis":
+    def with_gains(self, gains: Mapping[str, float]) -> GeneratedAxis:
         """The axis with other gains of its control law, for which nothing is compiled.
 
         Parameters

@@ -264,6 +264,10 @@ class Estimate(Presentable, Exact):
         """Correlation matrix of the physical parameters, (p, p), of the chosen covariance."""
         return correlation(self.covariance)
 
+    def __getitem__(self, name: str) -> Value:
+        """One of `parameters`."""
+        return self.parameters[name]
+
     @property
     def parameters(self) -> NamedValues:
         """Physical parameters by name."""

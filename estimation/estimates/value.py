@@ -20,6 +20,7 @@ from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.number_text import range_text
 from axisid.support.user_values import is_among, quoted
 
 #: What `Value.corrected` is called beside a value.
@@ -61,12 +62,11 @@ class Value:
         object.__setattr__(self, "deviations", FrozenMapping(self.deviations))
 
     def __str__(self) -> str:
-        low, high = self.interval
         # The interval is about another number then, which it would else seem to leave to one side.
         corrected = f" ({self.corrected:.6g} {CORRECTED})" * self.is_shifted
         return (
             f"{self.value:.6g} +- {self.deviation:.2g} {self.unit}{corrected}, "
-            f"95 %: {low:.6g} to {high:.6g} {self.unit}"
+            f"95 %: {range_text(*self.interval, ' to ', digits=6)} {self.unit}"
         )
 
     @property

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from axisid.support.number_text import range_text
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Held:
@@ -48,7 +50,7 @@ class Held:
         """All of it in words."""
         ends = sorted((self.bound, self.reach))
         room = (
-            f"95 %, to one side: {ends[0]:.4g} to {ends[1]:.4g}"
+            f"95 %, to one side: {range_text(ends[0], ends[1], ' to ')}"
             if self.reach != self.bound
             else "which leaves no room beside the bound"
         )

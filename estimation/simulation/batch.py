@@ -1,5 +1,7 @@
 """Many closed loops side by side, across processors."""
 
+from __future__ import annotations  # as they are written, in what help() prints
+
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -29,6 +31,7 @@ from .lane_arguments import (
     check_lanes,
     check_threads,
     gains_by_lane,
+    in_order,
     lane_injected,
     lane_noise,
     run_code,
@@ -85,7 +88,7 @@ class BatchSimulation(Exact):
 
 def simulate_batch(
     axis: Axis | GeneratedAxis,
-    parameters: ArrayLike,
+    parameters: ArrayLike | Mapping[str, ArrayLike],
     reference: ArrayLike,
     period: float,
     *,
@@ -108,7 +111,7 @@ def simulate_batch(
     ----------
     axis : Axis or GeneratedAxis
         With a control law.
-    parameters : (B, p) array_like
+    parameters : (B, p) array_like or mapping of str to (B,) array_like
         One row a lane.
     reference : (N,) or (N, B) array_like
         Shared, or one column a lane.
@@ -153,9 +156,15 @@ def simulate_batch(
     Notes
     -----
     A lane that fails does not end the others; see `BatchSimulation.failures`.
+
+    The substeps are those of `simulate`, settled once before any lane runs where no motion asks for
+    more of them than the start does. Where damping, stiffness or waves vary along the way each lane
+    has its own, by where its own motion goes: with the most of any lane for all of them, what a
+    lane gives would depend on its company.
     """
     axis = as_generated(axis)
-    theta = np.ascontiguousarray(real_array(parameters, "the parameters"))
+    given = in_order(axis, parameters)
+    theta = np.ascontiguousarray(real_array(given, "the parameters"))
     ref = aligned(reference, "the reference")
     check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
     lanes = len(theta)
@@ -212,7 +221,7 @@ def simulate_batch(
 
 
 def _reduced(
-    batch: "_Batch",
+    batch: _Batch,
     reducers: Sequence[str | Reducer],
     names: Mapping[str, str],
     logged: tuple[Array, float],
@@ -265,7 +274,7 @@ class _Batch:
         for first in range(0, len(self.parameters), size):
             yield slice(first, min(first + size, len(self.parameters)))
 
-    def of(self, lanes: slice) -> "_Batch":
+    def of(self, lanes: slice) -> _Batch:
         """The same of some of its lanes."""
         chosen = np.arange(lanes.start, lanes.stop)
         return replace(

@@ -7,6 +7,8 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 [Filippov1988]_. Native code runs where there is a compiler, the CasADi virtual machine elsewhere.
 """
 
+from __future__ import annotations  # as they are written, in what help() prints
+
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -22,6 +24,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.real_numbers import real_array
 
+from .lane_arguments import in_order
 from .loop_start import single_start
 from .recorded import at_law, checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance
@@ -40,7 +43,7 @@ from .two_clocks import TwoClocks, at_log_samples, clocks_of
 
 def simulate(
     axis: Axis | GeneratedAxis,
-    parameters: ArrayLike,
+    parameters: ArrayLike | Mapping[str, float],
     reference: ArrayLike,
     period: float,
     *,
@@ -59,8 +62,8 @@ def simulate(
     ----------
     axis : Axis or GeneratedAxis
         With a control law.
-    parameters : (p,) array_like
-        Physical parameters, SI.
+    parameters : (p,) array_like or mapping of str to float
+        Physical parameters, SI: in the axis's order, or all of them by name.
     reference : (N,) array_like
         Commanded position.
     period : float
@@ -110,7 +113,7 @@ def simulate(
         too fast to follow; the sample is named.
     """
     axis, commanded = as_generated(axis), _vector(reference, "the reference")
-    theta = _vector(parameters, "the parameters")
+    theta = _vector(in_order(axis, parameters), "the parameters")
     check_loop(axis, theta.shape, commanded, period, resolution, substeps)
     loop = _loop(
         axis,

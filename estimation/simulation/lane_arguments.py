@@ -13,7 +13,7 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_whole, real_array
-from axisid.support.user_values import quoted
+from axisid.support.user_values import first_of, quoted
 
 _MOST_THREADS = 1024
 
@@ -162,3 +162,49 @@ def axes_by_gains(axis: GeneratedAxis, gains: Array | None, lanes: int) -> list[
         if own not in made:
             made[own] = axis.with_gains(dict(zip(names, own, strict=True)))
     return [made[own] for own in map(tuple, gains.tolist())]
+
+
+def in_order(
+    axis: GeneratedAxis, parameters: ArrayLike | Mapping[str, ArrayLike]
+) -> ArrayLike | Array:
+    """Parameters that are given by name, in the axis's order; others as they are.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : array_like or mapping of str to array_like
+        Of names a number each, or one for each lane, (B,).
+
+    Returns
+    -------
+    (p,) or (B, p) array
+
+    Raises
+    ------
+    UsageError
+        A name is of no parameter, or a parameter has none.
+    """
+    if not isinstance(parameters, Mapping):
+        return parameters
+    names = tuple(p.name for p in axis.axis.parameters)
+    if {*parameters} != {*names}:
+        unknown = [quoted(name) for name in parameters if name not in names]
+        missing = [name for name in names if name not in parameters]
+        wrong = f"{first_of(unknown)} is no parameter" if unknown else ""
+        left = f"{first_of(missing)} is missing" if missing else ""
+        raise UsageError(
+            f"the parameters of axis {axis.axis.name!r} by name: "
+            f"{' and '.join(filter(None, (wrong, left)))}; give a value of each of "
+            f"{', '.join(names)}.",
+            code="parameter-names",
+        )
+    values = [real_array(parameters[name], f"the values of {name}") for name in names]
+    try:
+        return np.stack(np.broadcast_arrays(*values), axis=-1)
+    except ValueError as error:
+        shapes = ", ".join(f"{n} {v.shape}" for n, v in zip(names, values, strict=True))
+        raise UsageError(
+            f"the parameters by name have the shapes {shapes}; give each one number, or one for "
+            "each lane.",
+            code="parameter-shapes",
+        ) from error

@@ -1,5 +1,7 @@
 """The twin: a simulated record of an axis whose parameters are known."""
 
+from __future__ import annotations  # as they are written, in what help() prints
+
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -139,7 +141,7 @@ def twin_plan(
     injected_at: str | None = None,
     signals: Mapping[str, ArrayLike] | None = None,
     sample_period: float | None = None,
-) -> "TwinPlan":
+) -> TwinPlan:
     """What all twins of an axis have in common, whatever their noise; see `twin_record`.
 
     Raises
@@ -170,10 +172,12 @@ def twin_plan(
             "experiment.",
             code="twin-signals",
         )
+    truth = np.array([_true(declared, p) for p in declared.parameters])
+    _check_held(generated, truth, float(reference[0]))
     return TwinPlan(
         axis=generated,
         experiment=experiment,
-        truth=np.array([_true(declared, p) for p in declared.parameters]),
+        truth=truth,
         reference=reference,
         period=period,
         clocks=clocks,
@@ -349,6 +353,33 @@ def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, Contr
             code="long-experiment",
         )
     return experiment, law
+
+
+def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
+    """Refuse a twin whose drive cannot hold its load where it starts, at its limit.
+
+    Raises
+    ------
+    ModelError
+        Even with all friction beside it the force at the limit is less than the load.
+    """
+    drive, coordinate = axis.axis.drive, axis.axis.coordinate
+    if not math.isfinite(drive.limit) or axis.states or axis.axis.signals:
+        return  # what a bristle or a signal holds is not known here
+    load, given = axis.functions["inverse_dynamics"], axis.functions["drive_force"]
+    needed = sorted(float(load(start, 0.0, 0.0, side, truth)) for side in (-1.0, 1.0))
+    force = sorted(float(given(side * drive.limit, start, 0.0)) for side in (-1.0, 1.0))
+    if needed[0] > force[1] or needed[1] < force[0]:
+        off = needed[0] if needed[0] > force[1] else needed[1]
+        unit = coordinate.force_unit
+        raise ModelError(
+            f"the drive of axis {axis.axis.name!r} cannot hold its load: at its limit of "
+            f"{drive.limit:g} {drive.unit} it gives {force[0]:.4g} to {force[1]:.4g} "
+            f"{unit}, and at rest at {start:g} {coordinate.unit} the load takes {off:.4g} "
+            f"{unit} with {axis.describe(truth)}, so that the twin would fall. "
+            "Raise the limit of the drive, or lower the load.",
+            code="twin-not-held",
+        )
 
 
 def _true(axis: Axis, parameter: Parameter) -> float:

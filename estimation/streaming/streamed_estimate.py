@@ -75,6 +75,10 @@ class StreamedEstimate(Presentable, Exact):
     remarks: tuple[Note, ...] = ()
     time_base: Note | None = None
 
+    def __getitem__(self, name: str) -> Value:
+        """One of `parameters`."""
+        return self.parameters[name]
+
     @property
     def parameters(self) -> NamedValues:
         """Parameters by name; intervals are HAC."""

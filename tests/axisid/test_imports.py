@@ -1,6 +1,7 @@
 """Importing is cheap, every public name is there, and text is never evaluated."""
 
 import ast
+import inspect
 import json
 import subprocess
 import sys
@@ -116,3 +117,10 @@ def test_no_function_that_evaluates_text_is_called(root: Path) -> None:
                     assert name not in banned, f"{file}:{node.lineno} calls {name}"
                     allowed = file.name == "execute.py" and stage == "codegen"
                     assert name != "exec" or allowed, f"{file}:{node.lineno} calls exec"
+
+
+@pytest.mark.parametrize("name", sorted(axisid.__all__))
+def test_signatures_read_as_they_are_written(name: str) -> None:
+    told = getattr(axisid, name)
+    if inspect.isfunction(told):
+        assert "_typing" not in str(inspect.signature(told))

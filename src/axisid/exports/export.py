@@ -9,6 +9,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.saved import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError
+from axisid.support.number_text import range_text
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import is_among, quoted
 
@@ -100,6 +101,6 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
 
 
 def _comment(parameter: Parameter, value: Value) -> str:
-    low, high = value.interval
-    said = f"{parameter.unit}, +- {value.deviation:.3g}, {low:.6g} to {high:.6g} (95 %)"
+    interval = range_text(*value.interval, " to ", digits=6)
+    said = f"{parameter.unit}, +- {value.deviation:.3g}, {interval} (95 %)"
     return f"{said}, {parameter.description}" if parameter.description else said

@@ -14,8 +14,8 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
-from axisid.presentation.formulas import range_text
 from axisid.support.missing import Missing
+from axisid.support.number_text import range_text
 from axisid.support.user_values import first_of
 
 from .chart import Chart

@@ -179,3 +179,9 @@ def test_function_that_bends_within_the_uncertainty_warns(estimate: Estimate) ->
         warnings.simplefilter("error")
         loose.derive("3*Fv")
         estimate.derive("1/Fv")
+
+
+def test_an_estimate_gives_a_parameter_by_its_name(estimate: Estimate) -> None:
+    assert estimate["M"] == estimate.parameters["M"]
+    with refuses("no-such-value", says="there is no 'm'; choose from M, Fv, Fc"):
+        estimate["m"]

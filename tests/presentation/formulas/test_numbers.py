@@ -4,7 +4,6 @@ import pytest
 
 from axisid.presentation.formulas.numbers import (
     figure_text,
-    range_text,
     readable_text,
     readable_unit,
     significant,
@@ -53,20 +52,6 @@ def test_two_digits_are_two_digits(value: float, text: str) -> None:
 
 def test_powers_of_units_are_raised() -> None:
     assert readable_unit("kg m^2/s**2") == "kg m²/s²"
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "text"),
-    [
-        (10.98, 11.04, "10.98 .. 11.04"),
-        (10.99998, 11.00003, "10.99998 .. 11.00003"),
-        (-2.0, 31.0, "-2 .. 31"),
-        (1.20001e-7, 1.20004e-7, "1.20001e-07 .. 1.20004e-07"),
-        (5.0, 5.0, "5 .. 5"),
-    ],
-)
-def test_bounds_have_the_digits_that_tell_them_apart(low: float, high: float, text: str) -> None:
-    assert range_text(low, high) == text
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from .mathml import formula_mathml as formula_mathml
 from .numbers import decimals as decimals
 from .numbers import figure_text as figure_text
 from .numbers import power_of_ten as power_of_ten
-from .numbers import range_text as range_text
 from .numbers import readable_text as readable_text
 from .numbers import readable_unit as readable_unit
 from .numbers import significant as significant

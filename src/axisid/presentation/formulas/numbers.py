@@ -65,25 +65,6 @@ def figure_text(value: float, digits: int = 3) -> str:
     return f"{value:.0f}" if "e+" in text and abs(value) < _PLAIN[1] else text
 
 
-def range_text(low: float, high: float, between: str = " .. ", *, digits: int = 4) -> str:
-    """Two bounds, to as many digits as tell them apart: ``10.98 .. 11.04``, never ``11 .. 11``.
-
-    Parameters
-    ----------
-    low, high : float
-    between : str
-        What stands between them.
-    digits : int
-        Significant ones, if that is enough.
-    """
-    width, most = abs(high - low), max(abs(low), abs(high))
-    if 0 < width < math.inf:
-        digits = max(
-            digits, min(math.floor(math.log10(most)) - math.floor(math.log10(width)) + 2, 15)
-        )
-    return f"{low:.{digits}g}{between}{high:.{digits}g}"
-
-
 def _number(found: re.Match[str]) -> str:
     sign, figures, exponent = found.groups()
     sign = sign.replace("-", _MINUS)

@@ -69,6 +69,10 @@ class SavedEstimate(Presentable):
         """Of `covariances`, what intervals, draws, curvatures and tests are of."""
         return self.document.chosen_covariance
 
+    def __getitem__(self, name: str) -> Value:
+        """One of `parameters`."""
+        return self.parameters[name]
+
     @cached_property
     def parameters(self) -> NamedValues:
         """Physical parameters by name."""

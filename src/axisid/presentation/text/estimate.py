@@ -5,7 +5,7 @@ import math
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.streaming import StreamedEstimate
 from axisid.presentation.blocks import Column, Document, Quantity, Table, text_columns
-from axisid.presentation.formulas import range_text
+from axisid.support.number_text import range_text
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}

@@ -25,6 +25,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import decimals
+from axisid.support.number_text import range_text
 from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Wording, as_arguments, worded
 
@@ -142,8 +143,8 @@ def _drive_time(found: DriveTime | None) -> str:
         return ""
     low, high = (1e3 * end for end in found.interval)
     return (
-        f"{found}, estimated, 95 % interval {low:.4g} to {high:.4g} ms; it is in the deviations of "
-        "the parameters"
+        f"{found}, estimated, 95 % interval {range_text(low, high, ' to ')} ms; it is in the "
+        "deviations of the parameters"
     )
 
 

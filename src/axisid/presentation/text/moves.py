@@ -6,6 +6,7 @@ from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Value
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.presentation.blocks import Cell, Quantity
+from axisid.support.number_text import range_text
 
 from .estimate import places
 
@@ -39,8 +40,7 @@ def moves_notes(diagnosis: Diagnosis) -> list[str]:
     if not any(band.exceeds for of_one in diagnosis.bands.values() for band in of_one.values()):
         return notes
     listed = "; ".join(
-        f"{name} {band.interval[0]:.4g} to {band.interval[1]:.4g} ({band.groups} groups by "
-        f"{band.by})"
+        f"{name} {range_text(*band.interval, ' to ')} ({band.groups} groups by {band.by})"
         for name, band in exceeding.items()
     )
     own = f" 95 % of {diagnosis.preferred}: {listed}." if listed else ""

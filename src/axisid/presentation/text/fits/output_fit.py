@@ -17,6 +17,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.text import listed_facts, quantity, record_facts, verdict_block
+from axisid.support.number_text import range_text
 from axisid.support.remedy import Wording, as_arguments
 
 #: What each covariance is, for notes.
@@ -63,8 +64,7 @@ def _row(fit: OutputFit, place: int, name: str) -> tuple[Cell, ...]:
     value, held = fit.values[name], name in fit.fixed or name in fit.at_bound
     shown = _shown(value)
     sd, relative = ("-", "-") if held else (shown.deviation, shown.more[0])
-    low, high = (f"{x:.6g}" for x in value.interval)
-    interval = "-" if name in fit.fixed else f"{low} to {high}"
+    interval = "-" if name in fit.fixed else range_text(*value.interval, " to ", digits=6)
     start = f"{fit.start[place]:.6g}"
     return name, value.unit, shown.value, sd, relative, interval, start, _remark(fit, name)
 
