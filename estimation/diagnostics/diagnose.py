@@ -67,6 +67,8 @@ from .repeated_samples import repeated_check
 Belief = Literal["believed", "with care", "not believed"]
 
 _LAST = 100
+#: Checks of fits alone by which no number is to be believed, with their rank among the others.
+_GRAVE_OF_FITS = {"any parameter shown": 3, "what was known": 4}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -433,7 +435,7 @@ def belief(failing: Iterable[str]) -> Belief:
     """How far the numbers of a result can be believed of which checks of these names fail."""
     names = gravest_first(failing)
     first = DIAGNOSTICS.get(names[0]) if names else None
-    if first is not None and first.grave:
+    if names and (names[0] in _GRAVE_OF_FITS or (first is not None and first.grave)):
         return "not believed"
     return "with care" if names else "believed"
 
@@ -450,4 +452,4 @@ def gravest_first(names: Iterable[str]) -> list[str]:
 
 def _rank(name: str) -> int:
     found = DIAGNOSTICS.get(name)
-    return _LAST if found is None else found.rank
+    return _GRAVE_OF_FITS.get(name, _LAST) if found is None else found.rank

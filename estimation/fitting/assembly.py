@@ -62,6 +62,7 @@ class Ended:
     seed: int
     horizon: float | None
     known: tuple[str, ...]
+    alone: Found | None = None
 
     @property
     def axes(self) -> tuple[GeneratedAxis, ...]:
@@ -204,6 +205,22 @@ class Ended:
             twins=s.twins,
             remembers=s.remembers,
         )
+
+    @property
+    def told_alone(self) -> Mapping[str, tuple[float, float]]:
+        """What the records alone say of what was known before, with deviations, by name."""
+        if self.alone is None:
+            return {}
+        one, prior = self.alone, self.unknowns.has_prior
+        without = replace(
+            self, unknowns=self.unknowns.without_prior, best=one, ends=(one,), bootstrap=0
+        )
+        told = np.full(len(prior), np.inf)
+        told[self.unknowns.free] = np.diag(without.free_covariances[without.chosen])
+        return {
+            self.unknowns.names[j]: (float(one.physical[j]), math.sqrt(max(told[j], 0.0)))
+            for j in map(int, np.flatnonzero(prior))
+        }
 
     @property
     def asked(self) -> "Ended":
@@ -381,6 +398,7 @@ def assembled(ended: Ended) -> OutputFit:
             asked=asked.predictions,
             asked_left=asked.left,
             known=ended.known,
+            alone=ended.told_alone,
             of_start=are_starts(ended.whose.form),
         ),
     )

@@ -39,6 +39,9 @@ class FitBasis:
         Their errors.
     known : tuple of str
         Names of what was known of each record.
+    alone : mapping of str to (float, float)
+        What the records say, with deviations, of what was known before; empty where they do not
+        show every parameter.
     of_start : (P,) array of bool
         Which parameters are first positions and velocities of loops.
     """
@@ -53,4 +56,5 @@ class FitBasis:
     asked: Predictions
     asked_left: Left
     known: tuple[str, ...]
+    alone: Mapping[str, tuple[float, float]]
     of_start: NDArray[np.bool_]

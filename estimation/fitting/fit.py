@@ -30,6 +30,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
 from axisid.estimation.thresholds.fitting import HORIZON, MAX_WEIGHT
+from axisid.estimation.told_by_outputs import unseen_directions
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
@@ -246,6 +247,7 @@ class _Asked:
             seed=self.seed,
             horizon=horizon,
             known=tuple(self.known or ()),
+            alone=run.alone,
         )
 
     def _predictions(
@@ -280,6 +282,7 @@ class _Run:
     progress: Progress | None
 
     def __post_init__(self) -> None:
+        self.alone: Found | None = None
         self.scale = np.ones(len(self.unknowns.names))
         self.weighing = Weighing(
             weights=self.predictions.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0
@@ -330,7 +333,37 @@ class _Run:
         return self.predictions, self.unknowns, self.scale, self.weighing, self.progress
 
     def _search(self, begun: Array) -> Found:
-        """Until the weights, by what the fit leaves, are those that it was made with."""
+        """Until the weights, by what the fit leaves, are those that it was made with.
+
+        What was known before is weighed by what the records leave without it: by what it makes
+        them leave itself, one that contradicts them would count for all the more.
+        """
+        if not self.unknowns.has_prior.any():
+            return self._settled(begun)
+        first = self.weighing
+        self.alone = self._without_prior(begun)
+        if self.alone is None:
+            self.weighing = first
+            return self._settled(begun)
+        for _ in range(_PASSES):
+            self._weigh(self.alone.slopes.errors, self._effects(self.alone))
+        return Search(*self._searching).run(begun)
+
+    def _without_prior(self, begun: Array) -> Found | None:
+        """Where the records alone lead; None where they do not show every parameter."""
+        known, self.unknowns = self.unknowns, self.unknowns.without_prior
+        try:
+            found = self._settled(begun)
+        except EstimationError:
+            return None
+        finally:
+            self.unknowns = known
+        free = self.unknowns.free
+        rows = self.weighing.weights[:, None] * found.slopes.jacobian[:, free]
+        shown = not len(unseen_directions(rows, self.scale[free]).moves)
+        return found if shown and found.converged else None
+
+    def _settled(self, begun: Array) -> Found:
         found = Search(*self._searching).run(begun)
         for _ in range(_PASSES):
             before = self.weighing.weights

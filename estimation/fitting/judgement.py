@@ -1,10 +1,12 @@
 """Whether a fit is to be believed."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.choices.outputs import POSITION
@@ -84,6 +86,7 @@ def judged(of: Judged) -> tuple[Check, ...]:
         *_repeated(of),
         _ended(of),
         _shown(of),
+        *_none_shown(of),
         *_precise(of),
         _bounds(of),
         *_starts(of),
@@ -237,22 +240,34 @@ def _known(of: Judged) -> Iterator[Check]:
     """What was known before against what the records tell."""
     if not of.prior:
         return
-    deviations, values = (dict(zip(of.names, x, strict=True)) for x in (of.deviations, of.physical))
-    far = {}
-    for name, (mean, sd) in of.prior.items():
-        both = math.sqrt(max(sd**2 - float(deviations[name]) ** 2, _SURE * sd**2))
-        far[name] = abs(float(values[name]) - mean) / both
+    far = {name: _from_known(of, name) for name in of.prior}
     worst, most = max(far, key=lambda name: far[name]), MIN_DISTANCE_FROM_NOISE.value
     good = far[worst] <= most
-    said = f"what was known of {worst} and the record are {far[worst]:.2g} deviations apart"
+    mean, sd = of.prior[worst]
+    known, record = f"what was known of {worst}, {mean:.6g} +- {sd:.2g},", "the record"
+    if worst in of.basis.alone:
+        value, deviation = of.basis.alone[worst]
+        record = f"what the record alone says, {value:.6g} +- {deviation:.2g},"
+    said = f"{known} and {record} are {far[worst]:.2g} deviations apart"
     yield Check(
         name="what was known",
         status=passed(good),
         figure=far[worst],
         threshold=most,
         source=MIN_DISTANCE_FROM_NOISE.source,
-        meaning=said + ("" if good else ": one of the two is wrong, or the model"),
+        meaning=said + ("" if good else ": they contradict each other; one is wrong, or the model"),
     )
+
+
+def _from_known(of: Judged, name: str) -> float:
+    """How far a parameter is from what was known of it before, in deviations."""
+    mean, sd = of.prior[name]
+    if name in of.basis.alone:
+        value, deviation = of.basis.alone[name]
+        return abs(value - mean) / math.hypot(sd, deviation)
+    place = of.names.index(name)
+    both = math.sqrt(max(sd**2 - float(of.deviations[place]) ** 2, _SURE * sd**2))
+    return abs(float(of.physical[place]) - mean) / both
 
 
 def _ended(of: Judged) -> Check:
@@ -278,23 +293,52 @@ def _ended(of: Judged) -> Check:
 def _shown(of: Judged) -> Check:
     several = len(of.outputs) > 1
     said = f"the {' and '.join(of.outputs)} show{'' if several else 's'} every parameter"
-    remedy = None
-    if of.unseen:
+    remedy, unseen = None, [*of.unseen, *_unnamed(of)]
+    if unseen:
         no = "do not" if several else "does not"
-        said = f"the {' and '.join(of.outputs)} {no} show {'; nor '.join(of.unseen)}; "
+        said = f"the {' and '.join(of.outputs)} {no} show {'; nor '.join(unseen)}; "
         remedy = Remedy.of(
             "hold one with ",
-            Setting("fix", f"{of.unseen[0].split()[0]}=VALUE"),
+            Setting("fix", f"{unseen[0].split()[0]}=VALUE"),
             ", or record another motion.",
         )
     return Check(
         name="parameters shown",
-        status=passed(not of.unseen),
+        status=passed(not unseen),
         threshold=MIN_SHOWN.value,
         source=MIN_SHOWN.source,
         meaning=said,
         remedy=remedy,
     )
+
+
+def _unnamed(of: Judged) -> list[str]:
+    """Parameters of infinite deviation that are in none of the directions that are not shown."""
+    named = set(re.findall(r"\w+", " ".join(of.unseen)))
+    lost = [name for name, d in zip(of.names, of.deviations, strict=True) if np.isinf(d)]
+    return [f"{name} at all" for name in lost if name not in named]
+
+
+def _none_shown(of: Judged) -> Iterator[Check]:
+    """Whether the outputs show none of the parameters that are searched."""
+    if not np.isinf(of.deviations).any():
+        return
+    chosen, most = _searched(of), MAX_RELATIVE_DEVIATION.value
+    vague = 100 * of.deviations > most * np.abs(of.physical)
+    if np.all(vague[chosen]):
+        yield Check(
+            name="any parameter shown",
+            status="fail",
+            threshold=most,
+            source="deviation in percent of the value",
+            meaning=f"the {' and '.join(of.outputs)} show{'s' * (len(of.outputs) == 1)} no "
+            f"parameter to {most:g} % of it: the numbers are where the search ended, no more",
+        )
+
+
+def _searched(of: Judged) -> NDArray[np.bool_]:
+    """Parameters of the model, the law and the drive that were searched and are at no bound."""
+    return np.asarray((of.deviations > 0) & ~of.basis.of_start)
 
 
 def _rows(of: Judged) -> Iterator[Check]:

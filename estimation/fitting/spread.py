@@ -24,7 +24,7 @@ from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError, beyond_shown
-from axisid.estimation.thresholds.fitting import FEWEST_TWINS
+from axisid.estimation.thresholds.fitting import FEWEST_TWINS, MIN_SHOWN
 from axisid.estimation.told_by_outputs import (
     Colour,
     Scattering,
@@ -38,6 +38,7 @@ from axisid.support.arrays import Array
 from .search import Found, Weighing
 from .unknowns import Unknowns
 
+_NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
 _TWINS = 48  # a deviation is known to 10 % then
 
 
@@ -82,11 +83,16 @@ class Scores:
 
     @cached_property
     def inverse(self) -> Array:
-        """Of the curvature of the cost, (k, k), from a triangle of columns of one size."""
+        """Of the curvature of the cost, (k, k), from a triangle of columns of one size.
+
+        What changes nothing is left out, whose variances are told as infinite: the rounding in it
+        would else be in those of every other parameter.
+        """
         rows = np.vstack([np.sqrt(self.curvature)[:, None] * self.jacobian, self.known])
         size = np.linalg.norm(rows, axis=0)
         size = np.where(size > 0, size, 1.0)
-        factor = np.linalg.pinv(np.linalg.qr(rows / size, mode="r")) / size[:, None]
+        triangle = np.linalg.qr(rows / size, mode="r")
+        factor = np.linalg.pinv(triangle, rcond=_NOTHING) / size[:, None]
         return np.asarray(factor @ factor.T)
 
     @cached_property

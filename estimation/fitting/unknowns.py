@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -57,6 +57,11 @@ class Unknowns:
     def has_prior(self) -> NDArray[np.bool_]:
         """Of which something was known before, and is weighed."""
         return np.isfinite(self.prior_sd) & self.free
+
+    @property
+    def without_prior(self) -> "Unknowns":
+        """The same as if nothing had been known before."""
+        return replace(self, prior_sd=np.full_like(self.prior_sd, np.inf))
 
     @property
     def known_rows(self) -> Array:

@@ -20,6 +20,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.fitting.search import Found, Search
 from axisid.support.arrays import Array
@@ -253,6 +254,43 @@ def test_what_was_known_is_weighed_against_coloured_errors(
     share = alone.deviation**2 / (alone.deviation**2 + sd**2)
     assert both.value == pytest.approx(alone.value + share * (95.0 - alone.value), abs=0.005)
     assert both.deviation == pytest.approx(sd * np.sqrt(share), rel=0.02)
+
+
+@pytest.mark.parametrize("mean", [95.0, 100.2])
+def test_what_was_known_counts_beside_what_the_record_leaves_without_it(
+    emps2015: GeneratedAxis, twin: Record, found: OutputFit, mean: float
+) -> None:
+    """One that contradicts the record by 50 deviations has the weight that its own have."""
+    alone, sd = found["M"], 0.1
+    share = alone.deviation**2 / (alone.deviation**2 + sd**2)
+    result = fit(emps2015, twin, prior={"M": (mean, sd)})
+    both = alone.value + share * (mean - alone.value)
+    assert result["M"].value == pytest.approx(both, abs=0.2 * alone.deviation)
+    assert result.basis.alone["M"] == pytest.approx((alone.value, alone.deviation), rel=1e-5)
+    (check,) = [c for c in result.checks if c.name == "what was known"]
+    assert f"{mean:g} +- 0.1, and what the record alone says, {alone.value:.6g}" in check.meaning
+    if mean == 95.0:
+        assert "they contradict each other" in check.meaning
+        assert conclusion(result.checks).startswith("Do not believe these numbers")
+    else:
+        assert result.believed
+
+
+@pytest.mark.slow
+def test_what_was_known_of_what_no_output_shows_is_weighed_as_it_was(twin: Record) -> None:
+    result = fit(with_bump(0.5), twin, prior={"Fb": (1.0, 0.1)})
+    assert result.basis.alone == {}
+    assert result["Fb"].value == pytest.approx(1.0, abs=0.05)
+    assert _status(result)["what was known"] == "pass"
+
+
+@pytest.mark.slow
+def test_a_fit_that_shows_no_parameter_is_not_believed(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, seed=3).windowed((None, 2.0))
+    result = fit(emps2015, record, "position", free=("kp", "kv"))
+    assert _status(result)["parameters shown"] == "fail"
+    assert _status(result)["any parameter shown"] == "fail"
+    assert conclusion(result.checks).startswith("Do not believe these numbers")
 
 
 def test_twins_do_not_make_what_was_known_surer(emps2015: GeneratedAxis, twin: Record) -> None:
