@@ -1,6 +1,7 @@
 """Columns by name: NumPy archives, Parquet files, and the dataframes and arrays of a script."""
 
 import io
+import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -10,7 +11,14 @@ from typing import IO, Any
 
 import numpy as np
 
-from axisid.estimation.tables import Table, TableBuilder, library, one_line, split_labels
+from axisid.estimation.tables import (
+    UNITS_ENTRY,
+    Table,
+    TableBuilder,
+    library,
+    one_line,
+    split_labels,
+)
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files.memory import Room
 
@@ -28,6 +36,8 @@ _BATCH = 65_536  # rows that are unfolded before they are counted
 def read_npz(file: Path, content: bytes, room: Room) -> Table:
     """Read a NumPy archive: vectors, columns of matrices (``data.1``), fields of records.
 
+    Units are those of an entry ``axisid.units``, JSON by name, if there is one.
+
     Raises
     ------
     DataError
@@ -42,11 +52,12 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         )
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            units = _units(archive)
             for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
                 room.take(entry.file_size)
                 with archive.zip.open(entry) as stream:
                     room.check(_DOUBLE * _numbers(stream))
-                _add_entry(found, name, archive)
+                _add_entry(found, name, archive, units)
     except AxisidError:
         raise
     except Exception as error:
@@ -70,7 +81,17 @@ def _numbers(stream: IO[bytes]) -> int:
     return math.prod(shape) if dtype.kind in "fiub" else 0
 
 
-def _add_entry(found: TableBuilder, name: str, archive: Any) -> None:
+def _units(archive: Any) -> Mapping[str, str]:
+    """Units by name, where the archive has them as JSON, as those that axisid writes."""
+    try:
+        told = json.loads(str(archive[UNITS_ENTRY])) if UNITS_ENTRY in archive.files else {}
+    except ValueError:
+        return {}
+    pairs = told.items() if isinstance(told, dict) else ()
+    return {name: unit for name, unit in pairs if isinstance(unit, str)}
+
+
+def _add_entry(found: TableBuilder, name: str, archive: Any, units: Mapping[str, str]) -> None:
     """An array, or the fields of records; objects are left alone, since they could run code."""
     try:
         array = archive[name]
@@ -80,7 +101,7 @@ def _add_entry(found: TableBuilder, name: str, archive: Any) -> None:
         found.passed_over[name] = "Python objects, which could run code"
         return
     if array.dtype.names is None:
-        found.add_array(name, array)
+        found.add_array(name, array, unit=units.get(name, ""))
     for inner in array.dtype.names or ():
         found.add_array(f"{name}.{inner}", array[inner])
 

@@ -4,14 +4,17 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import accumulate, pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from axisid.codegen.artefacts import GeneratedAxis, as_declared, replace_file
+from axisid.estimation.records.columns import log_content
 from axisid.estimation.records.times import open_end
 from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds.records import MIN_RECORD_SAMPLES
-from axisid.modeling.declaration import ROLES
+from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
 from axisid.support.errors import DataError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
@@ -33,6 +36,8 @@ from .repairs import Span
 from .shifts import checked_shifts, shifted
 from .windows import Window, checked_windows, samples_within, window_repair, windows_text
 
+#: What a file that a record was written to says it is.
+MARK = "axisid.record/1"
 _PLACE = "row"  # of a sample, beside the columns while some are moved
 
 
@@ -282,6 +287,48 @@ class Record(Presentable, Exact):
             masked=runs(hidden),
             provenance=self._repaired(*said[: len(wanted)]),
         )
+
+    def write(self, file: str | Path, axis: Axis | GeneratedAxis) -> Path:
+        """Write the record as a log that `read_record` reads back as it is.
+
+        Columns have the names and units that the axis declares, or their roles and SI. What the
+        axis does not name by itself, a velocity or an injected signal, is named as it is read:
+        ``columns={"velocity": "velocity"}``. Segments are gaps in the time, for
+        ``Repairs(gaps="split")``; what is masked is written like the rest.
+
+        Parameters
+        ----------
+        file : str or Path
+            Ends in ``.csv``, ``.parquet`` (needs pyarrow) or ``.npz``; written whole or not at all.
+        axis : Axis or GeneratedAxis
+            Whose columns and units.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        UsageError
+            The ending is another one, or the file cannot be written.
+        ModelError
+            The axis names a column in a way that no log with heads can have.
+        DataError
+            pyarrow is not installed.
+        """
+        path, declared = Path(file), as_declared(axis)
+        if declared is None:
+            raise UsageError(
+                f"the axis is {quoted(axis)}; give the one whose record it is, as load_axis or "
+                "build gives it.",
+                code="write-axis",
+            )
+        content = log_content(self.channels(), declared, MARK, self._name(), path)
+        try:
+            replace_file(path, content)
+        except OSError as error:
+            raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
+        return path
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
         """These samples of it, as segments."""

@@ -20,6 +20,7 @@ from .table import one_line as one_line
 from .table_builder import TableBuilder as TableBuilder
 from .unit_labels import COUNTS as COUNTS
 from .unit_labels import LABEL_WITH_UNIT as LABEL_WITH_UNIT
+from .unit_labels import UNITS_ENTRY as UNITS_ENTRY
 from .unit_labels import exact_unit as exact_unit
 from .unit_labels import is_unit as is_unit
 from .unit_labels import label_unit as label_unit

@@ -71,7 +71,7 @@ class TableBuilder:
         column = loaded_column(numbers, unit=unit, label=label, clock=clock, note=note)
         self.columns[name] = replace(column, number=number)
 
-    def add_array(self, name: str, values: object) -> None:
+    def add_array(self, name: str, values: object, unit: str = "") -> None:
         """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.
 
         Of a matrix that is wider than long, as Simulink's `To File` writes it, the rows are taken.
@@ -80,7 +80,7 @@ class TableBuilder:
         if array.size < _FEWEST or (array.ndim > 2 and array.size > max(array.shape)):
             self.passed_over[name] = _content(array)
         elif array.size == max(array.shape):
-            self.add(name, array.ravel())
+            self.add(name, array.ravel(), unit=unit)
         elif array.shape[1] <= array.shape[0]:
             for k, column in enumerate(array.T, 1):
                 self.add(f"{name}.{k}", column)

@@ -16,6 +16,9 @@ from axisid.support.errors import ModelError
 
 from .table import numbered
 
+#: Of an archive of NumPy's arrays: units by name, as JSON.
+UNITS_ENTRY = "axisid.units"
+
 _TURN = 2 * math.pi
 _DEGREE = math.pi / 180
 _LARGEST_POWER = 10**12  # of ten, below a factor that is a decimal number

@@ -9,3 +9,4 @@ from .roles import RoleColumns as RoleColumns
 from .scaling import is_scaling as is_scaling
 from .units import expected_units as expected_units
 from .units import modulus_si as modulus_si
+from .written import log_content as log_content

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import replace_file
-from axisid.estimation.tables import parquet_bytes, split_labels
+from axisid.estimation.tables import UNITS_ENTRY, parquet_bytes, split_labels
 from axisid.presentation.schema import schema_of
 from axisid.support.errors import UsageError
 from axisid.support.user_values import quoted
@@ -22,8 +22,6 @@ from .row import FleetRow
 Cell = str | float | None
 Columns = dict[str, list[Cell]]
 Units = Mapping[str, str]
-#: What the units of an archive of NumPy's arrays are called, as JSON.
-UNITS = "axisid.units"
 #: Its names where it is given none.
 TABLES = ("fleet.parquet", "fleet.csv")
 
@@ -144,7 +142,7 @@ def _npz(columns: Columns, units: Units, _: Path) -> bytes:
         else np.array(cells, dtype=np.float64)
         for name, cells in columns.items()
     }
-    arrays[UNITS] = np.array(json.dumps(units))
+    arrays[UNITS_ENTRY] = np.array(json.dumps(units))
     np.savez_compressed(buffer, **arrays)
     return buffer.getvalue()
 

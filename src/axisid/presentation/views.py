@@ -2,8 +2,10 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import singledispatch
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from axisid.codegen.artefacts import replace_file
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
@@ -80,6 +82,7 @@ from axisid.presentation.text import (
 )
 from axisid.presentation.text.fits import output_fit_document
 from axisid.support.errors import UsageError
+from axisid.support.files.json_text import json_text
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Wording, as_arguments
@@ -190,6 +193,21 @@ as_document.register(SavedIdentification, lambda saved: plain(saved.document))
 as_document.register(SavedEstimate, lambda saved: plain(saved.document))
 as_document.register(SavedOutputFit, saved_fit_dict)
 as_document.register(SavedMonteCarlo, saved_study_dict)
+
+
+def saved_as(result: Presentable, file: object, **how: Any) -> Path:
+    """The file that a result was written to as JSON."""
+    path = Path(file) if isinstance(file, (str, Path)) else None
+    if path is None or path.suffix != ".json":
+        raise UsageError(
+            f"the result cannot be saved to {quoted(file)}; give a name that ends in .json.",
+            code="save-ending",
+        )
+    try:
+        replace_file(path, json_text(result.to_dict(**how)))
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
+    return path
 
 
 def figure_of(

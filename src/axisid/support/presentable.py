@@ -4,6 +4,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from matplotlib.figure import Figure
 
 
@@ -25,6 +27,26 @@ class Presentable:
     def to_dict(self) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists."""
         return dict(view_of("as_document", self))
+
+    def save(self, file: "str | Path", **how: Any) -> "Path":
+        """Write `to_dict` as JSON, whole or not at all.
+
+        Of an identification, a fit and a study `load_result` reads it back.
+
+        Parameters
+        ----------
+        file : str or Path
+            Ends in ``.json``.
+        **how
+            As `to_dict` takes it: ``draws=2000`` of an identification.
+
+        Raises
+        ------
+        UsageError
+            The ending is another one, or the file cannot be written.
+        """
+        path: Path = view_of("saved_as", self, file, **how)
+        return path
 
     def plot(self, what: str = "", **how: Any) -> "Figure":
         """Draw one of the result's figures.
@@ -67,6 +89,6 @@ class Presentable:
         return str(view_of("as_html", self))
 
 
-def view_of(view: str, result: object, *what: str, **how: Any) -> Any:
+def view_of(view: str, result: object, *what: Any, **how: Any) -> Any:
     """A view of a result, by the view's name in `axisid.presentation.views`."""
     return getattr(import_module("axisid.presentation.views"), view)(result, *what, **how)

@@ -11,7 +11,7 @@ from axisid.support.errors import UsageError
 from axisid.support.files.new_folder import kept_if_filled
 from axisid.support.progress import Progress, with_progress
 
-from .log_file import LOG_FORMATS, log_content
+from .log_file import ENDINGS, twin_content
 from .machines import TwinMachines
 
 #: In the folder of the logs; what `fleet` takes.
@@ -37,7 +37,7 @@ def write_twin(machines: TwinMachines, file: str | Path) -> Path:
     """
     path = Path(file)
     _check_ending(path.suffix, str(path))
-    content = log_content(machines.record(0, 0), machines.axis.declared, path)
+    content = twin_content(machines.record(0, 0), machines.axis.declared, path)
     try:
         replace_file(path, content)
     except OSError as error:
@@ -101,9 +101,9 @@ def twin_files(machines: TwinMachines, ending: str) -> dict[str, str]:
 
 
 def _check_ending(ending: str, given: str) -> None:
-    if ending not in LOG_FORMATS:
+    if ending not in ENDINGS:
         raise UsageError(
-            f"{given}: a twin's log is written to {' or '.join(LOG_FORMATS)}; give a name with "
+            f"{given}: a twin's log is written to {' or '.join(ENDINGS)}; give a name with "
             "that ending.",
             code="twin-ending",
         )
@@ -121,7 +121,7 @@ def _logs(
     places = {_name(machines, ending, *at): at for at in machines.each()}
     for name in with_progress(places, progress, lambda name: f"simulating {name}"):
         record = machines.record(*places[name])
-        replace_file(folder / name, log_content(record, machines.axis.declared, folder / name))
+        replace_file(folder / name, twin_content(record, machines.axis.declared, folder / name))
     return places
 
 

@@ -1,0 +1,35 @@
+"""What results are saved to, and read back from."""
+
+from pathlib import Path
+
+import pytest
+
+from axisid import Identification, fit, identify, load_result, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from tests.refusals import refuses
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis) -> Identification:
+    return identify(emps2015, twin_record(emps2015), methods=["idm-ls"])
+
+
+def test_what_is_saved_is_loaded_and_saved_again_the_same(
+    result: Identification, tmp_path: Path
+) -> None:
+    file = result.save(tmp_path / "result.json")
+    read = load_result(file)
+    assert read.to_dict() == result.to_dict()
+    assert read.save(tmp_path / "again.json").read_bytes() == file.read_bytes()
+
+
+def test_a_fit_is_saved_and_loaded(emps2015: GeneratedAxis, tmp_path: Path) -> None:
+    fitted = fit(emps2015, twin_record(emps2015))
+    assert load_result(fitted.save(str(tmp_path / "fit.json"))).to_dict() == fitted.to_dict()
+
+
+@pytest.mark.parametrize("name", ["result.txt", "result", 3, None])
+def test_other_names_are_refused(result: Identification, name: object, tmp_path: Path) -> None:
+    with refuses("save-ending", says="give a name that ends in .json"):
+        result.save(tmp_path / name if isinstance(name, str) else name)  # type: ignore[arg-type]
+    assert not [*tmp_path.iterdir()]
