@@ -72,9 +72,9 @@ class _ByOutputError(Iteration):
         if step.size <= CONVERGED.value:
             return self._within(step.goal)
         error = self._iterates[-1].simulation_error_percent
-        goal = step.goal
+        goal = step.further
         if error >= MAX_SIMULATION_ERROR.value:
-            goal = self._near(physical, goal)
+            goal = self._near(physical, step.goal)
         for _ in range(_HALVINGS):
             wanted = self._within(physical + share * (goal - physical))
             with suppress(EstimationError):

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,10 +45,14 @@ _MOST = 20
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step: from where, to which estimate, by how many deviations, and by which loop's rows."""
+    """A step: from where, to which estimate, by how many deviations, and by which loop's rows.
+
+    `further` is where the next ones would lead to, if they fall as the last did.
+    """
 
     start: Array
     goal: Array
+    further: Array
     size: float
     solution: Solution
     simulated: QrFactors
@@ -172,7 +176,7 @@ class Steps(ABC):
         if nearest is None or nearest.size > NEARLY_CONVERGED.value:
             raise self._moving(physical)
         with self._naming():
-            end = self._next(nearest, nearest.start, 1.0)
+            end = self._next(replace(nearest, further=nearest.goal), nearest.start, 1.0)
             reached = self._at(end)
             self.jumps = True
             return self._ended(nearest, reached, (_jumping(nearest.size),))
@@ -221,8 +225,8 @@ class Steps(ABC):
         goal, jacobian = self._form.physical(solution.theta)
         deviation = np.sqrt(np.diag(delta_method(self._covariance(solution), jacobian)))
         # Of the whole step: part of one may be small far from the solution.
-        size = self._pace.step(at.physical, goal, deviation)
-        return Step(at.physical, goal, size, solution, simulated, at.intercept)
+        size, further = self._pace.step(at.physical, goal, deviation)
+        return Step(at.physical, goal, further, size, solution, simulated, at.intercept)
 
     def _covariance(self, solution: Solution) -> Array:
         """Of a step's goal, in the regression's own parameters, (k, k)."""

@@ -26,6 +26,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
+from axisid.estimation.methods.pace import Pace
 from axisid.presentation.plots import sweep_plot
 from axisid.presentation.plots.estimate import convergence_plot, force_plot
 from axisid.presentation.plots.plot import Plot
@@ -69,6 +70,18 @@ def test_emps_lands_on_the_instruments_without_the_filters_bias(
     assert np.all(np.abs(didim.physical - iv.corrected) < 0.2 * deviations)
     assert np.any(np.abs(didim.physical - iv.physical) > 0.9 * deviations)
     assert checks_of(result)["second opinion"] == "pass"
+
+
+def test_an_iteration_that_falls_steadily_is_ended_by_its_rate(
+    emps: GeneratedAxis, emps_record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each step is a tenth of the one before: with a loop less the estimate is the same."""
+    quick = identify(emps, emps_record, methods="didim")["didim"]
+    monkeypatch.setattr(Pace, "_beyond", lambda _, goal, __: goal)
+    plain = identify(emps, emps_record, methods="didim")["didim"]
+    assert len(quick.iterates) == len(plain.iterates) - 1 == 4
+    deviations = np.sqrt(np.diag(plain.covariance))
+    assert np.all(np.abs(quick.physical - plain.physical) < 1e-3 * deviations)
 
 
 @pytest.mark.parametrize("mass", [5.0, 100.0, 400.0, 1000.0])
