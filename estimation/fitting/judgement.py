@@ -214,6 +214,9 @@ def _lacking(of: Judged) -> Check:
     # What the model lacks moves the gains that are found with it.
     moved_gains = isinstance(of.law, LawCheck) and of.law.found_apart
     wrong_law = _law(of).status == "fail" and not moved_gains
+    most = MIN_DISTANCE_FROM_NOISE.value
+    refuted = [name for name, beyond in of.basis.beyond.items() if beyond > most]
+    bent = bool(refuted) and not wrong_law
     if there:
         told = {lack.subject: lack for lack in reversed(there)}  # of two shapes the stronger
         listed = "; ".join(
@@ -223,11 +226,14 @@ def _lacking(of: Judged) -> Check:
         )
         said = f"what is left asks for more than the model has: {listed}"
         said += ". The law is not the record's, which asks for such forces too" * wrong_law
+        said += bent * (
+            f". The bound of {' and '.join(refuted)} leaves such forces too: mend that first"
+        )
     else:
         said = "what is left goes with no force of the motion that was looked for"
     return Check(
         name=name,
-        status=passed(not there, matters=not wrong_law),
+        status=passed(not there, matters=not (wrong_law or bent)),
         figure=of.lacks[0].chance if of.lacks else None,
         threshold=level,
         p_value=of.lacks[0].chance if of.lacks else None,

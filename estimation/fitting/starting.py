@@ -122,7 +122,8 @@ def with_free(
     if law is not None and law.gains and (others := [n for n in names if n not in law.gains]):
         raise UsageError(
             f"there is no gain {quoted(others[0])} to be free; control law {law.name!r} has "
-            f"{', '.join(law.gains)}.",
+            f"{', '.join(law.gains)}. Beside gains there are lag, delay, {START}, "
+            f"{' and '.join(STARTS)}.",
             code="free-name",
         )
     return replace(whose, form=FormByGains.of(whose.form, whose.axes, names))

@@ -145,6 +145,16 @@ class GainsBeside:
         """The same in percent of the control."""
         return relative_error_percent(self.left(point), self.compared(self.along.control))
 
+    def flipped_percent(self, most: float) -> float | None:
+        """What the law leaves of the control of the other sign, percent; None for more than most.
+
+        What the log rounds is open besides.
+        """
+        along = replace(self.along, control=-self.along.control)
+        other = replace(self, along=along, point=along.fitted(along.declared, self.compared, ()))
+        left = other.percent(other.point)
+        return left if left < max(most, MIN_DISTANCE_FROM_NOISE.value * self.open_percent) else None
+
     def off(self, point: LawPoint) -> dict[str, float]:
         """How many times each gain is what the law has, for those that are clearly off."""
         return {name: times for name, (times, clear) in self.times(point).items() if clear}

@@ -44,6 +44,7 @@ from .sentences import (
     CONSTANT,
     INJECTED,
     large_fault,
+    off_text,
     remedy_by_test_signal,
     remedy_by_time,
     repair_of,
@@ -317,10 +318,18 @@ def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
         zero = told_zero(axis, law, record, of.settle) if CONSTANT in lean else ""
         fault = small_fault(law, {}, lean, {}, of.unit, zero)
         return replace(check, meaning=fault)
+    flipped = beside.flipped_percent(MAX_LAW_RESIDUAL.value)
+    if flipped is not None:
+        said = (
+            f"the recorded control is not the declared law's ({off_text(declared)}): its sign is "
+            f"opposite to the law's, with which it would be {off_text(flipped)}; check the sign of "
+            "the control or of the positions"
+        )
+        return replace(check, factors={}, meaning=said)
     large = declared >= MAX_LAW_RESIDUAL.value
     fault, change = said_of_gains(
         beside,
-        f"the recorded control is not the declared law's ({declared:.3g} % off): "
+        f"the recorded control is not the declared law's ({off_text(declared)}): "
         if large
         else "the recorded control is the declared law's but for its gains: ",
     )
@@ -354,7 +363,7 @@ def _reproduced(declared: float, left_open: float) -> str:
 def _but(declared: float, repair: Note) -> str:
     """What is said where something mends it."""
     return (
-        f"the recorded control is not the declared law's ({declared:.3g} % off), but {repair.text}"
+        f"the recorded control is not the declared law's ({off_text(declared)}), but {repair.text}"
     )
 
 

@@ -40,6 +40,11 @@ _UNITS = {
 }
 
 
+def off_text(percent: float) -> str:
+    """How far a control is from the law's, and of what that is a share."""
+    return f"off by {percent:.3g} % of the control"
+
+
 def remedy_by_test_signal(
     record: Record, fitted: float | None, shift: int, constant: float | None
 ) -> Remedy | None:
@@ -146,7 +151,7 @@ def large_fault(
 ) -> str:
     """Which fault the figures look like, and what to do."""
     listed = "".join(f", {name} x {value:.4g}" for name, value in factors.items())
-    start = f"the recorded control is not the declared law's ({residual:.3g} % off{listed}): "
+    start = f"the recorded control is not the declared law's ({off_text(residual)}{listed}): "
     if shift:
         return f"the recorded control is not in time with the declared law: {_clock(shift, delay)}"
     if constant is not None:
@@ -237,7 +242,7 @@ def repair_of(
     if not best or offs[best] >= good:
         return None
     return Note(
-        f"it is that of the law {best} with the same gains ({offs[best]:.2g} % off), which forms "
+        f"it is that of the law {best} with the same gains ({off_text(offs[best])}), which forms "
         "the velocity in another way: declare that"
     )
 

@@ -230,6 +230,16 @@ def test_bounds_hold_and_are_named(emps2015: GeneratedAxis, twin: Record) -> Non
     assert not result.believed
 
 
+def test_what_a_refuted_bound_leaves_is_no_term_that_the_model_lacks(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = fit(emps2015, twin, bounds={"Fv": (None, 200.0)})
+    status = _status(result)
+    assert (status["bounds"], status["missing terms"]) == ("fail", "note")
+    (check,) = [c for c in result.checks if c.name == "missing terms"]
+    assert check.meaning.endswith("The bound of Fv leaves such forces too: mend that first")
+
+
 @pytest.mark.slow
 def test_a_bound_by_which_chance_takes_it_is_noted_what_was_known_counted(
     emps2015: GeneratedAxis, twin: Record
@@ -667,6 +677,8 @@ def test_what_cannot_be_free_is_refused(emps: GeneratedAxis, twin: Record) -> No
         fit(emps, twin, "open-loop", free="kp")
     with refuses("free-name", says="kp, kv"):
         fit(emps, twin, free="ki")
+    with refuses("free-name", says="start_position, start_velocity"):
+        fit(emps, twin, free="velocity")
     with refuses("known-and-free"):
         fit(emps, [twin, twin], free="kp", known={"kp": [160.0, 161.0]})
     with refuses("known-and-free"):

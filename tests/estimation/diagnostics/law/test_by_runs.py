@@ -139,3 +139,14 @@ def test_a_control_that_is_logged_late_is_named() -> None:
     assert isinstance(check, LawCheck)
     assert not check.passed
     assert "1 sample" in check.meaning
+
+
+def test_a_flipped_control_is_said_to_have_the_other_sign() -> None:
+    record = _record(P_PI)
+    assert record.control is not None
+    check = check_law(_axis(P_PI), replace(record, control=-record.control))
+    assert isinstance(check, LawCheck)
+    assert not check.passed
+    assert "its sign is opposite to the law's" in check.meaning
+    assert "% of the control" in check.meaning
+    assert "no change of its gains" not in check.meaning

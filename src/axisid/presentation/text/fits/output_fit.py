@@ -122,9 +122,10 @@ def _compared(fit: OutputFit) -> str:
 
 
 def _steps(fit: OutputFit) -> str:
-    step = fit.step
-    unit = fit.axis.axis.coordinate.unit
-    return f"; with what the encoder's steps of {step:.3g} {unit} add to them" if step else ""
+    if not fit.step:
+        return ""
+    size = f"{fit.step:.3g} {fit.axis.axis.coordinate.unit}"
+    return f"; with what the steps of {size} of the recorded position add, taken for an encoder's"
 
 
 def _notes(fit: OutputFit, wording: Wording) -> Iterator[str]:
