@@ -179,7 +179,7 @@ def iterated(
         put_lanes(end.instruments, going, Z)
         end.power[going] = found.power
         for i, lane in enumerate(going):
-            size[lane] = end.paces[lane].step(physical[lane], found.theta[i], deviations[i])
+            size[lane], _ = end.paces[lane].step(physical[lane], found.theta[i], deviations[i])
             found.sound[i] &= end.paces[lane].share == 1.0
         physical[going] = found.theta
         active[going[~found.sound]] = False
