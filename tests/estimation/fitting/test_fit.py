@@ -677,7 +677,7 @@ def test_what_cannot_be_free_is_refused(emps: GeneratedAxis, twin: Record) -> No
         fit(emps, twin, "open-loop", free="kp")
     with refuses("free-name", says="kp, kv"):
         fit(emps, twin, free="ki")
-    with refuses("free-name", says="start_position, start_velocity"):
+    with refuses("free-name", says="start_position and start_velocity"):
         fit(emps, twin, free="velocity")
     with refuses("known-and-free"):
         fit(emps, [twin, twin], free="kp", known={"kp": [160.0, 161.0]})
