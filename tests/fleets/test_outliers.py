@@ -103,3 +103,43 @@ def test_of_few_logs_nothing_is_usual() -> None:
     assert isinstance(group.usual, Missing)
     assert "8 logs are too few to tell which stand out; 15 do" in group.usual.reason
     assert group.outliers == ()
+
+
+def repeated(machines: int, logs: int, seed: int, apart: Array | None = None) -> list[FleetRow]:
+    """Several logs of each machine."""
+    rng = np.random.default_rng(seed)
+    return [
+        replace(
+            row_of(f"{row.name}-{day}", rng.multivariate_normal(_values(row), WITHIN)), serial=s
+        )
+        for s, row in ((row.name, row) for row in rows_of(machines, seed, apart))
+        for day in range(logs)
+    ]
+
+
+def test_logs_of_few_machines_tell_nothing_of_how_machines_scatter() -> None:
+    (group,) = groups_of(repeated(3, 12, 1))
+    assert isinstance(group.usual, Missing)
+    assert "36 logs of 3 machines are too few" in group.usual.reason
+    assert group.outliers == ()
+
+
+def test_machines_with_several_logs_each_stand_out_no_more_often_than_the_level_says() -> None:
+    runs = 40
+    found = sum(bool(groups_of(repeated(20, 4, seed))[0].outliers) for seed in range(runs))
+    assert found <= binom.ppf(0.999, runs, FLEET_LEVEL.value)
+
+
+def test_a_machine_that_differs_is_named_by_all_its_logs() -> None:
+    rows = repeated(30, 2, 5, np.array([0.0, 0.0, 12.0]))
+    found = Fleet(folder="", rows=tuple(rows))
+    assert [each.name for each in found.outliers[:2]] == ["axis0-0", "axis0-1"]
+    assert found.outliers[0].parameter == "Fc"
+    assert "stage, 60 logs of 30 machines" in found.summary()
+    assert "sd between machines" in found.summary()
+
+
+def test_logs_of_one_machine_are_held_against_one_another() -> None:
+    rows = [replace(row, serial="17") for row in rows_of(60, 2, np.array([0.0, 0.0, 12.0]))]
+    (group,) = groups_of(rows)
+    assert (group.machines, group.outliers[0].name) == (60, "axis0")

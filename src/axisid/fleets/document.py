@@ -83,11 +83,13 @@ def _values(group: AxisGroup) -> Table:
         between = "" if usual is None else f"{np.sqrt(usual.between[i, i]):.3g}"
         middle = np.median(values[:, i]) if usual is None else usual.centre[i]
         rows.append((name, unit, f"{middle:.6g}", between, f"{np.median(own[:, i]):.3g}"))
-    heads = ("parameter", "unit", "centre", "sd between logs", "sd of an estimate")
+    of = "logs" if group.machines == len(group.rows) else "machines"
+    heads = ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate")
     return Table(
         columns=text_columns(heads),
         rows=tuple(rows),
-        title=f"{group.axis}, {_logs(len(group.rows))}",
+        title=f"{group.axis}, {_logs(len(group.rows))}"
+        + (f" of {group.machines} machines" if of == "machines" else ""),
     )
 
 

@@ -50,6 +50,8 @@ class AxisGroup:
     names, units : tuple of str
         Of the parameters.
     rows : tuple of FleetRow
+    machines : int
+        That are held against one another: each log its own, unless serial numbers say otherwise.
     usual : Usual or Missing
     outliers : tuple of Outlier
         The furthest first.
@@ -59,6 +61,7 @@ class AxisGroup:
     names: tuple[str, ...]
     units: tuple[str, ...]
     rows: tuple[FleetRow, ...]
+    machines: int
     usual: Usual | Missing
     outliers: tuple[Outlier, ...]
 
@@ -73,34 +76,59 @@ def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
 
 
 def _group(axis: str, names: tuple[str, ...], rows: Sequence[FleetRow]) -> AxisGroup:
-    usual, outliers = _judged(names, rows)
+    machines = _machines(rows)
+    usual, outliers = _judged(names, machines)
     return AxisGroup(
         axis=axis,
         names=names,
         units=tuple(value.unit for value in rows[0].parameters.values()),
         rows=tuple(rows),
+        machines=len(machines),
         usual=usual,
         outliers=outliers,
     )
 
 
+def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
+    """The logs of each machine, where serial numbers tell several; else each log by itself.
+
+    Logs of one machine have its scatter from the others in common: taken as machines of their own
+    they would make the others stand out. Those of one machine alone are held against one another.
+    """
+    found: dict[str, list[FleetRow]] = {}
+    for row in rows:
+        found.setdefault(row.serial, []).append(row)
+    return [*found.values()] if len(found) > 1 and "" not in found else [[row] for row in rows]
+
+
 def _judged(
-    names: Sequence[str], rows: Sequence[FleetRow]
+    names: Sequence[str], machines: Sequence[Sequence[FleetRow]]
 ) -> tuple[Usual | Missing, tuple[Outlier, ...]]:
-    values = np.array([[value.value for value in row.parameters.values()] for row in rows])
+    values = np.array([np.mean([_values(row) for row in each], axis=0) for each in machines])
     least = int(MIN_LOGS_PER_PARAMETER.value) * max(len(names), 1)
-    if len(rows) < least:
-        count = "1 log is" if len(rows) == 1 else f"{len(rows)} logs are"
+    if len(machines) < least:
+        logs = sum(map(len, machines))
+        count = "1 log is" if logs == 1 else f"{logs} logs are"
+        if logs > len(machines):
+            count = f"{logs} logs of {len(machines)} machines are"
         each = int(MIN_LOGS_PER_PARAMETER.value)
         few = f"{count} too few to tell which stand out; {least} do, {each} for each parameter"
         return Missing(few), ()
     if not _is_spread(values):
         return Missing("the values of the logs lie in fewer dimensions than parameters"), ()
-    covariances = np.array([row.covariance for row in rows])
+    covariances = np.array(
+        [np.mean([row.covariance for row in each], axis=0) / len(each) for each in machines]
+    )
     found = alike_points(values, covariances, FLEET_LEVEL.value)
     return found.usual, tuple(
-        _outlier(names, rows[i], values[i], covariances[i], found, i) for i in found.far
+        _outlier(names, row, values[i], covariances[i], found, i)
+        for i in found.far
+        for row in machines[i]
     )
+
+
+def _values(row: FleetRow) -> list[float]:
+    return [value.value for value in row.parameters.values()]
 
 
 def _is_spread(values: Array) -> bool:

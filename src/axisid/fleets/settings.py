@@ -12,7 +12,7 @@ from axisid.estimation.signals import Prefilter
 from axisid.fleets.items import FleetItem
 from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.text import load_axis
-from axisid.support.errors import UsageError
+from axisid.support.errors import DataError, UsageError
 from axisid.support.files.regular_file import read_regular
 from axisid.support.version import __version__
 
@@ -87,6 +87,11 @@ class Settings:
 
     def _built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
         axis = item.axis or self.axis
+        if not axis and not Path(item.log).exists():  # a mistyped name of a manifest, most often
+            raise DataError(
+                f"{item.log} cannot be read: there is no such file. Check the path.",
+                code="fleet-log-not-read",
+            )
         if not axis:
             raise UsageError(
                 f"{item.log} has no axis; name one for all (--axis, axis=), or one for it in a "
