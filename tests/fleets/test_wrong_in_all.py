@@ -18,7 +18,7 @@ from tests.refusals import refuses
     ("how", "code"),
     [
         ({"axis": "nosuch"}, "unknown-axis"),
-        ({"axis": None}, "no-axis-of-log"),
+        ({"axis": None}, "fleet-log-not-read"),  # there are no such files
         ({"fixed": {"K": 3.0}}, "fix-unknown"),
         ({"left_out": ["K"]}, "leave-out-unknown"),
         ({"methods": ["nosuch"]}, "unknown-method"),
@@ -32,6 +32,13 @@ def test_what_no_log_can_be_identified_with_is_refused_before_any_is_read(
 ) -> None:
     with refuses(code):
         fleet(["a.csv", "b.csv"], out=tmp_path / "out", jobs=0, **{"axis": AXIS, **how})
+    assert not (tmp_path / "out").exists()
+
+
+def test_logs_without_an_axis_are_refused_at_once(tmp_path: Path) -> None:
+    with refuses("no-axis-of-log", says="log.csv has no axis; name one for all"):
+        (tmp_path / "log.csv").write_text("time,position\n")
+        fleet(tmp_path / "log.csv", out=tmp_path / "out", jobs=0)
     assert not (tmp_path / "out").exists()
 
 
