@@ -1,6 +1,6 @@
 """The instruments' iteration of lanes; see `axisid.estimation.methods.instrumental`."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,29 +105,6 @@ def simulated_left(loops: Loops, physical: Array) -> Array:
     return fitted(loops.Z, physical) + loops.intercept
 
 
-@dataclass(slots=True)
-class _Ended:
-    """What lanes have that ended, filled in as they do."""
-
-    well: Chosen
-    follows: Chosen
-    theta: Array
-    residuals: Array
-    mixing: Array
-    power: Array
-    instruments: Array
-    iterations: NDArray[np.int64]
-    position: Array
-    control: Array
-    paces: list[Pace] = field(default_factory=list)
-
-    def fits(self, measured: LaneRows, excluded: Chosen | None, rows: Chosen | None) -> LaneFits:
-        """All lanes, with the rows that they were fitted to."""
-        own = {each.name: getattr(self, each.name) for each in fields(self)}
-        del own["paces"]
-        return LaneFits(measured=measured, excluded=excluded, rows=rows, **own)
-
-
 def iterated(
     block: Block,
     measured: LaneRows,
@@ -140,7 +117,10 @@ def iterated(
     """Iterate lanes from least squares (L, p), whose loops are known, until they stand still."""
     n, p, lanes = measured.regressor.shape
     samples = len(block.lanes.reference)
-    end = _Ended(
+    end = LaneFits(  # its arrays are filled in as lanes end
+        measured=measured,
+        excluded=excluded,
+        rows=rows,
         well=np.zeros(lanes, dtype=bool),
         follows=np.zeros(lanes, dtype=bool),
         theta=np.full((lanes, p), np.nan),
@@ -151,8 +131,8 @@ def iterated(
         iterations=np.zeros(lanes, dtype=np.int64),
         position=space("ended position", samples, lanes),
         control=space("ended control", samples, lanes),
-        paces=[Pace() for _ in range(lanes)],
     )
+    paces = [Pace() for _ in range(lanes)]
     counts = row_counts(rows, measured.left.shape)
     physical, size = physical.copy(), np.full(lanes, np.inf)
     active = active.copy()
@@ -163,7 +143,7 @@ def iterated(
         at = at[inside]
         done = size[at] <= CONVERGED.value
         if done.any():
-            _end(end, measured, loops, physical, at, inside, done, step - 1)
+            _end(end, loops, physical, at, inside, done, step - 1)
             active[at[done]] = False
         if not active.any() or step > _MOST:
             break
@@ -179,18 +159,17 @@ def iterated(
         put_lanes(end.instruments, going, Z)
         end.power[going] = found.power
         for i, lane in enumerate(going):
-            size[lane], _ = end.paces[lane].step(physical[lane], found.theta[i], deviations[i])
-            found.sound[i] &= end.paces[lane].share == 1.0
+            size[lane], _ = paces[lane].step(physical[lane], found.theta[i], deviations[i])
+            found.sound[i] &= paces[lane].share == 1.0
         physical[going] = found.theta
         active[going[~found.sound]] = False
         if active.any():
             loops = loops_of(block, physical, active, excluded, rows)
-    return end.fits(measured, excluded, rows)
+    return end
 
 
 def _end(
-    end: _Ended,
-    measured: LaneRows,
+    end: LaneFits,
     loops: Loops,
     physical: Array,
     at: NDArray[np.intp],
@@ -208,7 +187,7 @@ def _end(
         well=loops.well,
     )
     left = simulated_left(of, physical[lanes])
-    error = unexplained(of_lanes(measured.whole, lanes), left)
+    error = unexplained(of_lanes(end.measured.whole, lanes), left)
     end.well[lanes], end.iterations[lanes] = True, steps
     end.follows[lanes] = error < MAX_SIMULATION_ERROR.value
     put_lanes(end.position, lanes, of.position)

@@ -97,8 +97,10 @@ def identify(
         See each. A method that is asked for by name and does not suit axis or records raises; one
         that comes to nothing does where no other gives an estimate.
     """
+    if isinstance(axis, Axis):
+        check_has_rows(axis)  # before it is derived, which may take seconds
     generated = as_generated(axis)
-    check_has_rows(generated)
+    check_has_rows(generated.axis)
     records = records_of(record)
     check_choices(covariance, start, loss)
     requested = requested_methods(methods)

@@ -79,7 +79,7 @@ class Problem:
             self.data and own and all(d.axis is a for d, a in zip(self.data, axes, strict=True))
         ):
             raise UsageError("a problem takes one record or more of its own axis; bind them to it.")
-        check_has_rows(self.axis)
+        check_has_rows(self.axis.axis)
         apart = [data.row_period for data in self.data]
         if not is_same_period(min(apart), max(apart)):
             raise UsageError(

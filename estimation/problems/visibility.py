@@ -23,6 +23,7 @@ from axisid.estimation.thresholds.estimates import (
     MAX_TIMES_UNIT,
     MIN_DISTANCE_FROM_NOISE,
 )
+from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, ModelError, UsageError
@@ -115,7 +116,7 @@ def check_time_known(axis: GeneratedAxis) -> None:
         )
 
 
-def check_has_rows(axis: GeneratedAxis) -> None:
+def check_has_rows(axis: Axis) -> None:
     """Refuse an axis whose friction remembers: what it remembers is in no record.
 
     Raises
@@ -127,7 +128,7 @@ def check_has_rows(axis: GeneratedAxis) -> None:
         names = ", ".join(state.name for state in axis.states)
         one = len(axis.states) == 1
         raise ModelError(
-            f"the friction of axis {axis.axis.name!r} remembers: no record has its internal "
+            f"the friction of axis {axis.name!r} remembers: no record has its internal "
             f"{'state' if one else 'states'} {names}, so that least squares, instruments and DIDIM "
             "have no rows of measured signals; fit the simulated loop (fit).",
             code="states-no-rows",

@@ -222,7 +222,7 @@ def _solved(rows: LogRows, found: Factored) -> Solution:
 
 
 def _check_axis(axis: GeneratedAxis) -> None:
-    check_has_rows(axis)
+    check_has_rows(axis.axis)
     check_time_known(axis)
     check_identifiable(axis)
     if not axis.is_linear:

@@ -44,8 +44,8 @@ def spaces(name: str, count: int, *shape: int) -> tuple[Array, ...]:
 
 
 def of_lanes(values: NDArray[Scalar], chosen: NDArray[np.intp]) -> NDArray[Scalar]:
-    """Some lanes, by number, of values (..., L); all of them as they are."""
-    if len(chosen) == values.shape[-1]:
+    """Some lanes, by number, of values (..., L); all of them in their order as they are."""
+    if _are_all(chosen, values.shape[-1]):
         return values
     return np.ascontiguousarray(values[..., chosen])
 
@@ -57,7 +57,12 @@ def some_lanes(values: NDArray[Scalar] | None, chosen: NDArray[np.intp]) -> NDAr
 
 def put_lanes(values: Array, chosen: NDArray[np.intp], made: Array) -> None:
     """Put values of some lanes, (..., B), among those of all, (..., L)."""
-    if len(chosen) == values.shape[-1]:
+    if _are_all(chosen, values.shape[-1]):
         values[...] = made
     else:
         values[..., chosen] = made
+
+
+def _are_all(chosen: NDArray[np.intp], lanes: int) -> bool:
+    """Whether lanes by number are all there are, in their order."""
+    return len(chosen) == lanes and bool(np.all(chosen == np.arange(lanes)))

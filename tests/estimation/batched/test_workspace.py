@@ -2,6 +2,7 @@
 
 from threading import Thread
 
+import numpy as np
 import pytest
 
 from axisid.estimation.batched.rows import workspace
@@ -56,3 +57,17 @@ def test_what_is_kept_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
         assert kept() == 60
 
     in_a_thread_of_its_own(check)
+
+
+def test_chosen_lanes_come_in_the_order_they_are_chosen_in() -> None:
+    """Also as many as there are: repeated, or in another order."""
+    values = np.arange(12.0).reshape(4, 3)
+    for chosen in ([0, 1, 2], [2, 0, 1], [0, 0, 2], [1], [0, 1, 2, 0]):
+        lanes = np.array(chosen)
+        assert np.array_equal(workspace.of_lanes(values, lanes), values[:, chosen])
+        if len(set(chosen)) == len(chosen):
+            put = np.zeros((4, 3))
+            workspace.put_lanes(put, lanes, values[:, chosen])
+            assert np.array_equal(put[:, chosen], values[:, chosen])
+    assert workspace.of_lanes(values, np.arange(3)) is values
+    assert workspace.some_lanes(None, np.arange(3)) is None
