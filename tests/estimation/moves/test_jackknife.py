@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid import Identification, identify, twin_record
+from axisid import Identification, build, identify, leave_out, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.moves import model_bands
 from axisid.estimation.moves.jackknife import groupings
@@ -58,6 +58,23 @@ def test_a_group_that_alone_tells_a_parameter_forms_none(result: Identification)
     telling[1::2] += 2 * (telling[1::2] > 0)
     bands = model_bands(result.estimates, result.data, ways=[("acceleration", telling)])
     assert bands["idm-ls"] == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [401, 403])
+def test_noise_that_cancels_over_rows_shows_no_band(seed: int) -> None:
+    """Behind a loop it is differentiated, and adds up at the edges of groups alone."""
+    axis = build(load_axis("vertical_screw"))
+    found = identify(axis, twin_record(axis, seed=seed), methods=["idm-iv", "didim"])
+    assert not any(band.exceeds for band in found.diagnosis.bands["didim"].values())
+
+
+@pytest.mark.slow
+def test_a_force_that_the_model_lacks_shows_bands() -> None:
+    whole = load_axis("rotary_table")
+    axis = build(leave_out(whole, ca=0.0))
+    found = identify(axis, twin_record(build(whole), seed=1), methods=["idm-iv", "didim"])
+    assert all(any(b.exceeds for b in of.values()) for of in found.diagnosis.bands.values())
 
 
 @pytest.mark.slow
