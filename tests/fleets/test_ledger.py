@@ -31,3 +31,15 @@ def test_a_line_that_is_no_row_is_told(tmp_path: Path) -> None:
     (tmp_path / LEDGER).write_text('{"schema": "axisid.fleet/1", "name": null}\n')
     with pytest.raises(DataError, match="line 1 is no row of a fleet"):
         read_ledger(tmp_path)
+
+
+def test_a_ledger_goes_on_without_empty_lines_also_after_one_that_was_cut_off(
+    tmp_path: Path,
+) -> None:
+    for content in (b"", b"{}\n", b'{"a'):
+        (tmp_path / LEDGER).write_bytes(content)
+        with ledger_of(tmp_path, anew=False) as ledger:
+            write_row(ledger, row_of("a", CENTRE))
+        lines = (tmp_path / LEDGER).read_bytes().splitlines()
+        assert b"" not in lines
+        assert lines[-1].startswith(b'{"schema"')

@@ -330,3 +330,21 @@ def test_whole_results_that_the_ledger_lacks_are_told(folder: Path, tmp_path: Pa
     assert found.to_dict()["notes"] == [note]
     both = trend([tmp_path, tmp_path / "r10.json"])
     assert both.notes == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1e150, 1e308])
+def test_a_value_beyond_all_sense_sets_no_limits(folder: Path, tmp_path: Path, size: float) -> None:
+    files = sorted(folder.glob("r*.json"))[: SHIFTED - 1]
+    huge = _moved(json.loads(files[-1].read_text()), {"M": size})
+    (tmp_path / "huge.json").write_text(json.dumps(huge))
+    (series,) = trend([*files, tmp_path / "huge.json"]).series
+    (whole,) = trend(files).series
+    chart, alone = series.charts[0], whole.charts[0]
+    assert not isinstance(chart.limits, Missing)
+    assert not isinstance(alone.limits, Missing)
+    assert chart.limits.centre[0] == alone.limits.centre[0]
+    assert chart.beyond == (len(files),)
+    assert "set no limits and tell no change: huge." in " ".join(
+        trend([*files, tmp_path / "huge.json"]).summary().split()
+    )

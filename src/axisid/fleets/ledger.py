@@ -120,9 +120,11 @@ def _numbers(told: Any) -> Any:
 def ledger_of(folder: Path, *, anew: bool) -> Iterator[BinaryIO]:
     """The ledger to write to, without what it held, or after that."""
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / LEDGER).open("wb" if anew else "ab") as file:
-        if not anew and file.tell():
-            file.write(b"\n")  # the last line may have been cut off
+    place = folder / LEDGER
+    cut = not anew and place.is_file() and place.read_bytes()[-1:] not in b"\n"
+    with place.open("wb" if anew else "ab") as file:
+        if cut:
+            file.write(b"\n")
         yield file
 
 

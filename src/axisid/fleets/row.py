@@ -6,11 +6,10 @@ from itertools import chain
 from typing import Annotated, Any, Literal
 
 from axisid.estimation.diagnostics import Belief, belief, gravest_first
+from axisid.populations import LARGEST
 from axisid.presentation.schema import JsonObject, Matrix, about
 
 Status = Literal["ok", "failed", "skipped"]
-
-_LARGEST = 1e100  # products of a few such numbers are no number any more
 
 
 class FleetValue(JsonObject, frozen=True, kw_only=True):
@@ -83,7 +82,7 @@ class FleetRow(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="a
     def is_comparable(self) -> bool:
         """Whether the values and their covariance are numbers whose squares are ones too."""
         found = chain((each.value for each in self.parameters.values()), *self.covariance)
-        return all(abs(each) < _LARGEST for each in found)
+        return all(abs(each) < LARGEST for each in found)
 
 
 def counts_of(rows: Iterable[FleetRow]) -> dict[str, int]:

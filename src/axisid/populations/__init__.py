@@ -5,6 +5,7 @@ and drifts.
 Knows nothing of axes, logs and results.
 """
 
+from .alike import LARGEST as LARGEST
 from .alike import Alike as Alike
 from .alike import Usual as Usual
 from .alike import alike_points as alike_points

@@ -10,6 +10,8 @@ from axisid.support.arrays import Array, Exact
 
 from .robust_scatter import robust_scatter, squared_distances
 
+#: Beyond it nothing is compared: products of a few such numbers are no number any more.
+LARGEST = 1e100
 #: Quantile of the distances within which no point is looked at, and how many are beyond it of many.
 _NEAR, _LOOKED_AT = 0.9, 20
 _FIRST = 0.8  # part of the level for the furthest point; the others share the rest as 1, 1/4, 1/9

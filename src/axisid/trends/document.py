@@ -93,7 +93,7 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
         )
     if len({point.signature for point in series.points}) > 1:
         said.append("The results are of different models of that name, whose values may differ.")
-    said += _failing(series)
+    said += [*_failing(series), *_not_comparable(series)]
     return table, paragraph(*(said or ["Nothing beyond the limits, no step and no drift."]))
 
 
@@ -112,10 +112,22 @@ def _failing(series: Series) -> list[str]:
     if not failing:
         return []
     shown = first_of([f"{p.name} ({', '.join(p.failing)})" for p in failing], _MOST_SHOWN)
-    what = "set no limits and tell no change" if series.set_aside else "count like the others"
+    aside = any(series.points[i].failing for i in series.set_aside)
+    what = "set no limits and tell no change" if aside else "count like the others"
     return [
         f"The verdict fails of {len(failing)} of {len(series.points)} results, which {what} and "
         f"may be wrong: {shown}."
+    ]
+
+
+def _not_comparable(series: Series) -> list[str]:
+    """Which results have values that nothing can be made of."""
+    found = [point.name for point in series.points if not point.is_comparable]
+    if not found:
+        return []
+    return [
+        "Values or deviations that are not finite, or too large to compare, set no limits and tell "
+        f"no change: {first_of(found, _MOST_SHOWN)}."
     ]
 
 

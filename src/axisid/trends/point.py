@@ -13,6 +13,7 @@ from axisid.estimation.choices.outputs import FIT
 from axisid.estimation.estimates import Value
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.fleets import FleetRow
+from axisid.populations import LARGEST
 from axisid.presentation.saved import SavedIdentification, SavedOutputFit
 from axisid.support.errors import UsageError
 from axisid.support.user_values import quoted
@@ -74,6 +75,12 @@ class Point:
     parameters: Mapping[str, PointValue]
     failing: tuple[str, ...] = ()
     signature: str = ""
+
+    @property
+    def is_comparable(self) -> bool:
+        """Whether its values and deviations are numbers whose squares are ones too."""
+        own = self.parameters.values()
+        return all(abs(v.value) < LARGEST and v.deviation < LARGEST for v in own)
 
 
 def point_of(saved: Saved, row: FleetRow | None, method: str | None) -> Point:

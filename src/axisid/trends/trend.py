@@ -177,8 +177,11 @@ def _series(
         found = sorted(((place_of(p, by), i) for i, p in enumerate(points)))
         points, places = [points[i] for _, i in found], [place for place, _ in found]
     names = tuple(points[0].parameters)
-    failing = (i for i, point in enumerate(points) if point.failing)
-    set_aside = () if count_failing else tuple(failing)
+    set_aside = tuple(
+        i
+        for i, point in enumerate(points)
+        if not point.is_comparable or (point.failing and not count_failing)
+    )
     return Series(
         axis=axis,
         serial=serial,
