@@ -31,7 +31,15 @@ from axisid.support.remedy import Note
 from .basis import FitBasis
 from .result import OutputFit, RecordError
 from .search import Found, Weighing
-from .spread import Scores, is_uneven, scores_of, twins_errors, with_steps
+from .spread import (
+    Scores,
+    Shaken,
+    is_uneven,
+    scores_of,
+    shaken_by_noise,
+    twins_errors,
+    with_steps,
+)
 from .starting import FitStart, Searched
 from .unknowns import Unknowns
 
@@ -100,9 +108,55 @@ class Ended:
     @cached_property
     def errors_by_noise(self) -> Array | None:
         """What noise of the position makes of the errors, (n, B), where it is of no one colour."""
+        if self.shaken is not None:
+            return self.shaken.twins
         if not is_uneven(self.axis, self.outputs):
             return None
         return twins_errors(self.predictions, self.best.physical, self.seed)
+
+    @cached_property
+    def shaken(self) -> Shaken | None:
+        """What noise in the loop makes of the errors where that is no straight line of it.
+
+        Friction that remembers is not asked: noise of a dwell is not that of a swing.
+        """
+        if self.axis.states or self.horizon is not None:
+            return None
+        deviations = np.sqrt(np.maximum(np.diag(self.first_coloured.matrix), 0.0))
+        at = self.predictions, self.best.physical, self.seed
+        uneven = is_uneven(self.axis, self.outputs)
+        influence = self._influence(self.first_scores)
+        return shaken_by_noise(*at, influence, deviations, by_square=uneven)
+
+    @property
+    def errors_in_common(self) -> Array | None:
+        """What noise makes of the errors by its square, (n,), where that moves parameters."""
+        return None if self.shaken is None else self.shaken.common
+
+    @cached_property
+    def moved(self) -> Array | None:
+        """What noise in the loop moves the parameters by, (P,), where that matters."""
+        common = self.errors_in_common
+        return None if common is None else self.influence @ common
+
+    @cached_property
+    def physical(self) -> Array:
+        """The parameters less what noise in the loop moves them by, (P,)."""
+        at, u = self.best.physical, self.unknowns
+        if self.moved is None:
+            return at
+        return np.where(self.inner, np.clip(at - self.moved, u.lower, u.upper), at)
+
+    @cached_property
+    def first_scores(self) -> Scores:
+        """Of every free parameter, by the errors alone."""
+        known = self.weighing, self.unknowns, self.predictions, self.records
+        return scores_of(self.best, *known, self.unknowns.free)
+
+    @cached_property
+    def first_coloured(self) -> Scattering:
+        """Of every free parameter, by the errors alone."""
+        return self.first_scores.coloured(self.first_scores.autoregressions)
 
     @cached_property
     def at_liberty(self) -> Scores:
@@ -112,6 +166,8 @@ class Ended:
         bounded estimate is nearer to whatever is within the bounds than the free one is, so that
         the free one's deviations about it are enough.
         """
+        if self.errors_by_noise is None:
+            return self.first_scores
         return self._scores(self.unknowns.free)
 
     @property
@@ -156,7 +212,9 @@ class Ended:
     def coloured(self) -> Scattering:
         """By coloured errors, of every free parameter, as if no bound were there."""
         scores = self.at_liberty
-        found = scores.coloured(self.autoregressions)
+        if self.errors_by_noise is not None:
+            return scores.coloured(self.autoregressions)
+        found = self.first_coloured
         if self.horizon is None:
             return found
         # What the starts of windows take out of white noise has no one colour, and is no less sure.
@@ -189,8 +247,9 @@ class Ended:
     def left(self) -> Left:
         """The errors, to be asked what the model lacks."""
         s, weights, steps = self.scores, self.weighing.weights, self.errors_by_steps
+        common = self.errors_in_common
         return Left(
-            errors=s.errors,
+            errors=s.errors if common is None else s.errors + weights * self._beside(common),
             weights=weights,
             curvature=s.curvature,
             jacobian=s.jacobian,
@@ -264,6 +323,10 @@ class Ended:
                 code="bootstrap-lost",
             )
         return np.asarray(-self._influence(scores) @ errors)
+
+    def _beside(self, errors: Array) -> Array:
+        """Errors (n,) less what the parameters make of them."""
+        return errors - self.best.slopes.jacobian @ (self.influence @ errors)
 
     @property
     def chosen(self) -> str:
@@ -368,7 +431,7 @@ def assembled(ended: Ended) -> OutputFit:
         units=ended.predictions.units,
         loss=ended.loss,
         quantities=ended.unknowns.quantities,
-        physical=ended.best.physical,
+        physical=ended.physical,
         covariances=ended.covariances,
         chosen=ended.chosen,
         values=_values(ended),
@@ -399,6 +462,7 @@ def assembled(ended: Ended) -> OutputFit:
             asked_left=asked.left,
             known=ended.known,
             alone=ended.told_alone,
+            moved=ended.moved,
             of_start=are_starts(ended.whose.form),
         ),
     )
@@ -407,7 +471,7 @@ def assembled(ended: Ended) -> OutputFit:
 def _values(ended: Ended) -> dict[str, Value]:
     found, chosen, freedom = {}, ended.chosen, ended.freedom
     for j, q in enumerate(ended.unknowns.quantities):
-        value = float(ended.best.physical[j])
+        value = float(ended.physical[j])
         # What is hardly shown may have a variance that rounding made negative.
         variances = {n: float(c[j, j]) for n, c in ended.covariances.items()}
         deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}

@@ -42,6 +42,8 @@ class FitBasis:
     alone : mapping of str to (float, float)
         What the records say, with deviations, of what was known before; empty where they do not
         show every parameter.
+    moved : (P,) array or None
+        What noise in the loop moved the parameters by, and was taken off.
     of_start : (P,) array of bool
         Which parameters are first positions and velocities of loops.
     """
@@ -57,4 +59,5 @@ class FitBasis:
     asked_left: Left
     known: tuple[str, ...]
     alone: Mapping[str, tuple[float, float]]
+    moved: Array | None
     of_start: NDArray[np.bool_]

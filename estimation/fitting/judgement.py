@@ -33,6 +33,7 @@ from axisid.estimation.thresholds.fitting import (
     MAX_GROWTH,
     MAX_LAW_SENSITIVITY,
     MAX_LAW_SHIFT,
+    MIN_MOVED_BY_NOISE,
     MIN_SHOWN,
     SAME_END,
 )
@@ -90,6 +91,7 @@ def judged(of: Judged) -> tuple[Check, ...]:
         *_precise(of),
         _bounds(of),
         *_starts(of),
+        *_shaken(of),
     )
 
 
@@ -429,6 +431,29 @@ def _bounds(of: Judged) -> Check:
         threshold=most,
         source="deviations by which a parameter at a bound would be beyond it",
         meaning=said,
+    )
+
+
+def _shaken(of: Judged) -> Iterator[Check]:
+    """What noise in the loop moved, and is taken off."""
+    if of.basis.moved is None:
+        return
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = np.nan_to_num(np.abs(of.basis.moved) / of.deviations, posinf=0.0)
+    worst = int(np.argmax(far))
+    value, moved = of.physical[worst], float(of.basis.moved[worst])
+    share = f" ({100 * moved / abs(value):+.2g} %)" if value else ""
+    yield Check(
+        name="noise in the loop",
+        status="note",
+        figure=float(far[worst]),
+        threshold=MIN_MOVED_BY_NOISE.value,
+        source=MIN_MOVED_BY_NOISE.source,
+        meaning=(
+            "noise shakes the axis, and friction is not that of its mean velocity then: simulated "
+            f"loops with the record's noise moved {of.names[worst]} by {far[worst]:.2g} "
+            f"deviations{share}, which is taken off, and the others alike"
+        ),
     )
 
 

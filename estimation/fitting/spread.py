@@ -24,7 +24,14 @@ from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError, beyond_shown
-from axisid.estimation.thresholds.fitting import FEWEST_TWINS, MIN_SHOWN
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds.fitting import (
+    FEWEST_TWINS,
+    MIN_MOVED_BY_NOISE,
+    MIN_SHOWN,
+    MIN_WIDENED_BY_FEW,
+    MIN_WIDENED_BY_NOISE,
+)
 from axisid.estimation.told_by_outputs import (
     Colour,
     Scattering,
@@ -39,6 +46,7 @@ from .search import Found, Weighing
 from .unknowns import Unknowns
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
+_FEW = 4  # pairs of twins, that tell whether more are asked
 _TWINS = 48  # a deviation is known to 10 % then
 
 
@@ -197,6 +205,94 @@ def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array 
     with np.errstate(all="ignore"):
         errors = predictions.by_noise(physical, _TWINS, np.random.default_rng(seed))
     return errors if errors.shape[1] >= FEWEST_TWINS.value else None
+
+
+@dataclass(frozen=True, slots=True)
+class Shaken:
+    """What noise makes of the outputs where that is more than is told without.
+
+    Attributes
+    ----------
+    twins : (n, B) array
+        Of each twin.
+    common : (n,) array or None
+        By the square of the noise, where that moves the parameters.
+    """
+
+    twins: Array
+    common: Array | None
+
+
+def shaken_by_noise(
+    predictions: Predictions,
+    physical: Array,
+    seed: int,
+    influence: Array,
+    deviations: Array,
+    *,
+    by_square: bool = False,
+) -> Shaken | None:
+    """What noise makes of the outputs, if it moves parameters by its square, or by more than told.
+
+    Noise goes round the loop and shakes the axis, whose friction is not that of its mean velocity
+    then. Twins and those with the opposite noise tell: what both have in common is no straight line
+    of the noise. A few of them say whether the others are asked.
+
+    Parameters
+    ----------
+    predictions : Predictions
+    physical : (P,) array
+    seed : int
+    influence : (k, n) array
+        Of errors on parameters that are free.
+    deviations : (k,) array
+    by_square : bool
+        Whether that alone is asked, as twins tell the scatter anyway.
+    """
+    wider = np.inf if by_square else 1.0
+    told = np.where(np.isfinite(deviations) & (deviations > 0), deviations, np.inf)
+    few = _common_and_straight(predictions, physical, seed, _FEW)
+    if few is None or not (
+        _moves(influence @ few[0], told, surely=False)
+        or _scatter(influence @ few[1], told) > wider * MIN_WIDENED_BY_FEW.value
+    ):
+        return None
+    many = _common_and_straight(predictions, physical, seed, _TWINS)
+    if many is None:
+        return None
+    common, straight = many
+    moves = _moves(influence @ common, told)
+    if moves or _scatter(influence @ straight, told) > wider * MIN_WIDENED_BY_NOISE.value:
+        return Shaken(twins=common + straight, common=common.mean(axis=1) if moves else None)
+    return None
+
+
+def _common_and_straight(
+    predictions: Predictions, physical: Array, seed: int, count: int
+) -> tuple[Array, Array] | None:
+    """Of twins and those with the opposite noise: what both have in common, and the other half."""
+    with np.errstate(all="ignore"):
+        more, less = (
+            predictions.by_noise(physical, count, np.random.default_rng(seed), factor)
+            for factor in (1.0, -1.0)
+        )
+    if more.shape != less.shape or more.shape[1] < count:
+        return None
+    return (more + less) / 2, (more - less) / 2
+
+
+def _scatter(moved: Array, deviations: Array) -> float:
+    """Largest root mean square of moves (k, B), in deviations (k,)."""
+    return float(np.max(np.sqrt(np.mean(moved**2, axis=1)) / deviations, initial=0.0))
+
+
+def _moves(moved: Array, deviations: Array, *, surely: bool = True) -> bool:
+    """Whether the mean of moves (k, B) matters, and is more than chance."""
+    mean, chance = moved.mean(axis=1), moved.std(axis=1, ddof=1) / np.sqrt(moved.shape[1])
+    least = MIN_MOVED_BY_NOISE.value * deviations
+    if surely:
+        least = np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
+    return bool(np.any(np.abs(mean) > least))
 
 
 def scores_of(

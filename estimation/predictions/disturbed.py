@@ -20,6 +20,7 @@ def changed_by_noise(
     count: int,
     random: np.random.Generator,
     substeps: int | None,
+    factor: float = 1.0,
 ) -> Array:
     """What white noise in the loop changes, (n, B), in so many twins.
 
@@ -34,8 +35,10 @@ def changed_by_noise(
     count : int
     random : Generator
     substeps : int or None
+    factor : float
+        Of the noise.
     """
-    noise = random.normal(scale=stretch.noise, size=(stretch.samples, count + 1))
+    noise = factor * random.normal(scale=stretch.noise, size=(stretch.samples, count + 1))
     noise[:, -1] = 0.0
     inputs, clocks = stretch.inputs, stretch.inputs.clocks
     start = replace(inputs.start, position=float(inputs.start.position) - noise[0])

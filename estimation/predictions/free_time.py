@@ -81,9 +81,11 @@ class TimedPredictions:
         moved = np.outer(np.asarray(self._slope), physical[:, -1] - self._time)
         return Lanes(errors=found.errors + moved, failures=found.failures)
 
-    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
+    def by_noise(
+        self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0
+    ) -> Array:
         """See `Predictions.by_noise`."""
-        return self._of_model.by_noise(physical[:-1], count, random)
+        return self._of_model.by_noise(physical[:-1], count, random, factor)
 
     def by_steps(self, physical: Array) -> Array | None:
         """See `Predictions.by_steps`."""

@@ -70,8 +70,13 @@ class Predictions(Protocol):
     def __call__(self, physical: Array) -> Lanes:
         """Errors of parameters (B, P)."""
 
-    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
-        """What white noise of the position, as the records have it, changes, (n, B)."""
+    def by_noise(
+        self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0
+    ) -> Array:
+        """What white noise of the position, as the records have it, changes, (n, B).
+
+        Times a factor: -1 with the same draws is the other half of antithetic pairs.
+        """
 
     def by_steps(self, physical: Array) -> Array | None:
         """What the encoder's steps change, (n, B); None where nothing is known of any."""

@@ -123,7 +123,9 @@ class LoopPredictions:
         errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
         return Lanes(errors=errors, failures=failures)
 
-    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
+    def by_noise(
+        self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0
+    ) -> Array:
         """What white noise of the position, as the records have it, changes in the output, (n, B).
 
         Twins whose loop cannot be simulated are left out.
@@ -131,7 +133,7 @@ class LoopPredictions:
         blocks = []
         for first in range(0, count, _TWINS_AT_ONCE):
             size = min(_TWINS_AT_ONCE, count - first)
-            changed = partial(changed_by_noise, count=size, random=random)
+            changed = partial(changed_by_noise, count=size, random=random, factor=factor)
             blocks.append(self._changed(physical, changed))
         errors = np.hstack(blocks)
         return np.asarray(errors[:, np.isfinite(errors).all(axis=0)])

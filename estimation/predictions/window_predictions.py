@@ -333,12 +333,18 @@ class WindowPredictions:
             found = max(found, reach / (step * len(w.position) * w.period))
         return found
 
-    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:  # noqa: ARG002
+    def by_noise(
+        self,
+        physical: Array,  # noqa: ARG002
+        count: int,
+        random: np.random.Generator,
+        factor: float = 1.0,
+    ) -> Array:
         """What white noise of the position changes in the errors, (n, B)."""
         pieces = []
         for w, state in zip(self._windows, self._states, strict=True):
             shape = (len(w.position), count, w.count)
-            noise = random.normal(scale=w.noise, size=shape) * w.counted[:, None, :]
+            noise = factor * random.normal(scale=w.noise, size=shape) * w.counted[:, None, :]
             pieces.append(_rows(state.projected(noise)))
         return np.concatenate(pieces)
 

@@ -91,6 +91,26 @@ SCORES_ALIKE = Threshold(
     "measured: deviations of a LuGre axis by half of it are 0.5 to 0.9 of their scatter, by all of "
     "it 0.6 to 1.0; twins have the rest",
 )
+MIN_MOVED_BY_NOISE = Threshold(
+    0.2,
+    "deviations",
+    "move of a parameter by the square of the noise in the loop, from which it is taken off",
+    "chosen: an interval of 95 % still holds in 94.6 % with less",
+)
+MIN_WIDENED_BY_FEW = Threshold(
+    1.5,
+    "deviations",
+    "scatter that four simulated loops with the record's noise have of a parameter, from which "
+    "more are asked",
+    "chosen: 6 % of fits whose deviations are right ask for them",
+)
+MIN_WIDENED_BY_NOISE = Threshold(
+    1.3,
+    "deviations",
+    "scatter that 48 simulated loops with the record's noise have of a parameter, from which their "
+    "deviations count",
+    "chosen: 0.2 % of fits whose deviations are right have as much",
+)
 FEWEST_TWINS = Threshold(
     16.0,
     "1",

@@ -1,15 +1,20 @@
 """Deviations of estimates whose errors follow one another."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from axisid import build, fit, load_axis, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.fitting.assembly import cut_interval
 from axisid.estimation.fitting.spread import Scores
 from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
 from axisid.support.arrays import Array
+
+SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
 
 
 def test_the_autoregression_of_errors_is_found(rng: np.random.Generator) -> None:
@@ -166,3 +171,32 @@ def test_an_interval_at_a_bound_is_on_the_side_that_is_allowed(rng: np.random.Ge
         assert low == 0.0
         assert np.mean(beyond <= high) == pytest.approx(0.95, abs=0.01)
         assert cut_interval(0.0, -centre, 1.0, 1) == pytest.approx((-high, 0.0))
+
+
+def test_noise_moves_an_axis_of_linear_friction_by_nothing(
+    emps2015: GeneratedAxis,
+) -> None:
+    found = fit(emps2015, twin_record(emps2015, seed=5))
+    assert found.basis.moved is None
+    np.testing.assert_array_equal(found.physical, found.basis.best.physical)
+
+
+@pytest.mark.slow
+def test_what_noise_in_the_loop_moves_falling_friction_by_is_taken_off() -> None:
+    axis = build(load_axis(SLOW_SCREW))
+    given = axis.declared.experiment
+    assert given is not None
+    truth = np.array([*given.truth.values()])
+    before, after = [], []
+    for seed in range(100, 105):
+        found = fit(axis, twin_record(axis, seed=seed), start=given.truth)
+        deviations = [each.deviation for each in found.values.values()]
+        before.append((found.basis.best.physical - truth) / deviations)
+        after.append((found.physical - truth) / deviations)
+    told = {check.name: check.status for check in found.checks}
+    assert told["noise in the loop"] == "note"
+    assert "fail" not in told.values()
+    sizes = [np.sqrt(np.mean(np.square(each))) for each in (before, after)]
+    assert sizes[1] < sizes[0]
+    assert sizes[1] < 1.2
+    assert np.abs(np.mean(after, axis=0)).max() < np.abs(np.mean(before, axis=0)).max()

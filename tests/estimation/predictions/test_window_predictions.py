@@ -134,7 +134,7 @@ def test_without_a_control_it_is_refused(emps2015: GeneratedAxis, twin: Record) 
 def test_windows_that_begin_at_rest_stay_there(emps2015: GeneratedAxis, twin: Record) -> None:
     """A first velocity that friction stops at once is asked of by noise, and may not run away."""
     still = Record(
-        time=twin.period * np.arange(100),
+        time=np.asarray(twin.period * np.arange(100), dtype=float),
         position=twin.position[0] + np.random.default_rng(1).normal(scale=1e-6, size=100),
         control=0.02 + 0.01 * np.sin(0.1 * np.arange(100)),
         provenance=twin.provenance,
@@ -148,7 +148,9 @@ def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
     """Falling friction lets errors grow a hundredfold in a quarter of a second."""
     axis = build(load_axis(SLOW_SCREW))
     record = twin_record(axis, seed=3)
-    given = axis.axis.experiment.truth
+    experiment = axis.declared.experiment
+    assert experiment is not None
+    given = experiment.truth
     truth = np.array([*given.values()])
     assert _predictions(axis, record).steady_horizon(truth) == 0.125
     smooth = np.where(np.array([*given]) == "fs", 0.0, truth)
@@ -158,7 +160,9 @@ def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
 @pytest.mark.slow
 def test_an_open_loop_of_falling_friction_is_as_sure_as_it_says() -> None:
     axis = build(load_axis(SLOW_SCREW))
-    truth = axis.axis.experiment.truth
+    experiment = axis.declared.experiment
+    assert experiment is not None
+    truth = experiment.truth
     record = twin_record(axis, seed=3)
     found = fit(axis, record, "open-loop", start=truth)
     assert found.believed
