@@ -277,7 +277,7 @@ class Ended:
         told = np.full(len(prior), np.inf)
         told[self.unknowns.free] = np.diag(without.free_covariances[without.chosen])
         return {
-            self.unknowns.names[j]: (float(one.physical[j]), math.sqrt(max(told[j], 0.0)))
+            self.unknowns.names[j]: (float(without.physical[j]), math.sqrt(max(told[j], 0.0)))
             for j in map(int, np.flatnonzero(prior))
         }
 
