@@ -67,7 +67,7 @@ def test_what_nobody_would_notice_is_no_failure_however_significant(iv: Estimate
     bias = NoiseBias(difference=0.5, deviation=0.01, p_value=0.0, joint_p_value=0.0, shift=50.0)
     noted = ls_against_iv(shifted(close, 50.0), close, SURE, {"M": bias}, weak=False)
     assert noted.status == "note"
-    assert (noted.figure, noted.threshold) == (50.0, 0.5)
+    assert (noted.figure, noted.threshold) == (50.0, 1.96)
     failed = ls_against_iv(shifted(close, 200.0), close, SURE, {"M": bias}, weak=False)
     assert failed.status == "fail"
 
