@@ -9,6 +9,7 @@ thread each: an algebra library that waits for a busy core with several takes fo
     python benchmarks/fit_verdicts.py --only "fine encoder"   one case
     python benchmarks/fit_verdicts.py --output open-loop      by another output
     python benchmarks/fit_verdicts.py --free all              with every gain of the law free
+    python benchmarks/fit_verdicts.py --prior 0.01            with the first parameter known to 1 %
     python benchmarks/fit_verdicts.py --json -                one JSON object
 """
 
@@ -18,6 +19,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TypedDict
 
+import numpy as np
 from figures import give, parser_of
 from judged_cases import OF_DRIVE, RIGHT, WRONG, Case, declared, reference_of
 from machines import records
@@ -66,9 +68,21 @@ def _made(name: str, runs: int, seed: int) -> tuple[GeneratedAxis, Iterator[Reco
 
 
 def figures_of(
-    name: str, output: str, *, runs: int, seed: int, horizon: float = 1.0, free: str = ""
+    name: str,
+    output: str,
+    *,
+    runs: int,
+    seed: int,
+    horizon: float = 1.0,
+    free: str = "",
+    prior: float = 0.0,
 ) -> Counted:
-    """Fit the runs of a case and count; with free gains by commas, or all of them."""
+    """Fit the runs of a case and count.
+
+    With free gains by commas, or all of them; of a twin with a prior of its first parameter that is
+    drawn about the truth, with that share of it as deviation.
+    """
+    random = np.random.default_rng(seed)
     axis, made = _made(name, runs, seed)
     law = axis.axis.control
     every = free == "all" and law is not None
@@ -77,7 +91,8 @@ def figures_of(
     for record in made:
         try:
             long = horizon if output == "open-loop" else None
-            result = fit(axis, record, output, horizon=long, free=gains)
+            known = _drawn(record, prior, random)
+            result = fit(axis, record, output, horizon=long, free=gains, prior=known)
         except AxisidError as error:
             failed[str(error)[:80]] += 1
             continue
@@ -94,12 +109,31 @@ def figures_of(
     }
 
 
+def _drawn(
+    record: Record, share: float, random: np.random.Generator
+) -> dict[str, tuple[float, float]]:
+    """A prior of the first parameter of a twin; none of other records."""
+    if not (share and record.provenance.truth):
+        return {}
+    name, truth = next(iter(record.provenance.truth.items()))
+    return {name: (truth + share * truth * random.normal(), share * truth)}
+
+
 def counted_of(
-    name: str, output: str, *, runs: int, wrong: int, seed: int, horizon: float, free: str
+    name: str,
+    output: str,
+    *,
+    runs: int,
+    wrong: int,
+    seed: int,
+    horizon: float,
+    free: str,
+    prior: float,
 ) -> Counted:
     """The figures of a case, of a wrong machine from fewer runs."""
     made = wrong if name in WRONG else runs
-    return figures_of(name, output, runs=made, seed=seed, horizon=horizon, free=free)
+    how = {"horizon": horizon, "prior": prior}
+    return figures_of(name, output, runs=made, seed=seed, free=free, **how)
 
 
 def most_believable(failed: int, runs: int) -> float:
@@ -124,12 +158,13 @@ def main() -> None:
     parser.add_argument("--output", default="control", help="what is followed (default control)")
     parser.add_argument("--horizon", type=float, default=1.0, help="of an open loop, s (default 1)")
     parser.add_argument("--free", default="", help="gains by commas, or all (default none)")
+    parser.add_argument("--prior", type=float, default=0.0, help="deviation, of the value")
     parser.add_argument("--only", metavar="NAMES", help="cases, by commas")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args()
     wanted = options.only.split(",") if options.only else [*_cases(), *LIBRARY]
     names = [n for n in (*_cases(), *LIBRARY) if n in wanted]
-    asked = ("output", "runs", "wrong", "seed", "horizon", "free")
+    asked = ("output", "runs", "wrong", "seed", "horizon", "free", "prior")
     how = {name: getattr(options, name) for name in asked}
     work = partial(counted_of, **how)
     done = dict[str, Counted]()

@@ -34,3 +34,9 @@ def test_how_often_right_machines_may_fail_is_told_with_its_chance() -> None:
     counted = {"runs": 20, "believed": 19}
     right = study.right_of({"fine encoder": counted, "sines": counted, "spring": counted})
     assert (right["runs"], right["failed"]) == (40, 2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("asked", [{"free": "all"}, {"prior": 1e-3}])
+def test_free_gains_and_right_priors_are_believed(asked: dict[str, Any]) -> None:
+    assert study.figures_of("emps2015", "control", runs=2, seed=1, **asked)["believed"] == 2
