@@ -149,8 +149,9 @@ def counted_of(
 ) -> Counted:
     """The figures of a case, of a wrong machine from fewer runs."""
     made = wrong if name in WRONG else runs
-    how = {"horizon": horizon, "prior": prior}
-    return figures_of(name, output, runs=made, seed=seed, free=free, **how)
+    asked = figures_of, name, output
+    work = partial(*asked, horizon=horizon, prior=prior)
+    return work(runs=made, seed=seed, free=free)
 
 
 def most_believable(failed: int, runs: int) -> float:
