@@ -149,8 +149,7 @@ def counted_of(
 ) -> Counted:
     """The figures of a case, of a wrong machine from fewer runs."""
     made = wrong if name in WRONG else runs
-    asked = figures_of, name, output
-    work = partial(*asked, horizon=horizon, prior=prior)
+    work = partial(figures_of, name, output, horizon=horizon, prior=prior)
     return work(runs=made, seed=seed, free=free)
 
 
