@@ -53,6 +53,8 @@ class Case:
         Whether the drive is declared to act as it is told, whatever the machine's does.
     jitter : float
         Root mean square of what parts the stamps from even times, in periods.
+    undeclared : str
+        A parameter of the machine that is not declared, with its term; empty for none.
     """
 
     machine: Machine
@@ -67,6 +69,7 @@ class Case:
     logged_zero: float = 0.0
     is_late: bool = False
     jitter: float = 0.0
+    undeclared: str = ""
 
 
 _QUIET = Machine(resolution=5e-8, control_noise=white(2e-3))
@@ -197,6 +200,8 @@ WRONG: dict[str, Case] = {
         named=r"\bM\b.*(chang|half|from .* s on)",
     ),
     "missing offset": Case(machine=replace(_STAGE, offset=3.0), named=r"offset"),
+    "no Coulomb friction declared": Case(machine=_STAGE, undeclared="Fc", named=r"declare coulomb"),
+    "no viscous friction declared": Case(machine=_STAGE, undeclared="Fv", named=r"declare viscous"),
     "Stribeck peak": Case(
         machine=replace(
             _STAGE, resistance=lambda _, __, v: 8.0 * np.sign(v) * np.exp(-np.abs(v) / 0.01)

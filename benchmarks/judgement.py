@@ -53,6 +53,7 @@ from axisid import (
     Record,
     build,
     identify,
+    leave_out,
     load_axis,
     read_record,
     twin_record,
@@ -148,6 +149,8 @@ def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures
     machine = case.machine
     drive = {} if case.is_late else {name: getattr(machine, name) for name in OF_DRIVE}
     axis = declared(has_offset=case.has_offset, **drive)
+    if case.undeclared:
+        axis = build(leave_out(axis.axis, case.undeclared))
     truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb, "F0": machine.offset}
     figures = Figures()
     for begin in range(0, runs, _AT_ONCE):

@@ -332,7 +332,9 @@ def _none_shown(of: Judged) -> Iterator[Check]:
     if not np.isinf(of.deviations).any():
         return
     chosen, most = _searched(of), MAX_RELATIVE_DEVIATION.value
-    vague = 100 * of.deviations > most * np.abs(of.physical)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        percent = 100 * of.deviations / np.abs(of.physical)
+    vague = ~(percent <= most)
     if np.all(vague[chosen]):
         yield Check(
             name="any parameter shown",

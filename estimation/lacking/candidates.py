@@ -25,6 +25,8 @@ from axisid.support.arrays import Array, runs
 from .examined_rows import ExaminedRows
 
 Kind = Literal[
+    "coulomb",
+    "viscous",
     "direction",
     "quadratic",
     "stribeck",
@@ -57,6 +59,8 @@ _SUBJECTS = {
     "friction bend": "friction over the place",
     "friction place": "friction over the place",
 }
+#: Friction that nearly any axis has: what its lack bends over the speed is no term of its own.
+PLAIN: tuple[Kind, ...] = ("coulomb", "viscous")
 _FINER = np.linspace(-1.0, 1.0, 11)  # steps of the grid of waves
 
 
@@ -95,6 +99,10 @@ class Family(ABC):
     def subject(self) -> str:
         """What it is about: another of that may only be its shape seen otherwise."""
         return self.parameter or _SUBJECTS.get(self.kind, self.kind)
+
+    def tells(self, other: "Family") -> bool:
+        """Whether, once it is found, the other may only be it again."""
+        return other.subject == self.subject or (self.kind in PLAIN and other.subject == "speed")
 
     def finer(self, number: int) -> "Family":  # noqa: ARG002
         """Candidates near one on the grid; itself where there are none between."""
@@ -249,7 +257,7 @@ def supremum_p(single: float, trimmed: float) -> float:
 
 
 def families(
-    x: ExaminedRows, names: tuple[str, ...], *, turns: bool, commanded: bool
+    x: ExaminedRows, names: tuple[str, ...], *, turns: bool, commanded: bool, plain: bool = True
 ) -> list[Family]:
     """Everything that is looked for.
 
@@ -262,8 +270,11 @@ def families(
         Whether the position is an angle.
     commanded : bool
         Whether the force is taken as that of commands, of which a drive may make less.
+    plain : bool
+        Whether Coulomb and viscous friction may not be declared.
     """
-    return [*_terms(x, commanded=commanded), *_of_places(x, turns=turns), *_of_time(x, names)]
+    terms = [f for f in _terms(x, commanded=commanded) if plain or f.kind not in PLAIN]
+    return [*terms, *_of_places(x, turns=turns), *_of_time(x, names)]
 
 
 def _terms(x: ExaminedRows, *, commanded: bool) -> Iterator[Family]:
@@ -274,6 +285,8 @@ def _terms(x: ExaminedRows, *, commanded: bool) -> Iterator[Family]:
     v, q = s.velocity[rows], x.place
     alone = np.array([np.nan])
     singles: tuple[tuple[Kind, Array], ...] = (
+        ("coulomb", x.direction),
+        ("viscous", ones * v),
         ("direction", ones * np.abs(v)),
         ("quadratic", ones * v * np.abs(v)),
         ("slope", ones * q),

@@ -21,12 +21,13 @@ from axisid.estimation.thresholds.lacking import (
     MAX_SHARE_TO_DOUBT,
     MIN_EXPLAINED_SHARE,
     MIN_MISSING_FORCE,
+    MIN_OWN_PART_OF_PLAIN,
     MIN_STEPS_EXCESS,
 )
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
-from .candidates import Family, Kind, families
+from .candidates import PLAIN, Family, Kind, families
 from .examined_rows import ExaminedRows, examined, examined_again
 
 _MOST = 3  # that are told
@@ -77,9 +78,9 @@ def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tupl
     """`lacking` of rows."""
     names = tuple(q.name for q in preferred.quantities)
     values = dict(zip(names, map(float, preferred.theta), strict=True))
-    looked_for = _looked_for(x, data, preferred)
     again = WithNothingLacking(data, preferred, x)
     basis = _basis(np.column_stack([x.regressor, x.weights]))
+    looked_for = [f for f in _looked_for(x, data, preferred) if not _is_declared(f, basis)]
     found: list[Lack] = []
     for _ in range(_MOST):
         residuals = x.residuals - basis @ (basis.T @ x.residuals)
@@ -88,7 +89,7 @@ def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tupl
             break
         family, number, lack = one
         found.append(lack)
-        looked_for = [f for f in looked_for if f.subject != family.subject]
+        looked_for = [f for f in looked_for if not family.tells(f)]
         basis = _basis(np.column_stack([basis, family.columns(number)]))
     return tuple(found)
 
@@ -98,7 +99,18 @@ def _looked_for(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> l
     axis, names = data.axis.axis, tuple(q.name for q in preferred.quantities)
     drive, turns = axis.drive, axis.coordinate.unit == "rad"
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
-    return families(x, names, turns=turns, commanded=commanded)
+    # Friction that is declared with a known value is none of the regressor's columns.
+    plain = not data.axis.base.known
+    return families(x, names, turns=turns, commanded=commanded, plain=plain)
+
+
+def _is_declared(family: Family, basis: Array) -> bool:
+    """Whether it is friction that the model has, but for where its loop turns."""
+    if family.kind not in PLAIN:
+        return False
+    column = family.columns(0)
+    own = column - basis @ (basis.T @ column)
+    return bool(np.linalg.norm(own) < MIN_OWN_PART_OF_PLAIN.value * np.linalg.norm(column))
 
 
 def _strongest(
@@ -126,8 +138,8 @@ def _strongest(
 
 
 def _is_possible(lack: Lack) -> bool:
-    """Whether it has the sign that it must have: a dead band takes from what a command makes."""
-    return lack.kind != "dead band" or lack.values[0] > 0
+    """Whether it has the sign that it must have: of friction, and of what a dead band takes."""
+    return lack.kind not in (*PLAIN, "dead band") or lack.values[0] > 0
 
 
 def _is_confirmed(lack: Lack) -> bool:

@@ -51,6 +51,16 @@ def _dead_band(lack: Lack, q: Coordinate, drive: Drive) -> str:
     )
 
 
+def _coulomb(lack: Lack, q: Coordinate) -> str:
+    friction = _amount(lack, q.force_unit)
+    return f"Coulomb friction of {friction} is missing: declare coulomb(Fc, {q.name})"
+
+
+def _viscous(lack: Lack, q: Coordinate) -> str:
+    friction = _amount(lack, f"{q.force_unit}/({q.unit}/s)")
+    return f"viscous friction of {friction} is missing: declare viscous(Fv, {q.name})"
+
+
 def _direction(lack: Lack, q: Coordinate) -> str:
     difference = _amount(lack, f"{q.force_unit}/({q.unit}/s)", factor=2.0)
     return (
@@ -140,6 +150,8 @@ def _amplitude(lack: Lack) -> str:
 
 
 _SAID: dict[Kind, Callable[[Lack, Coordinate], str]] = {
+    "coulomb": _coulomb,
+    "viscous": _viscous,
     "direction": _direction,
     "quadratic": _quadratic,
     "stribeck": _stribeck,

@@ -14,6 +14,12 @@ MIN_OWN_PART = Threshold(
     "part of a column that the model's own do not span, below which it is not told from them",
     "chosen: its factor has then twenty times the deviation",
 )
+MIN_OWN_PART_OF_PLAIN = Threshold(
+    0.2,
+    "1",
+    "the same part of Coulomb and viscous friction, below which it is taken as declared",
+    "chosen: rows in which a loop turns a sample later leave 0.06 of a declared one",
+)
 FALSE_DISCOVERY_RATE = Threshold(
     1e-3,
     "1",

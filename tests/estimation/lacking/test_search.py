@@ -7,10 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from axisid import Record, build, identify, load_axis, twin_record
+from axisid import Record, build, identify, leave_out, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
 from axisid.estimation.lacking import Lack, lacking, search
+from axisid.estimation.lacking.candidates import PLAIN
 from axisid.estimation.lacking.examined_rows import ExaminedRows, examined
 from axisid.estimation.lacking.search import found_on
 from axisid.support.arrays import Array
@@ -53,6 +54,18 @@ def test_a_term_that_is_missing_is_the_first_that_is_found(kind: str) -> None:
     else:
         assert float(np.hypot(*first.values)) == pytest.approx(np.hypot(2.5, 1.0), rel=near)
         assert first.at == pytest.approx(0.03, rel=0.02)
+
+
+@pytest.mark.parametrize(("name", "kind"), [("Fc", "coulomb"), ("Fv", "viscous")])
+@pytest.mark.parametrize("method", ["idm-iv", "didim"])
+def test_friction_that_is_not_declared_is_told_as_what_it_is(
+    twin: Record, name: str, kind: str, method: str
+) -> None:
+    result = identify(leave_out(AXIS, name), twin, methods=[method])
+    lacks = lacking(result.data, result.preferred)
+    assert not isinstance(lacks, Missing)
+    assert [lack.kind for lack in lacks if lack.kind in (*PLAIN, "stribeck", "quadratic")] == [kind]
+    assert lacks[0].values == pytest.approx([twin.provenance.truth[name]], rel=0.1)
 
 
 @pytest.mark.slow

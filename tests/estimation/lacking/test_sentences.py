@@ -22,6 +22,8 @@ _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
 
 #: What the parameters that each kind of term declares are measured in, N and m being the axis's.
 _UNITS = {
+    "coulomb": "N",
+    "viscous": "N/(m/s)",
     "direction": "N/(m/s)",
     "quadratic": "N/(m/s)^2",
     "stribeck": "N",
