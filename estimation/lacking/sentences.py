@@ -52,7 +52,7 @@ def _dead_band(lack: Lack, q: Coordinate, drive: Drive) -> str:
 
 
 def _coulomb(lack: Lack, q: Coordinate) -> str:
-    friction = _amount(lack, q.force_unit)
+    friction = _amount(lack, str(q.force_unit))
     return f"Coulomb friction of {friction} is missing: declare coulomb(Fc, {q.name})"
 
 

@@ -32,9 +32,7 @@ def block_text(block: Block) -> str:
 @block_text.register
 def _(block: Heading) -> str:
     lines = [
-        _filled(f"{name:<{FACT_WIDTH}}", text, FACT_WIDTH, break_long_words=False)
-        for name, text in block.facts
-        if text
+        _filled(f"{name:<{FACT_WIDTH}}", text, FACT_WIDTH) for name, text in block.facts if text
     ]
     return _titled(block.title, lines)
 
@@ -86,8 +84,8 @@ def _(block: Paragraph) -> str:
 
 @block_text.register
 def _(block: Listing) -> str:
-    whole = {"break_long_words": False, "replace_whitespace": False}
-    return _titled(block.title, [_filled("  ", line, 6, **whole) for line in block.lines])
+    kept = [_filled("  ", line, 6, replace_whitespace=False) for line in block.lines]
+    return _titled(block.title, kept)
 
 
 def _titled(title: str, lines: Sequence[str]) -> str:
@@ -95,12 +93,16 @@ def _titled(title: str, lines: Sequence[str]) -> str:
 
 
 def _filled(head: str, text: str, hang: int, **how: Any) -> str:
-    """A text as wide as a page, after its head, with further lines so many blanks in."""
+    """A text as wide as a page, after its head, with further lines so many blanks in.
+
+    A word that is longer, such as a path, stays whole.
+    """
     return textwrap.fill(
         text,
         PAGE_WIDTH,
         initial_indent=head,
         subsequent_indent=" " * hang,
+        break_long_words=False,
         break_on_hyphens=False,
         **how,
     )
