@@ -132,7 +132,8 @@ def _moved(of: Judged) -> Iterator[Check]:
     with np.errstate(divide="ignore", invalid="ignore"):
         claimed = np.nan_to_num(np.abs(moved) / of.deviations, posinf=np.inf)
         far = np.nan_to_num(np.abs(moved) / np.hypot(of.deviations, sure), posinf=np.inf)
-    claimed, far = (np.where(of.deviations > 0, each, 0.0) for each in (claimed, far))
+    counted = (of.deviations > 0) & ~of.basis.of_start  # a record's own start is no property
+    claimed, far = (np.where(counted, each, 0.0) for each in (claimed, far))
     most = MAX_LAW_SHIFT.value
     worst = int(np.argmax(np.where(far > most, claimed, 0.0) if np.any(far > most) else far))
     name, value = of.names[worst], of.physical[worst]

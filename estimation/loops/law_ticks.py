@@ -121,8 +121,18 @@ def between(values: Array, times: Array) -> Array:
 
 
 def _velocity(law: ControlLaw, position: Array, period: float) -> Array:
-    """What an ideal sensor sees, of a law that reads one; it is in no log."""
-    return measured_velocity(position, period) if law.takes_velocity else np.zeros_like(position)
+    """What an ideal sensor sees, of a law that reads one; it is in no log.
+
+    With all the noise of the positions: what is held against the control goes through the same
+    low-pass as that, and a velocity that went through it before would lag behind where it turns.
+    """
+    if not law.takes_velocity:
+        return np.zeros_like(position)
+    return np.asarray(
+        CubicSpline(period * np.arange(len(position)), position)(
+            period * np.arange(len(position)), 1
+        )
+    )
 
 
 def measured_velocity(position: Array, period: float) -> Array:

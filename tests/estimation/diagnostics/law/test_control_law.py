@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Prefilter, Record, build, identify, load_axis, twin_record
+from axisid import (
+    Prefilter,
+    Record,
+    build,
+    identify,
+    load_axis,
+    read_record,
+    simulate,
+    twin_record,
+)
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import (
     MEASURED_POSITION,
@@ -32,6 +41,23 @@ def test_emps_law_reproduces_the_record_to_a_quarter_percent(
     assert check.passed
     assert check.residual_percent == pytest.approx(0.24, abs=0.005)
     assert check.factors == pytest.approx({"kp*kv": 1.0, "kv": 1.0}, abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", CASCADES)
+def test_a_right_law_passes_where_the_reference_has_corners_and_steps(
+    emps2015: GeneratedAxis, kind: str
+) -> None:
+    law = CASCADES[kind](kp=50.0, kv=500.0, period=1e-3)
+    axis = build(replace(emps2015.axis, control=law))
+    time = 1e-3 * np.arange(3000)
+    ramps = 0.02 * np.interp(time % 1.5, [0.2, 0.5, 0.8, 1.1], [0.0, 1.0, 1.0, 0.0])
+    reference = ramps + 1e-4 * (time > 1.35)
+    made = simulate(axis, [100.0, 200.0, 20.0], reference, 1e-3)
+    motion = {"position": made.position, "control": made.control}
+    record = read_record({"time": time, "reference": reference, **motion}, axis)
+    check = check_law(axis, record)
+    assert isinstance(check, LawCheck)
+    assert check.passed, check.meaning
 
 
 @pytest.mark.slow
