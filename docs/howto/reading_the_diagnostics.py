@@ -110,7 +110,7 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 #
 # | check | fails where | what to do |
 # |---|---|---|
-# | control law | the law's terms do not add up to the recorded control (5 % of its norm), one of its factors is off by more than 1 %, or it is late | the factors name the unit, sign, gain or delay; mend it first |
+# | control law | the law's terms do not add up to the recorded control (5 % of its norm), one of its factors is off by more than 1 %, or it is late | the factors name the unit, sign, gain or delay; mend it first. Where none explains it, `axisid law` finds which ready law the control is of |
 # | instrument strength | the first-stage F of a column, given the others, is below 10 | the simulated loop does not move like the axis, or the motion is too poor |
 # | least squares against instruments | they differ by more than 3 deviations, or by more than 10 % where Durbin-Wu-Hausman rejects, or by more than 1 % and chance and the interval of least squares; a note where that holds the instruments' value | lower the cut-off, or believe the instruments |
 # | self-test | IDM-IV and DDM-IV differ | never, unless the loop does not satisfy the model |
@@ -128,10 +128,10 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | residuals against the motion | something in the motion explains them, more than the loop's own noise or steps do | a missing term, a delay, or the filter at reversals; a note where another check names it |
 # | normal residuals | heavy tails; a note with 100 rows or more, unless a few rows decide, of the noise, of all that is left, and away from reversals, more than in loops with the same noise or steps | outliers |
 # | filter bias | the prefilter alone moves a value by more than its deviation; a note below 1 % of the value, or where the loop that is simulated with the corrected values confirms the correction | leave out the reversals, or raise the cut-off; the values `without filter bias` are free of it |
-# | alignment | the force fits the motion best at another delay | `hold`, or the clock of the log |
+# | alignment | the force fits the motion best at another delay | `hold`, the drive's delay or lag that is missing or declared too long, or the clock of the log; what other checks say of reversals, or of friction with a delay declared too long, is a note then |
 # | force against control | in what is slow against a current loop the force column is more than 20 % off the gain times the control, later than 5 ms, or off by a factor beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
 # | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note where the force is measured | record what the drive applies; the limit, the unit |
-# | constant force | a constant beside the model's terms is more than 1 % of the force, and three deviations; a note where a missing term is named, which may make it | declare the `offset` that is proposed, or mend the converter |
+# | constant force | a constant beside the model's terms is more than 1 % of the force, and three deviations; a note where a missing term is named, which may make it; named before the simulation where it is more than 10 % | declare the `offset` that is proposed, or mend the converter |
 # | ripple | one frequency, over time or position, is 15 % of the residuals' power or more; a note | the cut-off that is proposed, or `cogging` with the period |
 #
 # `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).

@@ -29,6 +29,7 @@ from axisid.estimation.diagnostics.estimates import (
 from axisid.estimation.diagnostics.law import law_check
 from axisid.estimation.diagnostics.loop import (
     alignment_check,
+    declared_lateness,
     following,
     force_check,
     limit_check,
@@ -54,6 +55,7 @@ from axisid.estimation.diagnostics.remainder import (
 )
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
+from axisid.estimation.thresholds.diagnostics import GREAT_DELAY, LARGE_CONSTANT
 from axisid.support.missing import Missing
 
 from .beside import without_instruments
@@ -66,7 +68,7 @@ from .repeated_samples import repeated_check
 #: How far the numbers of a result can be believed.
 Belief = Literal["believed", "with care", "not believed"]
 
-_LAST = 100
+_LAST, _BEFORE_SIMULATION = 100, 1
 #: Checks of fits alone by which no number is to be believed, with their rank among the others.
 _GRAVE_OF_FITS = {"any parameter shown": 3, "what was known": 4}
 
@@ -211,7 +213,8 @@ def _near_reversals(case: Case) -> Check | Missing | None:
         return None
     unit = case.data.axis.axis.coordinate.force_unit
     found = near_reversals(case.data, case.quiet)
-    return near_reversals_check(found, str(unit), explained=case.is_explained)
+    late = _is_late(case)
+    return near_reversals_check(found, str(unit), explained=case.is_explained, late=late)
 
 
 def _fixed_values(case: Case) -> Check | Missing | None:
@@ -258,11 +261,34 @@ def _ripple(case: Case) -> Check | Missing:
 
 
 def _missing_terms(case: Case) -> Check | Missing:
-    found, coarse = terms_check(case.lacking, case.preferred), case.coarse
-    moved = isinstance(coarse, Check) and coarse.status == "fail"
-    if moved and isinstance(found, Check) and found.status == "fail":
+    found = terms_check(case.lacking, case.preferred)
+    if not isinstance(found, Check) or found.status != "fail":
+        return found
+    if _fails(case.coarse):
         return replace(found, status="note")  # what the steps move is left, and counts once
+    if _is_declared_late(case):
+        said = "the delay or lag that is declared too long, see alignment, may make it"
+        return replace(found, status="note", meaning=f"{found.meaning}; {said}: mend that first")
     return found
+
+
+def _is_declared_late(case: Case) -> bool:
+    """Whether a drive declares more delay than there is: friction is wrong at low speed then."""
+    check = _alignment(case)
+    early = isinstance(check, Check) and check.status == "fail" and (check.figure or 0.0) < 0
+    return early and declared_lateness(case.data) > 0
+
+
+def _is_late(case: Case) -> bool:
+    """Whether a delay of a sample or more is not as declared, which reversals show most."""
+    check = _alignment(case)
+    return (
+        isinstance(check, Check) and _fails(check) and abs(check.figure or 0.0) >= GREAT_DELAY.value
+    )
+
+
+def _fails(found: Check | Missing | None) -> bool:
+    return isinstance(found, Check) and found.status == "fail"
 
 
 def _changes_in_time(case: Case) -> Check | Missing:
@@ -442,12 +468,19 @@ def belief(failing: Iterable[str]) -> Belief:
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:
     """Checks by what it means for the numbers that they fail, the gravest first."""
-    return sorted(checks, key=lambda check: _rank(check.name))
+    return sorted(checks, key=_weight)
 
 
 def gravest_first(names: Iterable[str]) -> list[str]:
     """Names of checks in the order of `by_weight`."""
     return sorted(names, key=_rank)
+
+
+def _weight(check: Check) -> int:
+    """Rank of a check; a large constant force is before the simulation, which fails by it."""
+    share = (check.figure or 0.0) / 100
+    large = check.name == "constant force" and share > LARGE_CONSTANT.value
+    return _BEFORE_SIMULATION if large and check.status == "fail" else _rank(check.name)
 
 
 def _rank(name: str) -> int:

@@ -135,6 +135,14 @@ def check_has_rows(axis: Axis) -> None:
         )
 
 
+#: Where what is left out near reversals and rests may show a parameter.
+_KEEPING = (
+    "For what acts near these, keep those samples (",
+    Setting("reversals", "keep"),
+    "), or fit the simulated loop (axisid fit), which has them all; otherwise record",
+)
+
+
 def check_visible(
     axis: GeneratedAxis,
     reach: Reach | None,
@@ -178,7 +186,8 @@ def check_visible(
         raise EstimationError(
             f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. ",
             Remedy.of(
-                "Record a motion that stays longer where the force depends on it, or ",
+                *(_KEEPING if without_turns else ("Record",)),
+                " a motion that stays longer where the force depends on it, or ",
                 _without(axis, tuple(unseen)),
             ),
             code="not-shown",

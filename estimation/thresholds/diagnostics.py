@@ -326,6 +326,25 @@ NEGLIGIBLE_FORCE = Threshold(
     "share of the force below which a part of it does not matter: a parameter's, a constant",
     "chosen",
 )
+NO_DELAY = Threshold(
+    0.2,
+    "1",
+    "share of a drive's declared delay and lag that the record leaves, below which none is there",
+    "chosen",
+)
+GREAT_DELAY = Threshold(
+    1.0,
+    "samples",
+    "delay of the force that is not as declared, from which what reversals leave may be its own",
+    "chosen",
+)
+LARGE_CONSTANT = Threshold(
+    0.1,
+    "1",
+    "share of the force of a constant that the model lacks, above which the verdict names it "
+    "before a simulation that fails by it",
+    "chosen",
+)
 NEGLIGIBLE_PEAK_FORCE = Threshold(
     0.05,
     "1",

@@ -31,6 +31,7 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 
 from .factors import LAGS
+from .sentences import WHICH_LAW
 
 _DRAWS = 3  # of what the log's last digit leaves open
 _LARGEST = 5.0  # logarithm of a change that is told to first order
@@ -323,7 +324,7 @@ def said_of_gains(beside: GainsBeside, start: str) -> tuple[str, GainChange | No
     if best is None or best.percent > MAX_LAW_RESIDUAL.value or beside.off(best.point):
         return (
             f"{start}no change of its gains explains it; check how it forms the velocity, its "
-            "filters, its limits and anti-windup, the period and the noise",
+            f"filters, its limits and anti-windup, the period and the noise; {WHICH_LAW}",
             None,
         )
     ways = "; or ".join(change.said(law) for change in changes)

@@ -24,6 +24,8 @@ from .terms import law_error_percent
 
 #: Names of what is regressed beside the products of gains.
 CONSTANT, DRIFT, INJECTED = "constant", "drift", "injected"
+#: What tells a wrong kind of law.
+WHICH_LAW = "axisid law (estimation.find_law) finds which ready law it is of, if of another kind"
 #: Samples over which a shift of the control is looked for.
 MOST_SHIFT = 5
 _COLUMN_FAULTS = {
@@ -165,7 +167,7 @@ def large_fault(
     if fitted is None or fitted > MAX_LAW_RESIDUAL.value or not off:
         return (
             f"{start}no factor explains it; check the gains, the velocity filter, the period, the "
-            "drive's limit and the noise"
+            f"drive's limit and the noise; {WHICH_LAW}"
         )
     if one := _one_gain(law, factors):
         return f"{start}{one}"

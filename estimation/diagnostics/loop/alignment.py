@@ -32,6 +32,7 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_DELAY_DEVIATION,
     MAX_DELAY_DISTANCE,
     MAX_MISALIGNMENT,
+    NO_DELAY,
 )
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError
@@ -366,9 +367,13 @@ def _of_drive(profile: Alignment, data: FilteredRecord, remedy: Remedy | None) -
     """To declare what is between a command and its force, before what else there is to do."""
     axis, record, apart = data.axis.axis, data.record, profile.best - data.hold_delay
     sampled = axis.control is None or not axis.control.continuous
-    if record.force is not None or not sampled or apart <= 0 or profile.at_the_end:
+    if record.force is not None or not sampled:
         return remedy
-    more = "more " if axis.drive.lag or axis.drive.delay else ""
+    if apart < 0 and declared_lateness(data):
+        return Remedy.of(_too_long(profile, data), ". " if remedy else "", remedy)
+    if apart <= 0 or profile.at_the_end:
+        return remedy
+    more = "more " if declared_lateness(data) else ""
     said = (
         f"Declare what lies between command and force, the drive's delay or its lag, "
         f"{apart * record.period:.3g} s {more}in all"
@@ -376,11 +381,34 @@ def _of_drive(profile: Alignment, data: FilteredRecord, remedy: Remedy | None) -
     return Remedy.of(said) if remedy is None else Remedy.of(said, ". ", remedy)
 
 
+def declared_lateness(data: FilteredRecord) -> float:
+    """Seconds by which a drive declares that its force follows the recorded control."""
+    drive = data.axis.axis.drive
+    behind = {"command": drive.delay + drive.lag, "applied": drive.lag}
+    return float(behind.get(drive.logged, 0.0))
+
+
+def _too_long(profile: Alignment, data: FilteredRecord) -> str:
+    """By how much a declared delay or lag is too long, and what to declare."""
+    declared = declared_lateness(data)
+    off = (data.hold_delay - profile.best) * data.record.period
+    least = "at least " if profile.at_the_end else ""
+    rest = declared - off
+    instead = "none" if rest < NO_DELAY.value * declared else f"{rest:.3g} s"
+    return (
+        f"The drive's delay or lag, declared as {declared:.3g} s in all, is {least}{off:.3g} s too "
+        f"long: declare {instead}{' or less' if profile.at_the_end and rest > 0 else ''}"
+    )
+
+
 def _other_hold(profile: Alignment, data: FilteredRecord) -> Setting | None:
     """The other hold, where the delay is its own."""
     zoh = hold_delay(data.axis.axis.control, data.period, clock_of(data.record))
     other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
     near = abs(profile.best - own) <= MAX_MISALIGNMENT.value
+    early = (data.hold_delay - profile.best) * data.record.period
+    if 0 < early * (1 - NO_DELAY.value) < declared_lateness(data):
+        return None  # a delay that is not there is declared
     return Setting("hold", other) if near else None
 
 

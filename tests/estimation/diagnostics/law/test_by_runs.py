@@ -109,6 +109,7 @@ def test_what_no_gain_explains_is_said_to_be_something_else() -> None:
     assert isinstance(check, LawCheck)
     assert law.gains.keys() > plain.gains.keys()
     assert "no change of its gains explains it" in check.meaning
+    assert "axisid law (estimation.find_law) finds which ready law it is of" in check.meaning
     assert not check.passed
 
 

@@ -1,5 +1,6 @@
 """The delay between force and motion, on twins whose delay is known and on the real record."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import shift
 
-from axisid import Prefilter, Record, identify, twin_record
+from axisid import Prefilter, Record, build, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.loop.alignment import alignment_of, profile_alignment
 from axisid.estimation.methods import bound_record
@@ -114,6 +115,23 @@ def test_delay_beyond_the_range_is_said_to_be_there(emps2015: GeneratedAxis) -> 
     )
     assert check.status == "fail"
     assert "best 3 samples, the end" in check.meaning
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("declared", "says"),
+    [(1e-3, r"is 0.00\d* s too long: declare none"), (3e-3, r"is at least .*: declare .* or less")],
+)
+def test_a_declared_delay_that_is_not_there_is_said_to_be_too_long(
+    emps2015: GeneratedAxis, twin: Record, declared: float, says: str
+) -> None:
+    axis = emps2015.axis
+    late = build(replace(axis, drive=replace(axis.drive, delay=declared)), native=False)
+    verdict = {c.name: c for c in identify(late, twin, methods="idm-ls").verdict}
+    assert verdict["alignment"].status == "fail"
+    assert re.search(says, str(verdict["alignment"].remedy))
+    assert verdict["missing terms"].status != "fail"
+    assert verdict["near reversals"].status != "fail"
 
 
 @pytest.mark.slow

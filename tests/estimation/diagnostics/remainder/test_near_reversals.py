@@ -67,6 +67,15 @@ def test_what_nothing_else_names_is_a_failure() -> None:
     assert "what fails besides may make it" in named.meaning
 
 
+def test_a_delay_that_alignment_tells_of_is_named_before_friction() -> None:
+    found = NearReversals(near=4.8, elsewhere=2.0, force=30.0, rows=40)
+    late = near_reversals_check(found, "N", late=True)
+    assert isinstance(late, Check)
+    assert late.status == "note"
+    assert "Stribeck" not in late.meaning
+    assert "the delay that alignment tells of may make it; mend that first" in late.meaning
+
+
 def test_nothing_is_said_where_nothing_was_left_out() -> None:
     axis = load_axis("emps2015")
     result = identify(axis, twin_record(axis), Prefilter(reversals="keep"), ["idm-iv"])
