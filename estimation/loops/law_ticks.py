@@ -88,11 +88,17 @@ class LawTicks:
         return np.where(late < 0, 0.0, self.added[np.maximum(late, 0)])
 
 
-def law_ticks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LawTicks:
-    """What the law of an axis measured along a segment of a record with a reference."""
+def law_ticks(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], *, noisy: bool = False
+) -> LawTicks:
+    """What the law of an axis measured along a segment of a record with a reference.
+
+    An ideal velocity is of the low-passed positions, or noisy, of all that is in them: for what
+    goes through that low-pass itself, twice through which is late where the motion has corners.
+    """
     law, rows = law_of(axis), slice(*span)
     reference, position = np.asarray(record.commanded)[rows], record.position[rows]
-    velocity = _velocity(law, position, record.period)
+    velocity = _velocity(law, position, record.period, noisy=noisy)
     added = record.added_control
     added = np.zeros(len(position)) if added is None else added[rows]
     signals = recorded_signals(axis, record.provenance.source, record.signals)
@@ -120,19 +126,14 @@ def between(values: Array, times: Array) -> Array:
     return np.asarray(spline(np.clip(times, 0, len(values) - 1)))
 
 
-def _velocity(law: ControlLaw, position: Array, period: float) -> Array:
-    """What an ideal sensor sees, of a law that reads one; it is in no log.
-
-    With all the noise of the positions: what is held against the control goes through the same
-    low-pass as that, and a velocity that went through it before would lag behind where it turns.
-    """
+def _velocity(law: ControlLaw, position: Array, period: float, *, noisy: bool) -> Array:
+    """What an ideal sensor sees, of a law that reads one; it is in no log."""
     if not law.takes_velocity:
         return np.zeros_like(position)
-    return np.asarray(
-        CubicSpline(period * np.arange(len(position)), position)(
-            period * np.arange(len(position)), 1
-        )
-    )
+    if not noisy:
+        return measured_velocity(position, period)
+    samples = np.arange(len(position))
+    return np.asarray(CubicSpline(samples, position)(samples, 1)) / period
 
 
 def measured_velocity(position: Array, period: float) -> Array:

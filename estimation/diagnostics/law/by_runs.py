@@ -85,8 +85,10 @@ class GainsBeside:
         smooth : callable
             What both sides are filtered by before.
         """
-        ticks = law_ticks(axis, record, (0, len(record)))
-        start = start_of_law(axis, record, (0, len(record)), ticks)[: len(law.memory)]
+        whole = (0, len(record))
+        ticks = law_ticks(axis, record, whole, noisy=True)
+        quiet = law_ticks(axis, record, whole) if law.takes_velocity else ticks
+        start = start_of_law(axis, record, whole, quiet)[: len(law.memory)]
         along = LawAlong.of(axis, law, ticks, record)
         # A control that a converter's noise took from the limit is none that the law gave.
         declared = LawPoint(along.declared.gains, start)

@@ -42,8 +42,9 @@ def compared_with_law(
         # A position that was cut off stays in the memory.
         limited[start : stop + LAW_SETTLING] = True
     limited[:settle] = True
-    ticks = law_ticks(axis, record, whole)
-    terms = terms_along(axis, ticks, start_of_law(axis, record, whole, ticks))
+    ticks = law_ticks(axis, record, whole, noisy=True)
+    quiet = law_ticks(axis, record, whole) if law.takes_velocity else ticks
+    terms = terms_along(axis, ticks, start_of_law(axis, record, whole, quiet))
     terms = np.hstack([terms, _added(axis, record, law, ticks)])
     if not law.takes_velocity:
         return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
