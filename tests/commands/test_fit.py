@@ -102,6 +102,15 @@ def test_a_prior_without_a_deviation_is_refused_with_both_ways_to_write_it(
     assert "NAME=VALUE+-SD, or --fix M=95" in err
 
 
+@pytest.mark.parametrize(("option", "value"), [("--output", "openloop"), ("--prior", "M=95")])
+def test_a_wrong_option_is_told_before_the_axis_is_derived(
+    run: Run, log: Path, option: str, value: str
+) -> None:
+    code, _, err = run("fit", "nosuch.toml", log, option, value)
+    assert code == 2
+    assert option in err
+
+
 @pytest.mark.slow
 def test_a_fit_is_read_back_as_it_was_written(
     run: Run, log: Path, tmp_path: Path, emps2015: GeneratedAxis
@@ -110,6 +119,8 @@ def test_a_fit_is_read_back_as_it_was_written(
     _, out, _ = run("fit", "emps2015", log, "--json", file, "--report", page)
     saved = load_result(file)
     assert isinstance(saved, SavedOutputFit)
+    with refuses("saved-without-samples", says="no samples to draw a figure of; the one that fit"):
+        saved.plot("")
     assert saved.to_dict() == json.loads(file.read_text())
     found = fit(emps2015, read_record(log, emps2015))
     assert saved["M"].interval == pytest.approx(found["M"].interval)

@@ -82,6 +82,7 @@ def fit(
     """
     targets = [Target("--json", json_file, "fit"), Target("--report", report, "report")]
     check_targets(targets, (*record, axis), force=force)
+    wanted = asked.arguments()
     inputs = axis_and_records(
         axis,
         record,
@@ -98,7 +99,7 @@ def fit(
     from axisid.estimation.fitting import fit as run
 
     with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
-        result = run(inputs.axis, inputs.records, progress=line, **asked.arguments(), **shared)
+        result = run(inputs.axis, inputs.records, progress=line, **wanted, **shared)
     put_result(result, json_file)
     if report is not None:
         _put_page(result, report, is_quiet=json_file == "-")

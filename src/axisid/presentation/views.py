@@ -305,6 +305,23 @@ def _of_saved(result: SavedIdentification, what: str, method: str | None = None)
     return plot_of(result.preferred if method is None else result[method], what)
 
 
+def _of_saved_runs(
+    result: SavedMonteCarlo | SavedOutputFit, what: str, method: str | None = None
+) -> Plot:
+    """A file of these holds figures and no samples, of which their plots are."""
+    del method
+    made, by = (
+        ("runs", "monte_carlo") if isinstance(result, SavedMonteCarlo) else ("samples", "fit")
+    )
+    raise UsageError(
+        f"a saved result has no {made} to draw {quoted(what) if what else 'a figure'} of; the one "
+        f"that {by} returns has: call its plot() before it is saved.",
+        code="saved-without-samples",
+    )
+
+
+plot_of.register(SavedMonteCarlo, _of_saved_runs)
+plot_of.register(SavedOutputFit, _of_saved_runs)
 plot_of.register(SavedEstimate, _of_saved_estimate)
 plot_of.register(SavedIdentification, _of_saved)
 plot_of.register(Estimate, _of_estimate)

@@ -84,6 +84,8 @@ def test_a_file_reads_back_as_what_was_written(tmp_path: Path) -> None:
     assert saved.of("idm-iv", "M").bias == live.of("idm-iv", "M").bias
     with refuses("no-such-estimand"):
         saved.of("idm-iv", "mass")
+    with refuses("saved-without-samples", says="no runs to draw 'coverage' of; the one that monte"):
+        saved.plot("coverage")
     with refuses("trend-of-study"):
         trend(file)
 

@@ -38,10 +38,10 @@ class Asked:
         Raises
         ------
         UsageError
-            A bound or a prior cannot be read.
+            An output is unknown, or a bound or a prior cannot be read.
         """
         return {
-            "output": tuple(name for text in self.output for name in names_in(text)),
+            "output": tuple(_output(name) for text in self.output for name in names_in(text)),
             "weights": dict(map(_weight, self.weight)) or None,
             "loss": self.loss,
             "start": self.start,
@@ -52,6 +52,15 @@ class Asked:
             "prior": _priors(self.prior),
             "free": tuple(each for text in self.free for each in names_in(text)),
         }
+
+
+def _output(name: str) -> str:
+    if name not in OUTPUTS:
+        raise click.BadParameter(
+            f"there is no output {name!r}; choose from {', '.join(OUTPUTS)}.",
+            param_hint="--output",
+        )
+    return name
 
 
 def _priors(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
