@@ -316,6 +316,10 @@ class Record(Presentable, Exact):
         DataError
             pyarrow is not installed.
         """
+        if not isinstance(file, (str, Path)):
+            raise UsageError(
+                f"the file is {quoted(file)}; give its name, a text or a Path.", code="write-file"
+            )
         path, declared = Path(file), as_declared(axis)
         if declared is None:
             raise UsageError(

@@ -121,10 +121,27 @@ def _units(columns: Mapping[str, Array], declared: Container[str]) -> list[tuple
     return [(head if head in declared else name, unit) for head, (name, unit) in split]
 
 
-def _csv(columns: Mapping[str, Array], _: Units, about: str, __: Path) -> str:
+def _csv(columns: Mapping[str, Array], _: Units, about: str, file: Path) -> str:
+    # Readers take quotes as they stand, and a line of numbers for no heads.
+    if any(set(head) & set(',"\r\n') for head in columns) or all(
+        _is_number(name) for name, _ in split_labels([*columns])
+    ):
+        raise ModelError(
+            f"{file}: a text with commas cannot have the heads {', '.join(map(repr, columns))}; "
+            "write .parquet or .npz, or declare other names.",
+            code="log-heads",
+        )
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     lines = (",".join(map(repr, row)) for row in rows)
     return "\n".join([f"# {about}", ",".join(columns), *lines, ""])
+
+
+def _is_number(head: str) -> bool:
+    try:
+        float(head)
+    except ValueError:
+        return False
+    return True
 
 
 def _parquet(columns: Mapping[str, Array], units: Units, about: str, file: Path) -> bytes:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import Axis, Record, UsageError, build, load_axis, read_record, twin_record
+from axisid import Axis, ModelError, Record, UsageError, build, load_axis, read_record, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from tests.refusals import refuses
 
@@ -83,3 +83,20 @@ def test_an_archive_whose_units_are_none_has_numbers_without(
     file = tmp_path / "log.npz"
     np.savez(file, **record.channels(), **{"axisid.units": np.array(told)})  # type: ignore[arg-type]
     assert is_same(read_record(file, emps2015), record)
+
+
+@pytest.mark.parametrize("heads", [("1", "2", "3", "4"), ("t", "ref", "a,b", "u")])
+def test_heads_that_no_text_with_commas_can_have_are_refused(
+    heads: tuple[str, ...], tmp_path: Path
+) -> None:
+    roles = ("time", "reference", "position", "control")
+    axis = replace(load_axis("emps2015"), columns=dict(zip(roles, heads, strict=True)))
+    record = twin_record(axis)
+    with pytest.raises(ModelError, match="cannot have the heads"):
+        record.write(tmp_path / "log.csv", axis)
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_file_that_is_no_name_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="give its name"):
+        twin_record(load_axis("emps2015")).write(None, load_axis("emps2015"))  # type: ignore[arg-type]
