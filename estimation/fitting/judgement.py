@@ -26,6 +26,7 @@ from axisid.estimation.thresholds.estimates import (
     MIN_ROWS_PER_PARAMETER,
 )
 from axisid.estimation.thresholds.fitting import (
+    ADVISED_WINDOWS,
     HORIZON,
     LACKING_LEVEL,
     MAX_APART,
@@ -234,15 +235,26 @@ def _lacking(of: Judged) -> Check:
         )
     else:
         said = "what is left goes with no force of the motion that was looked for"
+    few = not there and _few_windows(of)
+    if few:
+        said += f"; {few} windows are few, in which one may go untold: follow more, or shorter ones"
     return Check(
         name=name,
-        status=passed(not there, matters=not (wrong_law or bent)),
+        status=passed(not (there or few), matters=not (wrong_law or bent or few)),
         figure=of.lacks[0].chance if of.lacks else None,
         threshold=level,
         p_value=of.lacks[0].chance if of.lacks else None,
         source=LACKING_LEVEL.source,
         meaning=said,
     )
+
+
+def _few_windows(of: Judged) -> int:
+    """How many windows of an open loop there are, where more are advised; else 0."""
+    if not isinstance(of.basis.predictions, WindowPredictions):
+        return 0
+    windows = sum(map(len, of.basis.predictions.spans))
+    return windows if windows < ADVISED_WINDOWS.value else 0
 
 
 def _known(of: Judged) -> Iterator[Check]:

@@ -78,6 +78,12 @@ MAX_TIME_STEP = Threshold(
     "need not be generated anew",
     "chosen: the output is a straight line of it there",
 )
+ADVISED_WINDOWS = Threshold(
+    20.0,
+    "1",
+    "windows of an open loop below which it is noted that a missing term may go untold",
+    "chosen: a Stribeck rise of half the Coulomb friction goes untold in 16, and is told in 28",
+)
 FEWEST_WINDOWS = Threshold(
     6.0,
     "1",

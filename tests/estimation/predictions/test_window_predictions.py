@@ -158,6 +158,18 @@ def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("horizon", "status"), [(0.5, "note"), (0.25, "pass")])
+def test_few_windows_are_said_to_hide_terms(
+    emps2015: GeneratedAxis, twin: Record, horizon: float, status: str
+) -> None:
+    found = fit(emps2015, twin, "open-loop", horizon=horizon)
+    (terms,) = (check for check in found.checks if check.name == "missing terms")
+    assert terms.status == status
+    assert ("windows are few" in terms.meaning) == (status == "note")
+    assert found.believed
+
+
+@pytest.mark.slow
 def test_an_open_loop_of_falling_friction_is_as_sure_as_it_says() -> None:
     axis = build(load_axis(SLOW_SCREW))
     experiment = axis.declared.experiment
