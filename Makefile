@@ -55,6 +55,8 @@ types: $(VENV)/.test
 check: $(VENV)/.test
 	$(BIN)/axisid generate --check
 
+# A worker for each core: linear algebra with threads of its own would only have them wait.
+tests studies: export OPENBLAS_NUM_THREADS ?= 1
 # MARKED= runs all tests, the slow ones last.
 MARKED ?= not slow
 tests: $(VENV)/.test

@@ -22,6 +22,7 @@ from axisid.commands.many.trend import trend
 from axisid.commands.many.twin import twin
 from axisid.commands.options.completion import completion
 from axisid.support.errors import AxisidError
+from axisid.support.jobs.one_thread import one_thread
 from axisid.support.remedy import as_options
 from axisid.support.version import __version__
 
@@ -76,6 +77,7 @@ def cli() -> None:
 
 def main() -> NoReturn:
     """Run the command line: every failure is one sentence on stderr and an exit code."""
+    one_thread()
     _fill_closed()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

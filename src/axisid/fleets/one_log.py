@@ -14,7 +14,7 @@ from axisid.support.files.json_text import json_text
 from axisid.support.remedy import as_options
 
 from .row import FleetRow, judged
-from .settings import Settings, log_digest
+from .settings import LOG_NOT_READ, Settings, log_digest
 
 _NOT_WRITTEN = "fleet-result-not-written"
 
@@ -73,7 +73,7 @@ def _key(settings: Settings, item: FleetItem) -> str:
     except OSError as error:
         raise DataError(
             f"{item.log} cannot be read: {error.strerror}. Check the path.",
-            code="fleet-log-not-read",
+            code=LOG_NOT_READ,
         ) from error
 
 

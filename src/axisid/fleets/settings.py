@@ -16,6 +16,9 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.files.regular_file import read_regular
 from axisid.support.version import __version__
 
+#: The code of a log that is not there or cannot be opened.
+LOG_NOT_READ = "fleet-log-not-read"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
@@ -90,7 +93,7 @@ class Settings:
         if not axis and not Path(item.log).exists():  # a mistyped name of a manifest, most often
             raise DataError(
                 f"{item.log} cannot be read: there is no such file. Check the path.",
-                code="fleet-log-not-read",
+                code=LOG_NOT_READ,
             )
         if not axis:
             raise UsageError(

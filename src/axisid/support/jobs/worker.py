@@ -11,12 +11,11 @@ from multiprocessing.process import BaseProcess
 from time import monotonic
 from typing import Any
 
+from .one_thread import started_with_one_thread
 from .outcome import attempt, failure_of
 
 #: What a worker says once it has the function.
 READY = "ready"
-#: Libraries of linear algebra start a thread for each core; with a worker for each core too many.
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 _PATIENCE = 1.0  # s until a worker that was told to end is killed
 
 
@@ -33,7 +32,7 @@ class Worker:
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
         process = context.Process(target=_serve, args=(theirs, function), daemon=True)
-        with _one_thread(), _without_interrupts():
+        with started_with_one_thread(), _without_interrupts():
             process.start()
         theirs.close()  # so that the pipe ends when the process does
         self.process: BaseProcess = process
@@ -108,18 +107,6 @@ def _end_with_parent() -> None:
     if parent is not None:
         wait([parent.sentinel])
         os._exit(1)
-
-
-@contextlib.contextmanager
-def _one_thread() -> Iterator[None]:
-    """Have linear algebra in one thread in what is started now, where the user says nothing."""
-    added = [name for name in _ONE_THREAD if name not in os.environ]
-    os.environ.update(dict.fromkeys(added, "1"))
-    try:
-        yield
-    finally:
-        for name in added:
-            os.environ.pop(name, None)
 
 
 @contextlib.contextmanager
