@@ -4,19 +4,24 @@ The bounded estimate is the point within the bounds that is nearest to the free 
 covariance of independent residuals; of least squares that is the bounded least squares of the same
 rows. What it has at a bound is held, the others are identified anew with it, until none goes beyond
 its bound, and none that is held would come back.
+
+What a bound holds is not known, so the others are as unsure as its parameter lets them be: they
+have the covariance that they have without bounds. The bounded estimate is, by that covariance,
+nearer to whatever is within the bounds than the free one is, so that it is enough.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.artefacts import GeneratedAxis, Quantity, build
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.problems import Held
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.modeling.declaration import leave_out
 from axisid.modeling.quantities import Parameter
+from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, EstimationError
 
 from .result import Identification
@@ -50,13 +55,52 @@ def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
         back = [each.name for each in held if not each.distance and each.is_inside]
         if not back:
             result = search.result(bounds)
-            return replace(result, problem=replace(result.problem, held=tuple(held)))
+            return _with_held(result, held, search.result({})) if held else result
         bounds = {name: bound for name, bound in bounds.items() if name != back[0]}
     raise EstimationError(
         f"which of {', '.join(bounds)} are at their bounds does not settle; identify without "
         "bounds, and leave out what the record does not show.",
         code="bounds-unsettled",
     )
+
+
+def _with_held(result: Identification, held: list[Held], free: Identification) -> Identification:
+    """The bounded result, which says what is held, with the covariances of the free one."""
+    estimates = {
+        method: _as_unsure(estimate, free.estimates[method])
+        if method in free.estimates
+        else estimate
+        for method, estimate in result.estimates.items()
+    }
+    problem = replace(result.problem, held=tuple(held))
+    return replace(result, problem=problem, estimates=estimates)
+
+
+def _as_unsure(estimate: Estimate, free: Estimate) -> Estimate:
+    """The same with the covariances that its parameters have where nothing is held."""
+    places = _places(estimate.quantities, free.quantities)
+    own = _places(estimate.ddm_quantities, free.ddm_quantities)
+    if places is None or own is None:
+        return estimate
+
+    def of(covariances: Mapping[str, Array], at: list[int]) -> dict[str, Array]:
+        return {name: whole[np.ix_(at, at)] for name, whole in covariances.items()}
+
+    return replace(
+        estimate.with_inference(
+            covariances=of(free.covariances, places),
+            covariance_names=free.covariance_names,
+            ddm_covariances=of(free.ddm_covariances, own),
+        ),
+        freedom={name: freedom[places] for name, freedom in free.freedom.items()},
+        ddm_freedom={name: freedom[own] for name, freedom in free.ddm_freedom.items()},
+    )
+
+
+def _places(names: Sequence[Quantity], among: Sequence[Quantity]) -> list[int] | None:
+    """Where each is among others; None where one is not."""
+    where = {quantity.name: i for i, quantity in enumerate(among)}
+    return [where[q.name] for q in names] if all(q.name in where for q in names) else None
 
 
 @dataclass(frozen=True, slots=True)

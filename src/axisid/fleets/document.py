@@ -85,12 +85,12 @@ def _values(group: AxisGroup) -> Table:
         rows.append((name, unit, f"{middle:.6g}", between, f"{np.median(own[:, i]):.3g}"))
     of = "logs" if group.machines == len(group.rows) else "machines"
     heads = ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate")
-    return Table(
-        columns=text_columns(heads),
-        rows=tuple(rows),
-        title=f"{group.axis}, {_logs(len(group.rows))}"
-        + (f" of {group.machines} machines" if of == "machines" else ""),
-    )
+    title = f"{group.axis}, {_logs(len(group.rows))}"
+    if of == "machines":
+        title += f" of {group.machines} machines"
+    if group.untold:
+        title += f", {group.untold} without a serial number and so not compared"
+    return Table(columns=text_columns(heads), rows=tuple(rows), title=title)
 
 
 def _outliers(group: AxisGroup) -> Block:

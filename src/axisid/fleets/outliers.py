@@ -52,6 +52,8 @@ class AxisGroup:
     rows : tuple of FleetRow
     machines : int
         That are held against one another: each log its own, unless serial numbers say otherwise.
+    untold : int
+        Logs that are not, since no serial number says of which machine they are.
     usual : Usual or Missing
     outliers : tuple of Outlier
         The furthest first.
@@ -62,6 +64,7 @@ class AxisGroup:
     units: tuple[str, ...]
     rows: tuple[FleetRow, ...]
     machines: int
+    untold: int
     usual: Usual | Missing
     outliers: tuple[Outlier, ...]
 
@@ -84,6 +87,7 @@ def _group(axis: str, names: tuple[str, ...], rows: Sequence[FleetRow]) -> AxisG
         units=tuple(value.unit for value in rows[0].parameters.values()),
         rows=tuple(rows),
         machines=len(machines),
+        untold=len(rows) - sum(map(len, machines)),
         usual=usual,
         outliers=outliers,
     )
@@ -93,12 +97,16 @@ def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
     """The logs of each machine, where serial numbers tell several; else each log by itself.
 
     Logs of one machine have its scatter from the others in common: taken as machines of their own
-    they would make the others stand out. Those of one machine alone are held against one another.
+    they would make the others stand out, so that a log whose machine is not told is left out where
+    others have several. Those of one machine alone are held against one another.
     """
     found: dict[str, list[FleetRow]] = {}
     for row in rows:
         found.setdefault(row.serial, []).append(row)
-    return [*found.values()] if len(found) > 1 and "" not in found else [[row] for row in rows]
+    told = [each for serial, each in found.items() if serial]
+    if len(told) > 1 and max(map(len, told)) > 1:
+        return told
+    return [[row] for row in rows]
 
 
 def _judged(

@@ -10,7 +10,16 @@ import pytest
 from scipy.optimize import lsq_linear
 from scipy.stats import t as student
 
-from axisid import Axis, Prefilter, build, identify, load_axis, load_result, twin_record
+from axisid import (
+    Axis,
+    Prefilter,
+    build,
+    identify,
+    load_axis,
+    load_result,
+    simulate,
+    twin_record,
+)
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
@@ -90,6 +99,26 @@ def test_a_bound_that_the_record_contradicts_fails_and_one_by_chance_is_told(
     written = result.to_dict()["held"]["Fc"]
     assert (written["bound"], written["free"]) == (held.bound, held.free)
     assert load_result(path, axis=axis.axis).summary() == result.summary()
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_where_chance_takes_a_parameter_to_its_bound() -> None:
+    """As if the bound were the truth, the intervals of Fc hold in none of these."""
+    axis, truth = build(load_axis("emps2015")), {"M": 100.2, "Fv": 0.4, "Fc": 24.8}
+    whole, held, misses = _record(), 0, 0
+    for seed in range(60):
+        noise = np.random.default_rng(seed).normal(scale=3.8e-6, size=len(whole))
+        loop = simulate(
+            axis, [*truth.values()], whole.reference, whole.period, position_noise=noise
+        )
+        record = replace(whole, position=loop.measured_position, control=loop.control)
+        result = identify(axis, record, methods=["didim"], bounded=True)
+        held += bool(result.held)
+        if result.held:
+            found = {name: value.interval for name, value in result.preferred.parameters.items()}
+            misses += sum(not low <= truth[name] <= high for name, (low, high) in found.items())
+    assert held >= 6
+    assert misses <= 1
 
 
 def test_what_leaves_no_axis_is_refused_with_what_is_beyond() -> None:
