@@ -58,6 +58,16 @@ def test_options_reach_the_fit(run: Run, log: Path) -> None:
 
 
 @pytest.mark.slow
+def test_another_seed_draws_other_twins(run: Run, log: Path) -> None:
+    drawn = [
+        json.loads(run("fit", "emps2015", log, "--bootstrap", 8, *seed, "--json", "-")[1])
+        for seed in ((), ("--seed", 0), ("--seed", 5))
+    ]
+    first, same, other = (each["parameters"]["M"]["sd"] for each in drawn)
+    assert first == same != other
+
+
+@pytest.mark.slow
 def test_a_parameter_is_fixed_as_in_identify(run: Run, log: Path) -> None:
     _, out, _ = run("fit", "emps2015", log, "--fix", "M=100", "--json", "-")
     written = json.loads(out)["parameters"]["M"]

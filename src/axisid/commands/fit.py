@@ -43,6 +43,13 @@ if TYPE_CHECKING:
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
 @fit_options
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Of further starts and of the bootstrap's noise.",
+)
 @record_options
 @columns_of_option
 @sharing_options
@@ -63,6 +70,7 @@ def fit(
     axis: str,
     record: tuple[str, ...],
     asked: Asked,
+    seed: int,
     reading: Reading,
     columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
@@ -99,7 +107,7 @@ def fit(
     from axisid.estimation.fitting import fit as run
 
     with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
-        result = run(inputs.axis, inputs.records, progress=line, **wanted, **shared)
+        result = run(inputs.axis, inputs.records, progress=line, seed=seed, **wanted, **shared)
     put_result(result, json_file)
     if report is not None:
         _put_page(result, report, is_quiet=json_file == "-")
