@@ -71,3 +71,21 @@ def test_too_few_values_and_values_at_one_place_tell_nothing_of_time() -> None:
     assert changes(np.array([0.0, 0.0, 0.0, 9.0, 9.0]), np.full(5, 0.01)) == Change()
     values, variances = series(16, 4)
     assert change_in(values, variances, np.ones(16), LEVEL) == Change()
+
+
+@pytest.mark.parametrize("unit", [1e-95, 1e95])
+def test_a_drift_is_the_same_in_every_unit_of_the_places(unit: float) -> None:
+    values, variances = series(20, 5, drift=12.0)
+    places = np.arange(20.0)
+    own = change_in(values, variances, places, LEVEL).drift
+    other = change_in(values, variances, unit * places, LEVEL).drift
+    assert own is not None
+    assert other is not None
+    assert other.p_value == own.p_value
+    assert other.slope * unit == pytest.approx(own.slope)
+
+
+def test_places_too_close_to_reckon_with_are_one_place() -> None:
+    values, variances = series(20, 5, drift=12.0)
+    found = change_in(values, variances, 1e-322 * np.arange(20.0), LEVEL)
+    assert found == change_in(values, variances, np.ones(20), LEVEL)

@@ -332,6 +332,18 @@ def test_whole_results_that_the_ledger_lacks_are_told(folder: Path, tmp_path: Pa
     assert both.notes == ()
 
 
+def _point(run: float) -> Point:
+    return Point(
+        name="r", axis="a", serial="", conditions={"run": run}, method="idm-ls", parameters={}
+    )
+
+
+@pytest.mark.parametrize("place", [1e308, -1e308, 1e200])
+def test_a_condition_whose_square_is_no_number_is_refused(place: float) -> None:
+    with refuses("condition-size"):
+        place_of(_point(place), "run")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [1e150, 1e308])
 def test_a_value_beyond_all_sense_sets_no_limits(folder: Path, tmp_path: Path, size: float) -> None:
@@ -345,6 +357,8 @@ def test_a_value_beyond_all_sense_sets_no_limits(folder: Path, tmp_path: Path, s
     assert not isinstance(alone.limits, Missing)
     assert chart.limits.centre[0] == alone.limits.centre[0]
     assert chart.beyond == (len(files),)
+    page = trend([*files, tmp_path / "huge.json"]).write(tmp_path / "t.html").read_text()
+    assert "too large to compare, are not drawn." in page
     assert "set no limits and tell no change: huge." in " ".join(
         trend([*files, tmp_path / "huge.json"]).summary().split()
     )

@@ -9,6 +9,7 @@ from scipy.optimize import minimize_scalar
 
 from axisid.support.arrays import Array, Exact
 
+from .alike import LARGEST
 from .steps import (
     Step,
     largest_step,
@@ -94,7 +95,7 @@ def change_in(values: Array, variances: Array, places: Array, level: float) -> C
 def _straight(places: Array) -> Array:
     """Columns of a line, (n, 2)."""
     away = places - places.mean()
-    return np.column_stack([np.ones(len(places)), away / np.ptp(places)])
+    return np.column_stack([np.ones(len(places)), away / np.ptp(away)])
 
 
 def _levels(count: int, steps: Sequence[Step]) -> Array:
@@ -106,8 +107,10 @@ def _levels(count: int, steps: Sequence[Step]) -> Array:
 def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
     """The line through the values, its slope held against that of other orders; none of a point."""
     reach = float(np.ptp(places))
-    if not reach:
+    if reach * LARGEST < 1:
         return None
+    # So that no unit of the places decides whether their squares are numbers.
+    places = (places - places.mean()) / reach
     weights = 1 / total_variances(values, variances)
     orders = other_orders(len(values))
     own = float(_slopes(values[None], weights[None], places)[0])

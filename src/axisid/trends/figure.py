@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.populations import LARGEST
 from axisid.presentation.plots import Panel, Plot, Tone, labelled
 from axisid.presentation.plots import Series as Curve
 from axisid.support.arrays import Array
@@ -19,10 +20,13 @@ def trend_plot(series: Series, by: str) -> Plot:
     places = np.array(series.places)
     if origin:
         places = places - places[0]
+    whole = all(_drawn(chart).all() for chart in series.charts)
+    caption = "Whiskers are 95 % intervals; a band is where results stay that are alike."
+    left = " Values that are not finite, or too large to compare, are not drawn."
     return Plot(
         name="trend",
         title=series.title,
-        caption="Whiskers are 95 % intervals; a band is where results stay that are alike.",
+        caption=caption + ("" if whole else left),
         x_label=f"days from {origin}" if origin else by or "result",
         panels=tuple(_panel(chart, places) for chart in series.charts),
         marks=tuple((float(places[i]), series.points[i].name) for i in sorted(steps)),
@@ -30,8 +34,14 @@ def trend_plot(series: Series, by: str) -> Plot:
     )
 
 
+def _drawn(chart: Chart) -> NDArray[np.bool_]:
+    """Which values an axis of a figure can hold."""
+    ends = np.abs([chart.values, chart.low, chart.high])
+    return np.asarray(np.all(ends < LARGEST, axis=0))
+
+
 def _panel(chart: Chart, places: Array) -> Panel:
-    beyond = np.isin(np.arange(len(places)), chart.beyond)
+    beyond, drawn = np.isin(np.arange(len(places)), chart.beyond), _drawn(chart)
     curves = []
     if not isinstance(chart.limits, Missing):
         limits = chart.limits
@@ -46,8 +56,8 @@ def _panel(chart: Chart, places: Array) -> Panel:
             )
         )
     kinds: tuple[tuple[str, NDArray[np.bool_], Tone], ...] = (
-        ("results", ~beyond, "model"),
-        ("beyond the limits", beyond, "error"),
+        ("results", drawn & ~beyond, "model"),
+        ("beyond the limits", drawn & beyond, "error"),
     )
     for label, kept, tone in kinds:
         if kept.any():

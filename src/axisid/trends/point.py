@@ -167,7 +167,7 @@ def place_of(point: Point, by: str) -> float:
     Raises
     ------
     UsageError
-        It has no such condition, or that is neither.
+        It has no such condition, or that is neither, or too large.
     """
     told: Any = point.conditions.get(by)
     if told is None:
@@ -190,5 +190,11 @@ def place_of(point: Point, by: str) -> float:
             f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers or dates "
             "such as 2026-03-01.",
             code="condition-type",
+        )
+    if abs(told) >= LARGEST:
+        raise UsageError(
+            f"the {by} of {point.name} is {quoted(told)}, which is too large to reckon with; give "
+            f"it in a larger unit, below {LARGEST:g}.",
+            code="condition-size",
         )
     return float(told)
