@@ -15,7 +15,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from figures import give, parser_of
-from judgement import OF_DRIVE, declared, reference_of
+from judged_cases import OF_DRIVE, declared, reference_of
 from machines import Machine, records, white
 
 from axisid import AxisidError, Identification, identify, read_record

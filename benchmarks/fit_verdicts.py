@@ -23,7 +23,7 @@ from typing import TypedDict
 
 import numpy as np
 from figures import give, parser_of
-from judged_cases import OF_DRIVE, RIGHT, WRONG, Case, declared, reference_of
+from judged_cases import RIGHT, WRONG, Case, axis_of, reference_of
 from machines import records
 from scipy.stats import beta
 
@@ -70,10 +70,8 @@ def _made(name: str, runs: int, seed: int) -> tuple[GeneratedAxis, Iterator[Reco
         axis = build(load_axis(FOLDER / "slow_screw.toml" if name == SLOW else name))
         return axis, (twin_record(axis, seed=seed + i) for i in range(runs))
     case = _cases()[name]
-    machine = case.machine
-    drive = {} if case.is_late else {of: getattr(machine, of) for of in OF_DRIVE}
-    axis = declared(has_offset=case.has_offset, **drive)
-    columns = records(machine, reference_of(case.motion), runs, seed)
+    axis = axis_of(case)
+    columns = records(case.machine, reference_of(case.motion), runs, seed)
     kept = ({n: v for n, v in each.items() if n != "injected"} for each in columns)
     return axis, (read_record(each, axis) for each in kept)
 

@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 from machines import Array, Machine, autoregressive, white
 
-from axisid import Coordinate, Parameter, build, newton
+from axisid import Coordinate, Parameter, build, leave_out, newton
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, offset, viscous
@@ -316,3 +316,10 @@ def declared(*, has_offset: bool, **drive: float) -> GeneratedAxis:
             control=law,
         )
     )
+
+
+def axis_of(case: Case) -> GeneratedAxis:
+    """The axis as a case declares it."""
+    drive = {} if case.is_late else {name: getattr(case.machine, name) for name in OF_DRIVE}
+    axis = declared(has_offset=case.has_offset, **drive)
+    return build(leave_out(axis.axis, case.undeclared)) if case.undeclared else axis

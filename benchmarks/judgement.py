@@ -34,12 +34,11 @@ from judged_cases import (
     FREE,
     KEPT,
     LOGGED,
-    OF_DRIVE,
     OUTPUT_ERROR,
     RIGHT,
     WRONG,
     Case,
-    declared,
+    axis_of,
     reference_of,
 )
 from library import prefilter_of
@@ -53,7 +52,6 @@ from axisid import (
     Record,
     build,
     identify,
-    leave_out,
     load_axis,
     read_record,
     twin_record,
@@ -147,10 +145,7 @@ def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures
     """Identify the runs of a case, each from one record or from several together."""
     case = CASES[name]
     machine = case.machine
-    drive = {} if case.is_late else {name: getattr(machine, name) for name in OF_DRIVE}
-    axis = declared(has_offset=case.has_offset, **drive)
-    if case.undeclared:
-        axis = build(leave_out(axis.axis, case.undeclared))
+    axis = axis_of(case)
     truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb, "F0": machine.offset}
     figures = Figures()
     for begin in range(0, runs, _AT_ONCE):

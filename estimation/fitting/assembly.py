@@ -170,10 +170,19 @@ class Ended:
             return self.first_scores
         return self._scores(self.unknowns.free)
 
-    @property
+    @cached_property
+    def errors_left(self) -> Array:
+        """Weighted errors, (n,), less what noise makes of them by its square.
+
+        That comes at every reversal alike, so that it scatters nothing.
+        """
+        common, errors = self.errors_in_common, self.scores.errors
+        return errors if common is None else errors + self.weighing.weights * self._beside(common)
+
+    @cached_property
     def autoregressions(self) -> tuple[Colour, ...]:
         """Of the errors, by record."""
-        return self.scores.autoregressions
+        return replace(self.scores, errors=self.errors_left).autoregressions
 
     @cached_property
     def unseen(self) -> Unseen:
@@ -247,9 +256,8 @@ class Ended:
     def left(self) -> Left:
         """The errors, to be asked what the model lacks."""
         s, weights, steps = self.scores, self.weighing.weights, self.errors_by_steps
-        common = self.errors_in_common
         return Left(
-            errors=s.errors if common is None else s.errors + weights * self._beside(common),
+            errors=self.errors_left,
             weights=weights,
             curvature=s.curvature,
             jacobian=s.jacobian,

@@ -300,8 +300,24 @@ class _Run:
                 self._weigh(lanes.errors[:, 0])
                 return begin, at, why
             why.append(Note(f"from {begin.named} values {lanes.failures[0]}"))
-        said = Note.of("the fit cannot start: ", why[0], _law_fault(self.axes, self.records))
+        signs, law = self._signs(begins[0]), _law_fault(self.axes, self.records)
+        said = Note.of("the fit cannot start: ", why[0], signs, law)
         raise EstimationError(said.text, said.remedy, code="fit-start-lost")
+
+    def _signs(self, begin: FitStart) -> Note | None:
+        """What of a start's estimate is below its bounds, as where a sign is flipped."""
+        quantities, low = self.unknowns.quantities, begin.physical < self.unknowns.lower
+        below = [
+            f"{q.name} = {value:.6g} {q.unit}"
+            for q, value, is_low in zip(quantities, begin.physical, low, strict=True)
+            if is_low
+        ]
+        if not below:
+            return None
+        return Note(
+            f" The {begin.named} estimate itself is {', '.join(below)}, below the bounds: check "
+            "the signs of the control, of the positions and of the drive gain."
+        )
 
     def searches(
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator

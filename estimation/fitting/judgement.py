@@ -34,6 +34,7 @@ from axisid.estimation.thresholds.fitting import (
     MAX_GROWTH,
     MAX_LAW_SENSITIVITY,
     MAX_LAW_SHIFT,
+    MAX_LEFT,
     MIN_MOVED_BY_NOISE,
     MIN_SHOWN,
     SAME_END,
@@ -190,10 +191,12 @@ def _sensitive(of: Judged) -> Iterator[Check]:
 def _follows(of: Judged) -> Check:
     """What is left beyond noise: noise may be most of an output that is small, or noisy."""
     most = MAX_BEYOND_NOISE.value
-    worst = int(np.argmax(of.beyond_noise))
+    # A loop that swings by itself takes its swinging for noise, and leaves more than there is.
+    lost = max(of.percents) > MAX_LEFT.value
+    worst = int(np.argmax(of.percents if lost else of.beyond_noise))
     beyond, output = of.beyond_noise[worst], of.followed[worst]
     percent = max(p for p, name in zip(of.percents, of.followed, strict=True) if name == output)
-    good = beyond < most
+    good = beyond < most and not lost
     said = (
         f"the simulated {output} leaves {percent:.3g} % of the recorded one, "
         f"{beyond:.2g} % beyond noise"

@@ -63,11 +63,12 @@ def move_by_record(
     -------
     ((P,) array, (P,) array) or None
         With its deviations, of how sure the factors are. None where no record tells the law's
-        factors.
+        factors, or only those of another sign.
     """
     names = [*of_records[0]]
     told = [law.factors if isinstance(law, LawCheck) else {} for law in laws]
-    told = [factors if all(name in factors for name in names) else {} for factors in told]
+    # Of a law with another sign, straight lines from the declared one tell nothing.
+    told = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in told]
     telling = [factors for factors in told if factors]
     if not telling or not names:
         return None

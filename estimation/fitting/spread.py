@@ -47,7 +47,7 @@ from .unknowns import Unknowns
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
 _FEW = 4  # pairs of twins, that tell whether more are asked
-_TWINS = 48  # a deviation is known to 10 % then
+_FEWEST_OF_MANY, _MOST, _VALUES = 48, 144, 5_000_000  # a deviation is known to 10 or 6 % then
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,8 +202,9 @@ def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array 
 
     None where too few of the twins can be simulated.
     """
+    count = _many(predictions)
     with np.errstate(all="ignore"):
-        errors = predictions.by_noise(physical, _TWINS, np.random.default_rng(seed))
+        errors = predictions.by_noise(physical, count, np.random.default_rng(seed))
     return errors if errors.shape[1] >= FEWEST_TWINS.value else None
 
 
@@ -257,7 +258,7 @@ def shaken_by_noise(
         or _scatter(influence @ few[1], told) > wider * MIN_WIDENED_BY_FEW.value
     ):
         return None
-    many = _common_and_straight(predictions, physical, seed, _TWINS)
+    many = _common_and_straight(predictions, physical, seed, _many(predictions))
     if many is None:
         return None
     common, straight = many
@@ -265,6 +266,11 @@ def shaken_by_noise(
     if moves or _scatter(influence @ straight, told) > wider * MIN_WIDENED_BY_NOISE.value:
         return Shaken(twins=common + straight, common=common.mean(axis=1) if moves else None)
     return None
+
+
+def _many(predictions: Predictions) -> int:
+    """How many twins tell a scatter: fewer of a long record, whose outputs would fill memory."""
+    return max(_FEWEST_OF_MANY, min(_MOST, _VALUES // len(predictions.measured)))
 
 
 def _common_and_straight(

@@ -71,6 +71,13 @@ MAX_BEYOND_NOISE = Threshold(
     "follow it",
     "chosen: it is 4.5 on the EMPS record, whose model lacks 6 % of the control",
 )
+MAX_LEFT = Threshold(
+    120.0,
+    "%",
+    "part of a recorded output that a simulated one leaves, noise counted, from which it does not "
+    "follow it",
+    "chosen: a loop that does nothing leaves 100, and noise beside a small motion hardly more",
+)
 MAX_TIME_STEP = Threshold(
     0.01,
     "periods",

@@ -25,6 +25,7 @@ from axisid.estimation.fitting import OutputFit
 from axisid.estimation.fitting.search import Found, Search
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
+from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump
 from tests.refusals import refuses
 
@@ -370,6 +371,31 @@ def test_an_unstable_law_is_named(twin: Record, factors: dict[str, float]) -> No
     else:
         assert _status(result)["control law"] == "fail"
         assert not result.believed
+
+
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_a_flipped_control_is_named_and_nothing_is_reckoned_from_it(output: str) -> None:
+    """Of a cascade, whose loop swings by itself with what the flipped control leads to."""
+    axis = build(cascaded())
+    record = twin_record(axis)
+    assert record.control is not None
+    result = fit(axis, replace(record, control=-record.control), output)
+    told = {check.name: check for check in result.checks}
+    assert told["control law"].status == "fail"
+    assert "its sign is opposite to the law's" in told["control law"].meaning
+    assert "law's factors" not in told
+    if output == "control":
+        assert result.error_percent > 200
+        assert told["simulation"].status == "fail"
+
+
+def test_a_flipped_sign_of_the_gain_is_told_where_nothing_can_start(twin: Record) -> None:
+    declared = load_axis("emps2015")
+    flipped = replace(declared, drive=replace(declared.drive, gain=-declared.drive.gain))
+    with pytest.raises(EstimationError, match="check the signs of the control") as told:
+        fit(build(flipped), twin)
+    assert told.value.code == "fit-start-lost"
+    assert "estimate itself is M = -99.7" in str(told.value)
 
 
 @pytest.mark.slow

@@ -52,3 +52,9 @@ def test_a_record_that_does_not_tell_is_taken_for_the_others() -> None:
     moved = _move(MOVES, [_law(1.1), Missing("it is too short")])
     assert moved == pytest.approx([30.0, 30.0])
     assert move_by_record(MOVES, [Missing("it is too short")] * 2) is None
+
+
+def test_a_law_of_another_sign_is_no_straight_line_away() -> None:
+    assert move_by_record(MOVES, [_law(-1.0)] * 2) is None
+    moved = _move(MOVES, [_law(1.1), _law(-1.0)])
+    assert moved == pytest.approx([30.0, 30.0])

@@ -200,3 +200,18 @@ def test_what_noise_in_the_loop_moves_falling_friction_by_is_taken_off() -> None
     assert sizes[1] < sizes[0]
     assert sizes[1] < 1.2
     assert np.abs(np.mean(after, axis=0)).max() < np.abs(np.mean(before, axis=0)).max()
+
+
+@pytest.mark.slow
+def test_what_noise_moves_at_every_reversal_alike_makes_no_interval_wider() -> None:
+    """It is taken off the parameters, and is no colour of what is left of the errors."""
+    declared = load_axis(SLOW_SCREW)
+    assert declared.experiment is not None
+    noisy = replace(declared, experiment=replace(declared.experiment, position_noise=3e-6))
+    found = fit(build(declared), twin_record(build(noisy), seed=1))
+    left = found.basis.left
+    assert found.basis.moved is not None
+    assert left.twins is not None
+    scatter = (found.basis.influence @ left.twins / left.weights.max()).std(axis=1)
+    deviations = [each.deviation for each in found.values.values()]
+    assert np.all(deviations < 1.3 * scatter)
