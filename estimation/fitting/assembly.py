@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -25,10 +25,11 @@ from axisid.estimation.told_by_outputs import (
     unseen_directions,
 )
 from axisid.support.arrays import Array
+from axisid.support.deferred import Deferred
 from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
-from .basis import FitBasis
+from .basis import Asked, FitBasis
 from .result import OutputFit, RecordError
 from .search import Found, Weighing
 from .spread import (
@@ -290,16 +291,28 @@ class Ended:
         }
 
     @property
-    def asked(self) -> "Ended":
-        """The same end in windows of a quarter, which what the model lacks is asked of.
+    def asked(self) -> Deferred[Asked]:
+        """What is asked what the model lacks; of windows only once it is, as it is simulated."""
+        if isinstance(self.predictions, WindowPredictions):
+            return Deferred(partial(self._asked_in_parts, self.predictions))
+        return Deferred.of(self.as_asked)
+
+    @property
+    def as_asked(self) -> Asked:
+        """Its errors, and what made them."""
+        return Asked(predictions=self.predictions, left=self.left)
+
+    def _asked_in_parts(self, windows: WindowPredictions) -> Asked:
+        return self._in_parts(windows).as_asked
+
+    def _in_parts(self, windows: WindowPredictions) -> "Ended":
+        """The same end in windows of a quarter.
 
         A force that is not the model's moves long windows by more than slopes tell, and their
         starts and the parameters bend to it. The parts of a window count as one all the same, as
         what moves an axis besides its control may last.
         """
-        if not isinstance(self.predictions, WindowPredictions):
-            return self
-        short, u = self.predictions.in_parts(_PARTS), self.unknowns
+        short, u = windows.in_parts(_PARTS), self.unknowns
         try:
             short.settle(self.best.physical)
             slopes = slopes_of(
@@ -425,7 +438,6 @@ def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tu
 
 def assembled(ended: Ended) -> OutputFit:
     """The result of a fit."""
-    asked = ended.asked
     names = ended.unknowns.names
     at_bound: dict[str, Literal["lower", "upper"]] = {
         n: "lower" if side < 0 else "upper"
@@ -466,8 +478,7 @@ def assembled(ended: Ended) -> OutputFit:
             influence=ended.influence,
             beyond=ended.beyond,
             left=ended.left,
-            asked=asked.predictions,
-            asked_left=asked.left,
+            asked=ended.asked,
             known=ended.known,
             alone=ended.told_alone,
             moved=ended.moved,

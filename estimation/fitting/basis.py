@@ -1,7 +1,7 @@
 """What a fit is judged from, once it is asked for."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,23 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.told_by_outputs import Left
 from axisid.support.arrays import Array
+from axisid.support.deferred import Deferred
 
 from .search import Found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Asked:
+    """Errors that are asked what a model lacks.
+
+    Attributes
+    ----------
+    predictions : Predictions
+    left : Left
+    """
+
+    predictions: Predictions
+    left: Left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,10 +48,8 @@ class FitBasis:
         How far beyond its bound each parameter at one would be without it, in deviations.
     left : Left
         Errors at the end.
-    asked : Predictions
-        Those whose errors are asked what the model lacks.
-    asked_left : Left
-        Their errors.
+    asked : Deferred of Asked
+        What the model lacks is asked of; of an open loop that is simulated anew.
     known : tuple of str
         Names of what was known of each record.
     alone : mapping of str to (float, float)
@@ -55,9 +68,18 @@ class FitBasis:
     influence: Array
     beyond: Mapping[str, float]
     left: Left
-    asked: Predictions
-    asked_left: Left
+    asked: Deferred[Asked]
     known: tuple[str, ...]
     alone: Mapping[str, tuple[float, float]]
     moved: Array | None
     of_start: NDArray[np.bool_]
+
+    @property
+    def without_twins(self) -> "FitBasis":
+        """Without what noise and steps make of the errors: many times what the record holds."""
+        asked = replace(self.asked.value, left=_without_twins(self.asked.value.left))
+        return replace(self, left=_without_twins(self.left), asked=Deferred.of(asked))
+
+
+def _without_twins(left: Left) -> Left:
+    return replace(left, twins=None, steps=None)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,6 +139,11 @@ class OutputFit(Presentable, Exact):
     horizon: float | None
     basis: FitBasis = field(repr=False, compare=False)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """With what twins of the record tell, and without the twins."""
+        _ = self.lacks, self.noise
+        return {**vars(self), "basis": self.basis.without_twins}
+
     @cached_property
     def law(self) -> LawCheck | Missing:
         """The declared control law against the records: that of the first that fails."""
@@ -173,7 +178,8 @@ class OutputFit(Presentable, Exact):
             lower=low,
             upper=high,
         )
-        return lacks_beside(self.basis.asked, self.physical, self.basis.asked_left, held)
+        asked = self.basis.asked.value
+        return lacks_beside(asked.predictions, self.physical, asked.left, held)
 
     @cached_property
     def noise(self) -> tuple[float, ...]:

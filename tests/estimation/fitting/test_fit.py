@@ -23,6 +23,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.fitting.search import Found, Search
+from axisid.estimation.predictions import WindowPredictions
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from tests.axes.cascaded import cascaded
@@ -602,6 +603,34 @@ def test_a_fit_is_equal_after_a_pickle(found: OutputFit) -> None:
     again = pickle.loads(pickle.dumps(found))  # noqa: S301
     assert again == found
     assert again.checks == found.checks
+    assert again.summary() == found.summary()
+
+
+def test_windows_are_asked_what_is_missing_once_a_fit_is_judged(
+    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[object] = []
+    whole = WindowPredictions.in_parts
+    monkeypatch.setattr(
+        WindowPredictions, "in_parts", lambda *of: (asked.append(of[0]), whole(*of))[1]
+    )
+    result = fit(emps2015, twin, "open-loop")
+    assert not asked
+    assert result.lacks == result.lacks
+    _ = result.checks
+    assert len(asked) == 1
+
+
+def test_a_saved_fit_of_a_position_has_no_twins_and_tells_the_same(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    found = fit(emps2015, twin, "position")
+    assert found.basis.left.twins is not None
+    written = pickle.dumps(found)
+    again = pickle.loads(written)  # noqa: S301
+    assert again.basis.left.twins is None
+    assert len(written) < 8 * len(pickle.dumps(twin))  # of 22 with them
+    assert again.to_dict() == found.to_dict()
     assert again.summary() == found.summary()
 
 
