@@ -37,6 +37,7 @@ from axisid.estimation.told_by_outputs import (
     Scattering,
     added,
     autoregression_of,
+    by_colour,
     larger,
     uneven,
 )
@@ -118,13 +119,12 @@ class Scores:
 
     def coloured(self, models: Sequence[Colour]) -> Scattering:
         """Covariance for errors that follow these autoregressions, or are as twins', (k, k)."""
+        columns = self.jacobian @ self.inverse
         if self.twins is not None:
-            columns = self.jacobian @ self.inverse
-            return self._by_twins(columns, self.twins, models).beside(self.by_known())
-        pairs = zip(models, self.spans, strict=True)
-        meat = sum((_coloured(self.jacobian, *pair) for pair in pairs), self._of_known)
-        freedom = max(float(self.counted.sum()) - len(meat), 1.0)
-        return Scattering(matrix=self._sandwich(meat), freedom=np.full(len(meat), freedom))
+            found = self._by_twins(columns, self.twins, models)
+        else:
+            found = added([self._by_colour(columns, model, r) for r, model in enumerate(models)])
+        return found.beside(self.by_known())
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""
@@ -166,10 +166,15 @@ class Scores:
         spans = self.spans[r]
         if self.remembers:
             return uneven(columns, self.errors, twins, spans, self.periods[r], self.outputs)
-        matrix = _coloured(columns, models[r], spans)
-        freedom = max(sum(float(self.counted[rows].sum()) for rows in spans) - len(matrix), 1.0)
-        told = Scattering(matrix=matrix, freedom=np.full(len(matrix), freedom))
-        return larger(told, columns, twins, spans)
+        return larger(self._by_colour(columns, models[r], r), columns, twins, spans)
+
+    def _by_colour(self, columns: Array, model: Colour, r: int) -> Scattering:
+        """Of columns (n, k), less what the fit took of the record's errors."""
+        spans = self.spans[r]
+        rows = np.concatenate([np.arange(len(self.errors))[each] for each in spans])
+        curved = self.curvature[rows, None] * self.jacobian[rows]
+        taken = float(np.sum((self.jacobian[rows] @ self.inverse) * curved))
+        return by_colour(columns, model, spans, int(self.counted[rows].sum()), taken)
 
     def _independent(self, spans: Sequence[slice]) -> Array:
         J = np.concatenate([self.jacobian[rows] for rows in spans])

@@ -14,6 +14,7 @@ from .missing import Left as Left
 from .noise import noise_left as noise_left
 from .uneven import Scattering as Scattering
 from .uneven import added as added
+from .uneven import by_colour as by_colour
 from .uneven import larger as larger
 from .uneven import uneven as uneven
 from .unseen import Unseen as Unseen

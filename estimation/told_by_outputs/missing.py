@@ -20,7 +20,7 @@ from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS
 from axisid.support.arrays import Array
 
 from .colour import Colour, autoregression_of
-from .uneven import Scattering, added, larger, uneven
+from .uneven import Scattering, added, by_colour, larger, uneven
 
 _ALIKE = 0.05  # of a column: what parameters, or other columns, leave of one that is theirs
 _HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
@@ -227,7 +227,7 @@ def _scattering(left: Left, errors: Array, column: Array) -> tuple[float, float]
 def _of(left: Left, errors: Array, column: Array) -> tuple[float, float]:
     """The same by autoregressions."""
     models = left.autoregressions(errors)
-    return _of_records(map(_variance, models, left.spans, left.used, repeat(column)))
+    return _of_records(map(by_colour, repeat(column[:, None]), models, left.spans, left.used))
 
 
 def _of_records(found: Iterable[Scattering]) -> tuple[float, float]:
@@ -244,7 +244,7 @@ def _by_twins(left: Left, errors: Array, column: Array) -> tuple[float, float]:
         pairs = zip(left.spans, left.periods, strict=True)
         return _of_records(uneven(wide, errors, twins, *pair, left.outputs) for pair in pairs)
     models = left.autoregressions(errors)
-    told = map(_variance, models, left.spans, left.used, repeat(column))
+    told = map(by_colour, repeat(wide), models, left.spans, left.used)
     return _of_records(map(larger, told, repeat(wide), repeat(twins), left.spans))
 
 
@@ -254,11 +254,3 @@ def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]
     scores = np.array([column[rows] @ errors[rows] for rows in windows])
     sizes = np.array([column[rows] @ column[rows] for rows in windows])
     return float(scores @ scores), float(sizes.sum() ** 2 / (sizes @ sizes))
-
-
-def _variance(model: Colour, spans: Sequence[slice], rows: int, column: Array) -> Scattering:
-    """Of what a column makes of a record's errors, as sure as its autoregression is."""
-    pieces = [column[span] for span in spans]
-    whole = sum(float(model.coloured(piece[:, None])[0, 0]) for piece in pieces)
-    freedom = 2 / model.uncertainty(pieces, rows)
-    return Scattering(matrix=np.array([[whole]]), freedom=np.array([freedom]))

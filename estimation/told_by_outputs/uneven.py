@@ -18,6 +18,8 @@ from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.fitting import SCORES_ALIKE
 from axisid.support.arrays import Array
 
+from .colour import Colour
+
 _FEWEST_ROWS = 4  # for each lag
 
 
@@ -82,6 +84,32 @@ def uneven(
     long_run = Hac(lags).long_run(lambda most: score_products(whole, pieces, most), len(whole))
     told = Scattering(matrix=long_run.covariance, freedom=long_run.freedom)
     return larger(told, columns, twins, spans)
+
+
+def by_colour(
+    columns: Array, model: Colour, spans: Sequence[slice], rows: int, taken: float = 0.0
+) -> Scattering:
+    """Of columns (n, k) and a record's errors that follow a model, as sure as that model is.
+
+    Parameters
+    ----------
+    columns : (n, k) array
+    model : Colour
+    spans : sequence of slice
+        The record's stretches.
+    rows : int
+        Errors that the model was found from.
+    taken : float
+        Degrees of freedom that a fit has taken from them, so that they are smaller than before.
+    """
+    nothing = np.zeros((columns.shape[1], columns.shape[1]))
+    matrix = sum((model.coloured(columns[each]) for each in spans), nothing)
+    whole = np.array(
+        [2 / model.uncertainty([column[each] for each in spans], rows) for column in columns.T]
+    )
+    left = np.maximum(whole - taken, 1.0)
+    more = np.divide(whole, left, out=np.ones_like(whole), where=np.isfinite(whole))
+    return Scattering(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
 
 
 def larger(told: Scattering, columns: Array, twins: Array, spans: Sequence[slice]) -> Scattering:

@@ -82,7 +82,10 @@ def test_parameters_are_within_their_intervals(
 def test_the_public_record_has_the_numbers_of_output_error(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
-    """Those of output-error.md are of a loop that begins at rest; the record begins in motion."""
+    """Those of output-error.md are of a loop that begins at rest; the record begins in motion.
+
+    Its deviations are without what the autoregressions leave unsure.
+    """
     control, position = (fit(emps, emps_record, o) for o in ("control", "position"))
     np.testing.assert_allclose(control.physical, [95.389, 210.178, 19.853, -3.1679], rtol=1e-4)
     np.testing.assert_allclose(position.physical, [95.205, 208.209, 20.038, -3.1677], rtol=1e-4)
@@ -91,7 +94,7 @@ def test_the_public_record_has_the_numbers_of_output_error(
     for result in (control, position):
         assert len(result.steps) <= 10
         deviations = [v.deviation for v in result.parameters.values()]
-        np.testing.assert_allclose(deviations, [0.25, 4.2, 0.34, 0.14], rtol=0.7)
+        np.testing.assert_allclose(deviations, [0.25, 4.2, 0.34, 0.14], rtol=0.8)
     worst = max(np.abs(control.law_moves["kp*kv"] / control.physical))
     assert worst < 0.005
     assert np.abs(position.law_moves["kp*kv"] / position.physical).max() > 0.3
