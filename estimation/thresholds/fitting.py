@@ -115,14 +115,14 @@ MIN_WIDENED_BY_FEW = Threshold(
     "deviations",
     "scatter that four simulated loops with the record's noise have of a parameter, from which "
     "more are asked",
-    "chosen: 6 % of fits whose deviations are right ask for them",
+    "chosen: 6 % of deviations that are right ask for them, and are none the wider for it",
 )
 MIN_WIDENED_BY_NOISE = Threshold(
     1.3,
     "deviations",
     "scatter that 48 simulated loops with the record's noise have of a parameter, from which their "
     "deviations count",
-    "chosen: 0.2 % of fits whose deviations are right have as much",
+    "chosen: 0.2 % of deviations that are right scatter as much",
 )
 FEWEST_TWINS = Threshold(
     16.0,
