@@ -15,14 +15,15 @@ from axisid import simulate
 from benchmarks.machines import Machine, autoregressive, records, white
 
 study: Any = import_module("judgement")
+cases: Any = import_module("judged_cases")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("weight", [0.0, 150.0])
 def test_a_machine_moves_as_its_axis_is_simulated(weight: float) -> None:
     machine = Machine(offset=weight, coulomb=40.0)
-    reference = study.reference_of("moves")[:1500]
-    axis = study.declared(has_offset=bool(weight))
+    reference = cases.reference_of("moves")[:1500]
+    axis = cases.declared(has_offset=bool(weight))
     truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb, "F0": weight}
     loop = simulate(axis, [truth[name] for name in axis.names], reference, machine.period)
     (columns,) = records(machine, reference, 1, seed=1)
@@ -85,3 +86,12 @@ def test_study_counts_the_runs_of_a_right_and_of_a_wrong_case(root: Path) -> Non
         shares = json.loads(told.stdout)[kind][name]
         assert shares["runs"] == 2
         assert of_all in shares
+
+
+@pytest.mark.parametrize(
+    ("name", "missing"),
+    [("no Coulomb friction declared", "Fc"), ("no viscous friction declared", "Fv")],
+)
+def test_what_is_not_declared_is_no_parameter(name: str, missing: str) -> None:
+    axis = cases.axis_of(cases.CASES[name])
+    assert {"M", "Fv", "Fc"} - set(axis.names) == {missing}
