@@ -8,11 +8,13 @@ from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
 from .estimate import alike_corrected as alike_corrected
 from .estimate import can_be_held_against as can_be_held_against
+from .fitted import FittedParameters as FittedParameters
 from .inference import Inference as Inference
 from .iterate import Iterate as Iterate
 from .iterate import NotSimulated as NotSimulated
 from .part import part_of as part_of
 from .physical import Physical as Physical
+from .physical import PhysicalByMethod as PhysicalByMethod
 from .physical import physical_parameters as physical_parameters
 from .solver_of import solver_of as solver_of
 from .value import CORRECTED as CORRECTED

@@ -10,7 +10,7 @@ the drive gain's deviation adds is in V.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from scipy.special import chdtrc
@@ -25,6 +25,8 @@ from axisid.modeling.derivation import BaseModel
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.wording import describe_undetermined, undetermined_names
 from axisid.support.arrays import Array, Exact
+from axisid.support.errors import UsageError
+from axisid.support.user_values import is_among, quoted
 
 from .base_distance import BaseMap, Distance
 from .value import EstimateLike, NamedValues, value_with_interval
@@ -91,6 +93,29 @@ class Physical(Exact):
         """Whether it says anything that the base parameters do not."""
         own = {p.name for p in self.base.axis.parameters}
         return bool(self.parameters) and bool(self.base.known or set(self.parameters) - own)
+
+
+P = TypeVar("P")
+
+
+class PhysicalByMethod(dict[str, P]):
+    """Physical parameters by method; one that is not among them is told with those that are."""
+
+    def __getitem__(self, method: str) -> P:
+        name = method.lower() if isinstance(method, str) else method
+        if is_among(name, self):
+            return super().__getitem__(name)
+        if not self:
+            raise UsageError(
+                f"there is no {quoted(method)} among the physical parameters, as the estimates are "
+                "of the declared ones already; take result[METHOD].parameters.",
+                code="no-physical",
+            )
+        raise UsageError(
+            f"physical parameters are by method, and there is no {quoted(method)}; choose from "
+            f"{', '.join(self)}, and of its parameters by name.",
+            code="no-such-physical",
+        )
 
 
 def physical_parameters(estimate: OfBase) -> Physical | None:

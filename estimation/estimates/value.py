@@ -250,8 +250,14 @@ def derived_value(
         estimate,
         value,
         str(read.unit),
-        {name: float(gradient @ c @ gradient) for name, c in estimate.covariances.items()},
+        {name: _variance(gradient, c) for name, c in estimate.covariances.items()},
         abs(float(gradient @ moved_by_gain)),
         None if bias is None else float(gradient @ bias),
         float(np.min(estimate.freedom[estimate.chosen], where=gradient != 0, initial=np.inf)),
     )
+
+
+def _variance(gradient: Array, covariance: Array) -> float:
+    """Of a function; what nothing shows has an infinite variance, and counts where it is used."""
+    used = (gradient[:, None] != 0) & (gradient != 0)
+    return float(gradient @ np.where(used | np.isfinite(covariance), covariance, 0.0) @ gradient)

@@ -13,9 +13,10 @@ from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check
 from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
-from axisid.estimation.estimates import NamedValues, Value
+from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
 from axisid.estimation.records import Record
 from axisid.estimation.told_by_outputs import HeldParameters, Lack, lacks_beside, noise_left
+from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
@@ -249,6 +250,46 @@ class OutputFit(Presentable, Exact):
 
     def __getitem__(self, name: str) -> Value:
         return self.parameters[name]
+
+    def derive(self, function: FunctionLike) -> Value:
+        """Any function of the parameters, with its unit and interval.
+
+        Parameters
+        ----------
+        function : str or SymPy expression
+            Such as ``"M/Fv"``, as `Estimate.derive` takes it.
+
+        Returns
+        -------
+        Value
+            By the delta method, under every covariance.
+
+        Raises
+        ------
+        UsageError
+            The function cannot be read, its units do not fit, or it is of what is at a bound.
+        EstimationError
+            It has no finite value at the estimate.
+
+        Warns
+        -----
+        RuntimeWarning
+            The function bends within the uncertainty, so that the delta method is not enough.
+        """
+        told = FittedParameters(
+            quantities=self.quantities,
+            values=self.values,
+            covariances=self.covariances,
+            chosen=self.chosen,
+            at_bound=self.at_bound,
+        )
+        return derived_value(
+            function,
+            told,
+            curvature=told.bend,
+            moved_by_gain=np.zeros(len(self.names)),
+            advice="fit with bootstrap= and look at the parameters",
+        )
 
     @property
     def covariance(self) -> Array:

@@ -9,7 +9,14 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.diagnostics import Choice, Diagnosis, diagnose
-from axisid.estimation.estimates import Estimate, Physical, Value, part_of, physical_parameters
+from axisid.estimation.estimates import (
+    Estimate,
+    Physical,
+    PhysicalByMethod,
+    Value,
+    part_of,
+    physical_parameters,
+)
 from axisid.estimation.problems import Held, Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -221,13 +228,13 @@ class Identification(Presentable, Exact):
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @cached_property
-    def physical(self) -> dict[str, Physical]:
+    def physical(self) -> PhysicalByMethod[Physical]:
         """Declared parameters by method; empty where the estimates are of them already.
 
         From the base parameters and what is declared as known; see `axisid.fix`.
         """
         found = {name: physical_parameters(e) for name, e in self.estimates.items()}
-        return {name: each for name, each in found.items() if each is not None}
+        return PhysicalByMethod((n, each) for n, each in found.items() if each is not None)
 
     @property
     def preferred(self) -> Estimate:

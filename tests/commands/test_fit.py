@@ -135,6 +135,7 @@ def test_a_fit_is_read_back_as_it_was_written(
     found = fit(emps2015, read_record(log, emps2015))
     assert saved["M"].interval == pytest.approx(found["M"].interval)
     np.testing.assert_allclose(saved.covariance, found.covariance)
+    assert saved.derive("M/Fv").interval == pytest.approx(found.derive("M/Fv").interval)
     assert saved.believed == found.believed
     table, rest = (text.split("left of")[0] for text in (saved.summary(), out))
     assert table.splitlines()[-8:] == rest.splitlines()[-8:]

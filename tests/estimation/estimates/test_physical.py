@@ -34,6 +34,7 @@ from axisid.modeling.derivation.base_model import base_model
 from axisid.support.missing import Missing
 from tests.axes import bodies
 from tests.axes.bodies import ROD, b, body, rod, turn, x
+from tests.refusals import refuses
 
 m, l, J = ROD  # noqa: E741
 fv = Parameter("fv", "N m/(rad/s)")
@@ -277,6 +278,16 @@ def sine_record() -> Record:
     noise = np.random.default_rng(3).normal(0, 0.3, len(t))
     control = ((5.0 + 1.44) * acceleration + 14.0 * velocity + noise) / 18.0
     return Record(time=t, position=position, control=control)
+
+
+def test_another_name_than_a_methods_is_told_with_those_that_there_are() -> None:
+    result = identify(geared(Jm=(1e-4, 5e-6)), sine_record(), Prefilter(hold="raw"), "idm-ls")
+    assert result.physical["IDM-LS"] is result.physical["idm-ls"]
+    with refuses("no-such-physical", says="no 'm'; choose from idm-ls"):
+        result.physical["m"]
+    plain = identify(build(load_axis("emps2015")), sine_record(), Prefilter(hold="raw"), "idm-ls")
+    with refuses("no-physical"):
+        plain.physical["idm-ls"]
 
 
 def test_load_follows_from_the_rotor_of_the_data_sheet() -> None:

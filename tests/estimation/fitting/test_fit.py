@@ -21,6 +21,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import conclusion
+from axisid.estimation.estimates import FittedParameters, derived_value
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.fitting.search import Found, Search
 from axisid.estimation.predictions import WindowPredictions
@@ -600,6 +601,50 @@ def test_progress_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
     result = fit(emps2015, twin, progress=lambda *step: told.append(step))
     assert [step[0] for step in told] == [*range(len(result.steps))]
     assert "error" in told[-1][2]
+
+
+def test_functions_of_what_was_fitted_have_its_deviations(found: OutputFit) -> None:
+    own = found.derive("M")
+    assert (own.value, own.deviation) == (found["M"].value, pytest.approx(found["M"].deviation))
+    assert own.interval == pytest.approx(found["M"].interval)
+    tau = found.derive("M/Fv")
+    M, Fv = found["M"].value, found["Fv"].value
+    slopes = np.array([1 / Fv, -M / Fv**2])
+    places = [found.names.index(name) for name in ("M", "Fv")]
+    variance = slopes @ found.covariance[np.ix_(places, places)] @ slopes
+    assert tau.unit == "s"
+    assert tau.deviation == pytest.approx(np.sqrt(variance))
+
+
+def test_functions_of_what_is_at_a_bound_are_refused_and_those_of_others_are_not(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    found = fit(emps2015, twin, bounds={"Fv": (300.0, None)})
+    assert found.derive("2*M").deviation == pytest.approx(2 * found["M"].deviation)
+    with refuses("derive-at-bound", says="Fv is at a bound"):
+        found.derive("M/Fv")
+
+
+def test_functions_of_what_nothing_shows_are_as_unsure(found: OutputFit) -> None:
+    values, name = dict(found.values), found.chosen
+    covariance = found.covariance.copy()
+    covariance[0, 0] = np.inf
+    unshown = FittedParameters(
+        quantities=found.quantities,
+        values=values,
+        covariances={name: covariance},
+        chosen=name,
+        at_bound=(),
+    )
+    made = {
+        each: derived_value(
+            each, unshown, curvature=unshown.bend, moved_by_gain=np.zeros(len(values)), advice=""
+        )
+        for each in ("M/Fv", "Fv")
+    }
+    assert found.names[0] == "M"
+    assert np.isinf(made["M/Fv"].deviation)
+    assert made["Fv"].deviation == pytest.approx(found["Fv"].deviation)
 
 
 def test_a_fit_is_equal_after_a_pickle(found: OutputFit) -> None:

@@ -11,7 +11,7 @@ from msgspec.structs import asdict
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.estimates import NamedValues
+from axisid.estimation.estimates import NamedValues, PhysicalByMethod
 from axisid.estimation.identification import DriveTime, OfRecord, record_place
 from axisid.estimation.joint import JointForm, Layout, known_of, layout_of
 from axisid.estimation.records import Record
@@ -300,10 +300,10 @@ class SavedIdentification(Presentable):
         return self.document.set_aside or {}
 
     @cached_property
-    def physical(self) -> Mapping[str, SavedPhysical]:
+    def physical(self) -> PhysicalByMethod[SavedPhysical]:
         """Declared parameters by method; empty where the estimates are of them already."""
         found = {method: _physical(estimate) for method, estimate in self.estimates.items()}
-        return {method: each for method, each in found.items() if each is not None}
+        return PhysicalByMethod((m, each) for m, each in found.items() if each is not None)
 
     def summary(self, draws: int = 0, *, full: bool = False) -> str:
         """The same text as `Identification.summary`, of what the file holds.

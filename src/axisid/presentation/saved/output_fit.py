@@ -9,10 +9,12 @@ from typing import Any, cast
 import numpy as np
 from msgspec import UNSET
 
+from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check
-from axisid.estimation.estimates import NamedValues, Value
+from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
 from axisid.estimation.fitting import OutputFit
 from axisid.modeling.quantities import Parameter
+from axisid.modeling.text import FunctionLike
 from axisid.presentation.blocks import Document
 from axisid.presentation.schema import WrittenFitted, WrittenOutputFit, plain
 from axisid.presentation.text.fits import output_fit_document
@@ -68,6 +70,24 @@ class SavedOutputFit(Presentable):
         """The parameters with unit, deviations and 95 % interval, by name."""
         chosen = self.document.chosen_covariance
         return NamedValues((n, _value(v, chosen)) for n, v in self.document.parameters.items())
+
+    def derive(self, function: FunctionLike) -> Value:
+        """Any function of the parameters, as `OutputFit.derive`, under the chosen covariance."""
+        own, chosen = self.document.parameters, self.document.chosen_covariance
+        told = FittedParameters(
+            quantities=tuple(Quantity(name=n, unit=v.unit) for n, v in own.items()),
+            values=self.parameters,
+            covariances={chosen: self.covariance},
+            chosen=chosen,
+            at_bound={n for n, v in own.items() if v.at_bound},
+        )
+        return derived_value(
+            function,
+            told,
+            curvature=told.bend,
+            moved_by_gain=np.zeros(len(own)),
+            advice="fit again with bootstrap=",
+        )
 
     @property
     def physical(self) -> Array:
