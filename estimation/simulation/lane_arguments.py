@@ -1,6 +1,6 @@
 """What a batch of loops is given, checked: lanes side by side, gains, signals by name, threads."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, ValuesView
 from typing import Any, Protocol
 
 import numpy as np
@@ -182,8 +182,14 @@ def in_order(
     Raises
     ------
     UsageError
-        A name is of no parameter, or a parameter has none.
+        A name is of no parameter, a parameter has none, or a value is True or False.
     """
+    if truths := _truths(parameters):
+        raise UsageError(
+            f"the parameters of axis {axis.axis.name!r} have the truth value {truths[0]}; give "
+            "numbers, SI.",
+            code="parameter-truth",
+        )
     if not isinstance(parameters, Mapping):
         return parameters
     names = tuple(p.name for p in axis.axis.parameters)
@@ -208,3 +214,15 @@ def in_order(
             "each lane.",
             code="parameter-shapes",
         ) from error
+
+
+def _truths(given: object) -> list[bool]:
+    """Truth values among what is given, which would count as 1 and 0."""
+    if isinstance(given, np.ndarray):
+        return [bool(each) for each in given.ravel()[:1]] if given.dtype.kind == "b" else []
+    if isinstance(given, (bool, np.bool_)):
+        return [bool(given)]
+    values = given.values() if isinstance(given, Mapping) else given
+    if not isinstance(values, (list, tuple, ValuesView)):
+        return []
+    return [found for each in values for found in _truths(each)]

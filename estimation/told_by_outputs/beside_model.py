@@ -89,7 +89,8 @@ def lacks_beside(
     """
     windows = sum(map(len, left.spans))
     if left.by_windows and windows < left.jacobian.shape[1] + FEWEST_WINDOWS.value:
-        return Missing(f"{windows} windows are too few to tell chance from what the model lacks")
+        few = "1 window is" if windows == 1 else f"{windows} windows are"
+        return Missing(f"{few} too few to tell chance from what the model lacks")
     with np.errstate(all="ignore"):
         forces = _by_forces(predictions, physical)
         if isinstance(forces, Missing):

@@ -153,6 +153,7 @@ def test_the_text_tells_counts_and_reasons(made: Fleet) -> None:
     said = made.summary()
     assert "2 identified, 1 without a result" in said
     assert "2 logs are too few to tell which stand out; 15 do" in said
+    assert "so the sd between logs is not told." in " ".join(said.split())
     assert said.count("corrupt.npz") == 1
 
 

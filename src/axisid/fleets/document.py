@@ -68,9 +68,14 @@ def _work(rows: Sequence[FleetRow]) -> str:
 
 def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
     if isinstance(group.usual, Missing):
-        said = f"{group.axis}: {group.usual.reason}."
+        said = f"{group.axis}: {group.usual.reason}; so the sd between {_of(group)} is not told."
         return _values(group), paragraph(said)
     return (_values(group), _outliers(group))
+
+
+def _of(group: AxisGroup) -> str:
+    """What is held against one another."""
+    return "logs" if group.machines == len(group.rows) else "machines"
 
 
 def _values(group: AxisGroup) -> Table:
@@ -83,7 +88,7 @@ def _values(group: AxisGroup) -> Table:
         between = "" if usual is None else f"{np.sqrt(usual.between[i, i]):.3g}"
         middle = np.median(values[:, i]) if usual is None else usual.centre[i]
         rows.append((name, unit, f"{middle:.6g}", between, f"{np.median(own[:, i]):.3g}"))
-    of = "logs" if group.machines == len(group.rows) else "machines"
+    of = _of(group)
     heads = ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate")
     title = f"{group.axis}, {_logs(len(group.rows))}"
     if of == "machines":

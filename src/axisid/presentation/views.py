@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import singledispatch
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -202,6 +203,13 @@ def saved_as(result: Presentable, file: object, **how: Any) -> Path:
         raise UsageError(
             f"the result cannot be saved to {quoted(file)}; give a name that ends in .json.",
             code="save-ending",
+        )
+    known = signature(result.to_dict).parameters
+    if foreign := [name for name in how if name not in known]:
+        takes = ", ".join(known) or "nothing"
+        raise UsageError(
+            f"the result is not saved by {quoted(foreign[0])}; beside the file it takes {takes}.",
+            code="save-option",
         )
     try:
         replace_file(path, json_text(result.to_dict(**how)))

@@ -33,3 +33,11 @@ def test_other_names_are_refused(result: Identification, name: object, tmp_path:
     with refuses("save-ending", says="give a name that ends in .json"):
         result.save(tmp_path / name if isinstance(name, str) else name)  # type: ignore[arg-type]
     assert not [*tmp_path.iterdir()]
+
+
+def test_what_no_result_is_saved_by_is_refused_with_what_it_takes(
+    result: Identification, tmp_path: Path
+) -> None:
+    with refuses("save-option", says="not saved by 'full'; beside the file it takes draws"):
+        result.save(tmp_path / "result.json", full=True)
+    assert not [*tmp_path.iterdir()]

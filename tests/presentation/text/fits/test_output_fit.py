@@ -56,3 +56,14 @@ def test_values_have_the_digits_of_their_deviations(
     assert not isinstance(row[2], Quantity)
     assert float(str(row[2])) == pytest.approx(result["M"].value, abs=1e-4)
     assert float(str(row[3])) == pytest.approx(result["M"].deviation, abs=1e-4)
+
+
+def test_of_few_samples_each_reason_is_told_once(emps2015: GeneratedAxis, twin: Record) -> None:
+    rows = slice(300, 305)
+    few = Record(time=twin.time[:5], position=twin.position[rows], control=twin.control[rows])
+    result = fit(emps2015, few, "open-loop")
+    assert len(result.remarks) == 2
+    (notes,) = [block for block in output_fit_document(result) if isinstance(block, Notes)]
+    assert " ".join(notes.notes).count("It starts elsewhere") == 1
+    (lacks,) = [check for check in result.checks if check.name == "missing terms"]
+    assert lacks.meaning.startswith("1 window is too few")

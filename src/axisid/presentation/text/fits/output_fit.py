@@ -148,5 +148,7 @@ def _notes(fit: OutputFit, wording: Wording) -> Iterator[str]:
     for name, own in fit.local.items():
         listed = ", ".join(dict.fromkeys(filter(None, own)))
         yield f"{listed}: {name} of each record, in their order."
-    yield from (f"It starts elsewhere: {note.worded(wording)}" for note in fit.remarks)
+    # Instruments and least squares may be refused for one reason.
+    said = dict.fromkeys(note.worded(wording) for note in fit.remarks)
+    yield from (f"It starts elsewhere: {each}" for each in said)
     yield f"Generated code {fit.axis.signature[:12]}."
