@@ -228,8 +228,7 @@ def _lacking(of: Judged) -> Check:
         told = {lack.subject: lack for lack in reversed(there)}  # of two shapes the stronger
         listed = "; ".join(
             f"{lack.subject} ({abs(lack.size):.2g} +- {lack.deviation:.1g} {lack.told_of})"
-            for lack in there
-            if told[lack.subject] is lack
+            for lack in sorted(told.values(), key=_of_force_and_size)
         )
         said = f"what is left asks for more than the model has: {listed}"
         said += ". The law is not the record's, which asks for such forces too" * wrong_law
@@ -250,6 +249,12 @@ def _lacking(of: Judged) -> Check:
         source=LACKING_LEVEL.source,
         meaning=said,
     )
+
+
+def _of_force_and_size(lack: Lack) -> tuple[bool, float]:
+    """An order: what is held, whose sizes have units of their own, then forces by their size."""
+    is_force = lack.unit == "%"
+    return is_force, -abs(lack.size) if is_force else 0.0
 
 
 def _few_windows(of: Judged) -> int:

@@ -175,12 +175,20 @@ class OutputFit(Presentable, Exact):
         held = HeldParameters(
             names=self.names,
             units=tuple(q.unit for q in self.quantities),
-            which=np.array([name in self.fixed for name in self.names]),
+            than=tuple(map(self._held_by, self.names)),
             lower=low,
             upper=high,
         )
         asked = self.basis.asked.value
-        return lacks_beside(asked.predictions, self.physical, asked.left, held)
+        return lacks_beside(self.axis.axis, asked.predictions, self.physical, asked.left, held)
+
+    def _held_by(self, name: str) -> str:
+        """What holds a parameter, in words; nothing where the errors alone say what it is."""
+        if name in self.fixed:
+            return "it is held at"
+        if name in self.at_bound:
+            return "its bound"
+        return "was known of it" if name in self.prior else ""
 
     @cached_property
     def noise(self) -> tuple[float, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.simulation import simulate_lanes
 from axisid.support.arrays import Array
 
@@ -30,6 +31,8 @@ class Motion:
     position, velocity, control : array
     windows : int
         Of one length, that it is of one after the other; position and velocity jump between them.
+    ahead : float
+        s, by which a control comes before the force that the drive makes of it.
     """
 
     record: int
@@ -38,6 +41,16 @@ class Motion:
     velocity: Array
     control: Array
     windows: int = 1
+    ahead: float = 0.0
+
+    def when_it_acts(self, values: Array) -> Array:
+        """Values (N,) of the motion at the time when each sample's control acts, within windows."""
+        if not self.ahead:
+            return values
+        pieces = (np.split(each, self.windows) for each in (values, self.time))
+        return np.concatenate(
+            [np.interp(t + self.ahead, t, v) for v, t in zip(*pieces, strict=True)]
+        )
 
     def rate_of(self, values: Array) -> Array:
         """How values (N,) change in a second, within each window."""
@@ -55,8 +68,18 @@ def motion_of(stretch: Stretch, own: Array, time: Array, substeps: int | None) -
         return None
     position, velocity, control = (loop[name][:, 0] for name in wanted)
     return Motion(
-        record=stretch.record, time=time, position=position, velocity=velocity, control=control
+        record=stretch.record,
+        time=time,
+        position=position,
+        velocity=velocity,
+        control=control,
+        ahead=time_ahead(stretch.axis),
     )
+
+
+def time_ahead(axis: GeneratedAxis) -> float:
+    """By how long a control comes before its force: the delay, and the lag in the mean, s."""
+    return float(axis.axis.drive.delay) + float(axis.axis.drive.lag)
 
 
 def slopes_by_added(

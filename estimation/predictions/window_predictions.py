@@ -25,7 +25,7 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .added_slopes import ADDED_SHARE, Motion
+from .added_slopes import ADDED_SHARE, Motion, time_ahead
 from .lanes import LANE_LOST, Lanes
 
 _FEWEST = 20  # samples in a window
@@ -145,6 +145,7 @@ class _Windows:
             velocity=velocity,
             control=self.control.T.ravel(),
             windows=self.count,
+            ahead=time_ahead(self.axis),
         )
 
     def errors(

@@ -7,35 +7,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.predictions import Predictions, slopes_of
-from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS, LACKING_LEVEL
+from axisid.estimation.thresholds.fitting import (
+    FEWEST_WINDOWS,
+    LACKING_LEVEL,
+    MIN_OWN_SLOPE,
+    MIN_OWN_SLOPE_OF_PLAIN,
+)
+from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 
 from .missing import Lacking, Left, lacking_of
-from .motion_terms import TERMS, terms_of
+from .motion_terms import PLAIN, TERMS, subject_of, terms_of
 
 _MOST = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldParameters:
-    """What of the parameters is held, (P,) each.
+    """What of the parameters is held, is at a bound or was known before, (P,) each.
 
     Attributes
     ----------
     names : tuple of str
     units : tuple of str
-    which : array of bool
+    than : tuple of str
+        By what each is held, in words; empty for one that is not.
     lower, upper : array
         Bounds of all.
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    which: NDArray[np.bool_]
+    than: tuple[str, ...]
     lower: Array
     upper: Array
+
+    @property
+    def which(self) -> NDArray[np.bool_]:
+        """Those of them, (P,)."""
+        return np.array([bool(each) for each in self.than])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,12 +87,16 @@ class Lack:
 
 
 def lacks_beside(
-    predictions: Predictions, physical: Array, left: Left, held: HeldParameters
+    axis: Axis, predictions: Predictions, physical: Array, left: Left, held: HeldParameters
 ) -> tuple[Lack, ...] | Missing:
     """What is asked for, the strongest first; that one whether it is there or not.
 
+    What the axis declares is no force that it may lack, whatever holds its parameter: that is asked
+    for by the parameter's name.
+
     Parameters
     ----------
+    axis : Axis
     predictions : Predictions
     physical : (P,) array
         The estimate.
@@ -97,12 +113,29 @@ def lacks_beside(
             return forces
         numbers, columns = forces
         values, slopes = _by_held(predictions, physical, held)
+        weighed = left.weights[:, None] * np.hstack([columns, slopes])
+    declared = np.hstack([left.jacobian, weighed[:, columns.shape[1] :]])
+    kept = _not_declared(numbers, weighed[:, : columns.shape[1]], declared)
+    numbers, columns = [numbers[j] for j in kept], columns[:, kept]
     whole = np.hstack([columns, slopes])
     found = lacking_of(left, whole, _MOST, LACKING_LEVEL.value, len(values))
     if left.by_windows and not found:
         return Missing("the motion is in too few windows to tell chance from what the model lacks")
     tests = whole.shape[1]
-    return tuple(_told(each, numbers, values, held, tests) for each in found)
+    subjects = [subject_of(n, has_stribeck=axis.has_stribeck) for n in numbers]
+    return tuple(_told(each, subjects, values, held, tests) for each in found)
+
+
+def _not_declared(numbers: Sequence[int], columns: Array, declared: Array) -> list[int]:
+    """Which weighted columns (n, m) are none of what the parameters make of the errors, (n, k)."""
+    sizes = np.linalg.norm(declared, axis=0)
+    basis = np.linalg.qr(declared[:, sizes > 0] / sizes[sizes > 0])[0]
+    own = np.linalg.norm(columns - basis @ (basis.T @ columns), axis=0)
+    least = [
+        MIN_OWN_SLOPE_OF_PLAIN.value if TERMS[n][0] in PLAIN else MIN_OWN_SLOPE.value
+        for n in numbers
+    ]
+    return [int(j) for j in np.flatnonzero(own > least * np.linalg.norm(columns, axis=0))]
 
 
 def _by_forces(predictions: Predictions, physical: Array) -> tuple[list[int], Array] | Missing:
@@ -133,17 +166,17 @@ def _by_held(
 
 def _told(
     found: Lacking,
-    numbers: Sequence[int],
+    subjects: Sequence[str],
     values: Sequence[int],
     held: HeldParameters,
     tests: int,
 ) -> Lack:
-    of_held = found.number - len(numbers)
+    of_held = found.number - len(subjects)
     if of_held < 0:
-        subject, unit, factor = TERMS[numbers[found.number]][0], "%", 100.0
+        subject, unit, factor = subjects[found.number], "%", 100.0
     else:
         place = values[of_held]
-        subject, unit = f"another {held.names[place]} than it is held at", held.units[place]
+        subject, unit = f"another {held.names[place]} than {held.than[place]}", held.units[place]
         factor = 1.0
     return Lack(
         subject=subject,

@@ -16,13 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
-from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS
+from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS, MIN_OWN_SLOPE
 from axisid.support.arrays import Array
 
 from .colour import Colour, autoregression_of
 from .uneven import Scattering, added, by_colour, larger, uneven
 
-_ALIKE = 0.05  # of a column: what parameters, or other columns, leave of one that is theirs
 _HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
 _FEWEST = 1.0  # degrees of freedom of slow errors, from which they tell what is chance
 
@@ -188,7 +187,7 @@ def _strongest(tests: Sequence[Lacking], forces: int, level: float) -> Lacking:
 
 
 def _is_own(net: Array, size: float) -> bool:
-    return bool(np.isfinite(size) and np.linalg.norm(net) > _ALIKE * size)
+    return bool(np.isfinite(size) and np.linalg.norm(net) > MIN_OWN_SLOPE.value * size)
 
 
 def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> Lacking | None:

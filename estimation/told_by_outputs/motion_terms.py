@@ -15,7 +15,10 @@ _WAVES = (1, 2)  # over twice the travel
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scaled:
-    """A motion in shares of the travel and of the largest speed of all motions, (N,) each."""
+    """A motion in shares of the travel and of the largest speed of all motions, (N,) each.
+
+    It is that at which the control of each sample acts, so that a force of it is one of its time.
+    """
 
     time: Array
     place: Array
@@ -40,24 +43,29 @@ def _wave(scaled: Scaled, number: int, *, shifted: bool) -> Array:
 
 
 _OF_PLACE = "{} that differs with the position"
+_OFFSET = "a constant force: declare offset"
+_COULOMB = "Coulomb friction: declare coulomb"
+_VISCOUS = "viscous friction: declare viscous"
+_INERTIA = "a force by the acceleration: another inertia"
 _STRIBECK = "friction that is higher or lower at low speed: declare stribeck"
 _ASYMMETRIC = (
     "viscous friction that differs with the direction: declare asymmetric_viscous in place of "
     "viscous"
 )
+_OTHER_STRIBECK = "friction at low speed: another velocity or exponent of stribeck"
 _LATER = "another lag or delay of the drive, or a limited rate that noise reaches"
 _CHANGES = "{} that changes with time: warming up, or another load"
 
 #: What a model may lack, in words, with the force's shape; several shapes may be the same in words.
 TERMS: Sequence[tuple[str, Callable[[Scaled], Array]]] = (
-    ("a constant force: declare offset", lambda s: np.ones_like(s.speed)),
-    ("Coulomb friction: declare coulomb", lambda s: s.direction),
-    ("viscous friction: declare viscous", lambda s: s.speed),
+    (_OFFSET, lambda s: np.ones_like(s.speed)),
+    (_COULOMB, lambda s: s.direction),
+    (_VISCOUS, lambda s: s.speed),
     (_ASYMMETRIC, lambda s: np.abs(s.speed)),
     ("friction by the square of the speed: declare quadratic", lambda s: s.speed * abs(s.speed)),
     (_STRIBECK, lambda s: _slow(s, _SLOW)),
     (_STRIBECK, lambda s: _slow(s, _SLOWER)),
-    ("a force by the acceleration: another inertia", lambda s: s.acceleration),
+    (_INERTIA, lambda s: s.acceleration),
     ("a force by the position: declare spring", lambda s: s.place),
     *(
         (_OF_PLACE.format("a force"), lambda s, k=k, b=b: _wave(s, k, shifted=b))
@@ -79,6 +87,16 @@ TERMS: Sequence[tuple[str, Callable[[Scaled], Array]]] = (
     (_LATER, lambda s: s.rising),
     ("another dead band of the drive", lambda s: np.sign(s.control)),
 )
+
+#: Of `TERMS` those that nearly any axis has: a loop turns a little elsewhere with them than with
+#: the declared ones.
+PLAIN = frozenset({_OFFSET, _COULOMB, _VISCOUS, _INERTIA})
+
+
+def subject_of(number: int, *, has_stribeck: bool) -> str:
+    """What is said of a term, by its number in `TERMS`, beside what is declared."""
+    subject = TERMS[number][0]
+    return _OTHER_STRIBECK if has_stribeck and subject == _STRIBECK else subject
 
 
 def terms_of(motions: Sequence[Motion]) -> Mapping[int, tuple[Array, ...]]:
@@ -105,9 +123,9 @@ def _scaled(motions: Sequence[Motion]) -> list[Scaled]:
     return [
         Scaled(
             time=m.time / last - 0.5,
-            place=(m.position - middle) / reach,
-            speed=m.velocity / fastest,
-            acceleration=m.rate_of(m.velocity / fastest),
+            place=m.when_it_acts((m.position - middle) / reach),
+            speed=m.when_it_acts(m.velocity / fastest),
+            acceleration=m.when_it_acts(m.rate_of(m.velocity / fastest)),
             control=m.control,
             rising=np.gradient(m.control, m.time),
         )

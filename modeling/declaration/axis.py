@@ -178,6 +178,11 @@ class Axis:
         return self.drive.is_by_motion(self.coordinate)
 
     @property
+    def has_stribeck(self) -> bool:
+        """Whether it declares friction that dies away as the speed rises."""
+        return any(each.has(self.coordinate.velocity) for each in self.force.atoms(sympy.exp))
+
+    @property
     def jumps(self) -> bool:
         """Whether the drive's force jumps at the samples, as that of a sampled law does."""
         if self.control is None or self.control.continuous:

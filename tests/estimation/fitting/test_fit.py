@@ -25,6 +25,7 @@ from axisid.estimation.estimates import FittedParameters, derived_value
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.fitting.search import Found, Search
 from axisid.estimation.predictions import WindowPredictions
+from axisid.estimation.told_by_outputs import Lack
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from tests.axes.cascaded import cascaded
@@ -293,6 +294,23 @@ def test_what_was_known_counts_beside_what_the_record_leaves_without_it(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("output", ["control", "position"])
+@pytest.mark.parametrize("known", [{"M": (200.0, 2.0)}, {"Fc": (50.0, 0.5)}], ids=str)
+def test_what_was_known_and_is_far_off_does_not_win(
+    emps2015: GeneratedAxis, twin: Record, output: str, known: dict[str, tuple[float, float]]
+) -> None:
+    """Wherever it starts, it ends by the record, as sure as that is beside what was known."""
+    ((name, (mean, sd)),) = known.items()
+    alone = fit(emps2015, twin, output)[name]
+    share = alone.deviation**2 / (alone.deviation**2 + sd**2)
+    for how in ({"starts": 4}, {"start": {name: mean}}):
+        result = fit(emps2015, twin, output, prior=known, **how)
+        both = alone.value + share * (mean - alone.value)
+        assert result[name].value == pytest.approx(both, abs=0.1 * sd)
+        assert conclusion(result.checks).startswith("Do not believe these numbers")
+
+
+@pytest.mark.slow
 def test_what_was_known_of_what_no_output_shows_is_weighed_as_it_was(twin: Record) -> None:
     result = fit(with_bump(0.5), twin, prior={"Fb": (1.0, 0.1)})
     assert result.basis.alone == {}
@@ -552,6 +570,48 @@ def test_a_value_that_is_held_wrongly_is_named(
     assert not isinstance(result.lacks, Missing)
     assert result.lacks[0].subject == "another M than it is held at"
     assert abs(result.lacks[0].size - 5.2) < 5 * result.lacks[0].deviation + 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_a_delay_that_is_not_there_is_told_and_no_term_that_is_declared(output: str) -> None:
+    result = fit(build(cascaded(delay=2e-3)), twin_record(build(cascaded())), output)
+    assert not isinstance(result.lacks, Missing)
+    subjects = [lack.subject for lack in result.lacks if lack.is_there]
+    assert subjects[0].startswith("another lag or delay of the drive")
+    words = ("declare coulomb", "declare viscous", "declare offset", "another inertia")
+    assert not any(word in subject for subject in subjects for word in words)
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ({"bounds": {"Fv": (None, 200.0)}}, "another Fv than its bound"),
+        ({"prior": {"Fv": (200.0, 0.2)}}, "another Fv than was known of it"),
+    ],
+    ids=["bound", "prior"],
+)
+def test_what_holds_a_declared_parameter_is_told_by_its_name(
+    emps2015: GeneratedAxis, twin: Record, how: dict[str, Any], said: str
+) -> None:
+    result = fit(emps2015, twin, **how)
+    assert not isinstance(result.lacks, Missing)
+    assert result.lacks[0].subject == said
+    assert result.lacks[0].unit == "N/(m/s)"
+    assert result.lacks[0].size == pytest.approx(36.9, abs=5.0)
+    assert not any("declare viscous" in each.subject for each in result.lacks)
+
+
+def test_what_is_lacking_is_listed_by_its_size(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = fit(emps2015, twin)
+    lacks = [
+        Lack(subject=s, size=size, deviation=0.1, unit=unit, chance=0.0, tests=30)
+        for s, size, unit in (("small", 1.0, "%"), ("large", -5.0, "%"), ("held", 0.1, "kg"))
+    ]
+    object.__setattr__(result, "lacks", tuple(lacks))
+    (check,) = [c for c in result.checks if c.name == "missing terms"]
+    places = [check.meaning.index(f"{name} (") for name in ("held", "large", "small")]
+    assert places == sorted(places)
 
 
 def test_noise_that_is_most_of_an_output_is_no_lack(

@@ -141,7 +141,6 @@ IMPLEMENTATION = {
     "vector_autoregression._OWN": "a step of arithmetic",
     "start._SIZE": "step of a difference",
     "added_slopes.ADDED_SHARE": "step of a difference",
-    "missing._ALIKE": "of a column",
     "missing._HARDLY": "of what is beside it",
     "missing._FEWEST": "least freedom of a distribution",
     "motion_terms._SLOW": "a shape that is looked for",
