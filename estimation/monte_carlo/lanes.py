@@ -13,6 +13,7 @@ from axisid.support.arrays import Array
 
 from .noise import DrawnNoise, TwinNoise, resolution_of
 from .plan import MonteCarloPlan
+from .twins import at_rest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,6 +103,10 @@ def _simulated(
         wanted=("position", "control"),
         threads=threads,
     )
+    unsimulated = dict(batch.failures)
+    for lane, position in enumerate(batch["position"].T):
+        if lane not in unsimulated and (still := at_rest(plan, position)):
+            unsimulated[lane] = still
     noise += batch["position"]
     control = batch["control"]
     for lane, each in enumerate(drawn):
@@ -110,4 +115,4 @@ def _simulated(
     lanes = RecordLanes(
         reference=plan.reference, position=noise, control=control, period=plan.period
     )
-    return lanes, batch.failures
+    return lanes, unsimulated

@@ -35,7 +35,29 @@ def twins(
     # A law with a clock of its own is simulated loop by loop.
     loops = _alone(made, drawn) if made.clocks is not None else _together(made, drawn, threads)
     for each, (own, loop) in zip(drawn, loops, strict=True):
-        yield each.run, loop if isinstance(loop, Note) else _record(own, each, loop, plan.noise)
+        if isinstance(loop, Note):
+            yield each.run, loop
+        elif still := at_rest(own, loop.position):
+            yield each.run, Note(still)
+        else:
+            yield each.run, _record(own, each, loop, plan.noise)
+
+
+def at_rest(plan: TwinPlan, position: Array) -> str:
+    """Why a twin's record shows nothing: its axis stands still while its reference moves.
+
+    Parameters
+    ----------
+    plan : TwinPlan
+    position : (N,) array
+        Of the simulated axis, without noise.
+    """
+    if np.ptp(position) or not np.ptp(plan.reference):
+        return ""
+    return (
+        f"axis {plan.axis.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
+        "friction holds whatever the drive gives. Give true values with which it moves"
+    )
 
 
 def drawn_twin(plan: TwinPlan, noise: TwinNoise, seed: int, run: int) -> Record:

@@ -302,6 +302,12 @@ def test_a_study_of_which_nothing_comes_says_why() -> None:
     assert "simulation" in str(refused.value)
 
 
+@pytest.mark.parametrize("methods", ["idm-iv", "fit:control"])
+def test_a_study_in_which_nothing_moves_says_so(methods: str) -> None:
+    with refuses("no-twin-identified", says="does not move with .* Fc = 100000 N"):
+        study(2, methods, truth={"Fc": 1e5})
+
+
 def test_what_is_done_is_kept_when_a_study_is_interrupted() -> None:
     kept: list[MonteCarlo] = []
 

@@ -33,6 +33,19 @@ def test_text_tells_every_estimate_with_its_errors_and_what_was_found() -> None:
     assert share_texts(share)[1] in text
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("methods", "title"),
+    [
+        ("fit:control", "Estimates\n"),
+        ("idm-ls", "Estimates without the filter's own bias\n"),
+        (("idm-ls", "fit:control"), "Estimates without the filter's own bias, where there is one"),
+    ],
+)
+def test_no_filter_is_named_where_there_is_none(methods: str | tuple[str, ...], title: str) -> None:
+    assert title in study(2, methods).summary()
+
+
 @pytest.mark.parametrize(
     ("share", "told"),
     [

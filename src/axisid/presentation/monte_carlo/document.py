@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator
 
+from axisid.estimation.choices.outputs import fitted_output
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.monte_carlo import (
     COLOURED,
@@ -37,7 +38,7 @@ from axisid.support.remedy import Wording, as_arguments
 _MOST_REASONS = 5  # that are told of what came to nothing
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 _TITLES = {
-    PARAMETER: "Estimates without the filter's own bias",
+    PARAMETER: "Estimates",
     DIRECT: "Parameters of the direct model",
     PHYSICAL: "Declared parameters that follow",
 }
@@ -92,12 +93,21 @@ def estimand_tables(result: MonteCarlo, of: str = "") -> list[Block]:
     """One table for each kind of parameter; `of` is what their titles begin with."""
     lead = f"{of}: " if of else ""
     tables: list[Block] = []
-    for kind, title in _TITLES.items():
+    for kind, title in {**_TITLES, PARAMETER: _of_filters(result)}.items():
         of_kind = [each for each in result.figures if each.estimand.kind == kind]
         if of_kind:
             said = f"{lead}{title[0].lower()}{title[1:]}" if lead else title
             tables.append(_estimands(result, of_kind, said))
     return tables
+
+
+def _of_filters(result: MonteCarlo) -> str:
+    """What estimates of parameters are called: a fit has no filter."""
+    fits = [method for method in result.plan.methods if fitted_output(method)]
+    if len(fits) == len(result.plan.methods):
+        return _TITLES[PARAMETER]
+    where = ", where there is one" if fits else ""
+    return f"{_TITLES[PARAMETER]} without the filter's own bias{where}"
 
 
 def _estimands(result: MonteCarlo, figures: Iterable[EstimandFigures], title: str) -> Table:
