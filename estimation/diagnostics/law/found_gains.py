@@ -67,7 +67,29 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
         return first
     if there.passed:
         return _beside_found(there, best, law, found)
-    return first if first.passed else _not_even(there, axis, beside, record, found.names)
+    if first.passed:
+        return first
+    if flipped := _of_other_sign(axis, law, record, found.names):
+        return replace(there, factors={}, meaning=flipped, remedy=None)
+    return _not_even(there, axis, beside, record, found.names)
+
+
+def _of_other_sign(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, names: tuple[str, ...]
+) -> str:
+    """What is said where the law gives the control of the other sign; nothing where it does not."""
+    if record.control is None:
+        return ""
+    other = replace(record, control=-record.control)
+    asked = law_beside(axis, law, other).best(names).gains
+    found = check_law(axis.with_gains(asked), other)
+    if isinstance(found, Missing) or not found.passed:
+        return ""
+    listed = " and ".join(f"{name} {asked[name]:.5g}" for name in names)
+    return (
+        "the recorded control is not the law's by any gains: its sign is opposite to the law's, "
+        f"with which it would be by {listed}; check the sign of the control or of the positions"
+    )
 
 
 def _beside_found(

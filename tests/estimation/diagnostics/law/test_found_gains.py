@@ -89,6 +89,20 @@ def test_a_law_that_no_gains_make_the_controls_fails() -> None:
     assert late.meaning.startswith("with the kp and kv and tn that suit best, ")
 
 
+@pytest.mark.parametrize("name", ["emps2015", P_PI])
+def test_a_flipped_control_is_named_whatever_gains_are_free(name: str) -> None:
+    record = _record(name)
+    assert record.control is not None
+    check = _checked(name, 0.02, replace(record, control=-record.control), kp=1.1, kv=0.9)
+    assert not check.passed
+    assert "its sign is opposite to the law's" in check.meaning
+    law = _axis(name).axis.control
+    assert law is not None
+    assert f"by kp {law.gains['kp']:.3g}" in check.meaning
+    assert check.remedy is None
+    assert check.factors == {}
+
+
 def test_without_found_gains_the_check_is_of_the_law_as_it_is() -> None:
     check = check_found_law(
         _axis("emps2015"), _record("emps2015"), FoundGains((), np.zeros((0, 0)))
