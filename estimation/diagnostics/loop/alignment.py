@@ -39,7 +39,8 @@ from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
-_DELAYS = np.linspace(-1.0, 3.0, 17)  # samples
+_EARLIEST, _LATEST, _STEP = -1, 3, 0.25  # samples
+_MOST_DECLARED = 8  # samples of a declared delay that may be told as none
 _STEPS, _STILL = 10, 1e-3
 _BEYOND = 12  # samples that a spline goes on; what happens at their end does not come back
 
@@ -125,32 +126,40 @@ def alignment_of(
     reduced = equations.reduced(data)
     regressor = factor(reduced.regressor, axis.names, neighbours=data.neighbours)
     rows = _Rows(data, data.force, equations)
-    lefts = np.column_stack([rows.left(delay) for delay in _DELAYS])
+    delays = _tried(data)
+    lefts = np.column_stack([rows.left(delay) for delay in delays])
     estimates, residuals = fitted(lefts - reduced.intercept[:, None], regressor)
     found = np.ascontiguousarray(estimates.T)
     percent = 100 * np.linalg.norm(residuals, axis=0) / np.linalg.norm(lefts, axis=0)
-    best, at_the_end = _minimum(_DELAYS, percent), int(np.argmin(percent)) in (0, len(percent) - 1)
+    best, at_the_end = _minimum(delays, percent), int(np.argmin(percent)) in (0, len(percent) - 1)
     deviation = _deviation(rows, best, reduced.intercept, regressor)
     if instruments is not None:
         start = min(max(best, 0.0), 1.0)
         arguments = (start, reduced.intercept, regressor, *instruments)
         by_filter = 0.0 if quiet is None else _filter_shift(quiet, form, *instruments)
-        tried = (_DELAYS[0] + by_filter, _DELAYS[-1] + by_filter)
+        tried = (delays[0] + by_filter, delays[-1] + by_filter)
         best, deviation, at_the_end = _by_instruments(rows, *arguments, tried=tried)
         best -= by_filter
-    slopes = np.gradient(found, _DELAYS, axis=0)
+    slopes = np.gradient(found, delays, axis=0)
     return Alignment(
-        delays=_DELAYS.copy(),
+        delays=delays,
         errors_percent=percent,
         physical=found,
         best=best,
         deviation=deviation,
         at_the_end=at_the_end,
         by_instruments=instruments is not None,
-        sensitivity=np.array([np.interp(best, _DELAYS, slope) for slope in slopes.T]),
+        sensitivity=np.array([np.interp(best, delays, slope) for slope in slopes.T]),
         names=data.axis.names,
         units=tuple(p.unit for p in data.axis.parameters),
     )
+
+
+def _tried(data: FilteredRecord) -> Array:
+    """Delays that are tried, (d,): as far back as what a drive declares may not be there."""
+    declared = math.floor(declared_lateness(data) / data.record.period)
+    earliest = min(_EARLIEST, -1 - min(declared, _MOST_DECLARED))
+    return np.arange(earliest, _LATEST + _STEP, _STEP)
 
 
 def _minimum(delays: Array, errors: Array) -> float:
@@ -308,7 +317,7 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
     rows = _Rows(quiet, quiet.force, equations)
     arguments = (rows, made, reduced.intercept, regressor, Z, simulated)
-    tried = (made - _DELAYS[-1], made + _DELAYS[-1])
+    tried = (made - _LATEST, made + _LATEST)
     delay, deviation, at_the_end = _by_instruments(*arguments, tried=tried)
     return 0.0 if at_the_end or not np.isfinite(deviation) else delay - made
 
