@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from axisid.support.missing import Missing
+from axisid.support.number_text import plain_numbers
 from axisid.support.remedy import Note, Remedy
 
 Status = Literal["pass", "note", "fail", "not evaluated"]
@@ -39,6 +40,9 @@ class Check:
     threshold: float | None = None
     p_value: float | None = None
     source: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "meaning", plain_numbers(self.meaning))
 
     @classmethod
     def not_evaluated(cls, name: str, missing: Missing) -> "Check":

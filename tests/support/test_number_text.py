@@ -2,8 +2,11 @@
 
 import pytest
 
+from axisid import AxisidError
+from axisid.estimation.checks import Check
 from axisid.estimation.estimates import Value
-from axisid.support.number_text import range_text
+from axisid.support.number_text import plain_numbers, range_text
+from axisid.support.remedy import Remedy
 
 
 @pytest.mark.parametrize(
@@ -25,3 +28,29 @@ def test_an_interval_of_a_value_is_never_rounded_to_nothing() -> None:
         value=183.2272658, unit="kg", deviations={"hac": 6e-5}, interval=(183.22715, 183.22738)
     )
     assert "95 %: 183.22715 to 183.22738 kg" in str(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("a force of 1e+02 N", "a force of 100 N"),
+        ("by +3.1e+03 deviations.", "by +3100 deviations."),
+        ("M by -1.234e+04 kg (2e+01 %), 9e+04", "M by -12340 kg (20 %), 90000"),
+        ("Fc = 1e+05 N", "Fc = 100000 N"),
+        ("1.2345e+02 m", "123.45 m"),
+        ("Fc = 1.1e+05 N, 3e+06 N, 2e-06 m, 0.001 s", None),
+        ("'1e+02.csv' and a/1e+02.csv, x1e+02, 1e+02**2, 1e+02.5", None),
+    ],
+)
+def test_numbers_of_sentences_up_to_a_hundred_thousand_are_written_out(
+    text: str, plain: str | None
+) -> None:
+    assert plain_numbers(text) == (text if plain is None else plain)
+
+
+def test_every_sentence_has_plain_numbers() -> None:
+    check = Check(name="a", status="fail", meaning="3.1e+03 deviations apart")
+    assert check.meaning == "3100 deviations apart"
+    assert str(AxisidError("it is 1e+02 N; ", Remedy.of("declare 2e+02."))) == (
+        "it is 100 N; declare 200."
+    )

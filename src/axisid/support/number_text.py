@@ -1,6 +1,11 @@
 """Numbers as text, to the digits that they need."""
 
 import math
+import re
+
+#: Of a thousand and more to few digits; what is part of a word, a name or a formula stays.
+_RAISED = re.compile(r"""(?<![\w.^*/)'"+-])([+-]?)(\d(?:\.\d+)?)e\+0([1-5])(?![\w^*/'"]|\.\w)""")
+_PLAIN = 1e5  # up to which numbers of a sentence are written out
 
 
 def range_text(low: float, high: float, between: str = " .. ", *, digits: int = 4) -> str:
@@ -20,3 +25,15 @@ def range_text(low: float, high: float, between: str = " .. ", *, digits: int = 
             digits, min(math.floor(math.log10(most)) - math.floor(math.log10(width)) + 2, 15)
         )
     return f"{low:.{digits}g}{between}{high:.{digits}g}"
+
+
+def plain_numbers(text: str) -> str:
+    """A sentence whose numbers up to 1e5 are written out: ``100 N``, never ``1e+02 N``."""
+    return _RAISED.sub(_written_out, text) if "e+0" in text else text
+
+
+def _written_out(found: re.Match[str]) -> str:
+    sign, figures, exponent = found.groups()
+    value = float(f"{figures}e{exponent}")
+    places = max(len(figures.partition(".")[2]) - int(exponent), 0)
+    return f"{sign}{value:.{places}f}" if value <= _PLAIN else found[0]

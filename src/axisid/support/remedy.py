@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from itertools import groupby
 from types import MappingProxyType
 
+from .number_text import plain_numbers
+
 _ANY = "..."  # a value that is left to the user, in Python
 
 
@@ -232,6 +234,10 @@ class Remedy:
 
     parts: tuple[str | Setting, ...]
 
+    def __post_init__(self) -> None:
+        plain = (plain_numbers(part) if isinstance(part, str) else part for part in self.parts)
+        object.__setattr__(self, "parts", tuple(plain))
+
     @classmethod
     def of(cls, *parts: "str | Setting | Remedy | None") -> "Remedy":
         """A remedy of texts, settings and remedies in their order; what is empty is passed over."""
@@ -272,6 +278,9 @@ class Note:
 
     text: str
     remedy: Remedy | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", plain_numbers(self.text))
 
     @classmethod
     def of(cls, *parts: "str | Note | Remedy | None") -> "Note":

@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from axisid.support.number_text import plain_numbers
+
 Align = Literal["left", "right"]
 Status = Literal["fail", "note", "not evaluated", "pass"]
 
@@ -248,6 +250,7 @@ def text_columns(heads: Iterable[str]) -> tuple[Column, ...]:
 def paragraph(*sentences: str | Sentence, title: str = "", filled: bool = True) -> Paragraph:
     """A paragraph of sentences; plain texts among them are filled or stay on one line."""
     parts = (
-        Sentence(text=each, filled=filled) if isinstance(each, str) else each for each in sentences
+        Sentence(text=plain_numbers(each), filled=filled) if isinstance(each, str) else each
+        for each in sentences
     )
     return Paragraph(sentences=tuple(parts), title=title)
