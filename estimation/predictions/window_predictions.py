@@ -25,7 +25,7 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .added_slopes import ADDED_SHARE, Motion, time_ahead
+from .added_slopes import ADDED_SHARE, Motion
 from .lanes import LANE_LOST, Lanes
 
 _FEWEST = 20  # samples in a window
@@ -145,7 +145,8 @@ class _Windows:
             velocity=velocity,
             control=self.control.T.ravel(),
             windows=self.count,
-            ahead=time_ahead(self.axis),
+            delay=float(self.axis.axis.drive.delay),
+            lag=float(self.axis.axis.drive.lag),
         )
 
     def errors(
@@ -177,6 +178,9 @@ class _State:
     first: Array  # (2, w)
     basis: Array  # (w, N, 2)
     substeps: int | None = None
+    # Of parts, which are asked for forces: a window from rest, whose start hardly shows, would say
+    # more of a force than all others, by its own errors.
+    whole: bool = False
 
     def projected(self, errors: Array) -> Array:
         """Errors (N, B, w) without what other first positions and velocities would make."""
@@ -225,7 +229,11 @@ class WindowPredictions:
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
         self._states = [
-            _State(first=w.begun(), basis=np.zeros((w.count, len(w.position), 2)))
+            _State(
+                first=w.begun(),
+                basis=np.zeros((w.count, len(w.position), 2)),
+                whole=parts > 1,
+            )
             for w in self._windows
         ]
         self.samples = tuple(
@@ -450,6 +458,7 @@ def _step_back(w: _Windows, state: _State, own: Array) -> tuple[Array, Array]:
     basis, triangle = np.linalg.qr(slopes.transpose(2, 0, 1))
     size = np.abs(np.einsum("wkk->wk", triangle))
     shown = size > _SHOWN * size.max(axis=1, keepdims=True)
+    shown |= state.whole
     state.basis = basis * shown[:, None, :]
     wanted = np.einsum("wnk,nw->wk", state.basis, errors[:, 0])
     back = np.linalg.pinv(triangle * shown[:, :, None]) @ wanted[:, :, None]

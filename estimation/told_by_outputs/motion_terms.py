@@ -54,6 +54,7 @@ _ASYMMETRIC = (
 )
 _OTHER_STRIBECK = "friction at low speed: another velocity or exponent of stribeck"
 _LATER = "another lag or delay of the drive, or a limited rate that noise reaches"
+_OTHER_BAND = "another dead band of the drive"
 _CHANGES = "{} that changes with time: warming up, or another load"
 
 #: What a model may lack, in words, with the force's shape; several shapes may be the same in words.
@@ -85,8 +86,10 @@ TERMS: Sequence[tuple[str, Callable[[Scaled], Array]]] = (
     (_CHANGES.format("viscous friction"), lambda s: s.time * s.speed),
     (_CHANGES.format("an inertia"), lambda s: s.time * s.acceleration),
     (_LATER, lambda s: s.rising),
-    ("another dead band of the drive", lambda s: np.sign(s.control)),
+    (_OTHER_BAND, lambda s: np.sign(s.control)),
 )
+
+_OF_CONTROL = (_LATER, _OTHER_BAND)  # that act where the control does, before the lag
 
 #: Of `TERMS` those that nearly any axis has: a loop turns a little elsewhere with them than with
 #: the declared ones.
@@ -107,11 +110,14 @@ def terms_of(motions: Sequence[Motion]) -> Mapping[int, tuple[Array, ...]]:
     control = np.concatenate([m.control for m in motions])
     size = float(np.sqrt(np.mean(control**2)))
     scaled, found = _scaled(motions), {}
-    for number, (_, shape) in enumerate(TERMS):
+    for number, (subject, shape) in enumerate(TERMS):
         pieces = [shape(each) for each in scaled]
         own = float(np.sqrt(np.mean(np.concatenate(pieces) ** 2)))
         if own > 0 and np.isfinite(own):
-            found[number] = tuple(size / own * piece for piece in pieces)
+            found[number] = tuple(
+                size / own * (piece if subject in _OF_CONTROL else m.commanded(piece))
+                for m, piece in zip(motions, pieces, strict=True)
+            )
     return MappingProxyType(found)
 
 

@@ -40,3 +40,13 @@ def test_how_often_right_machines_may_fail_is_told_with_its_chance() -> None:
 @pytest.mark.parametrize("asked", [{"free": "all"}, {"prior": 1e-3}])
 def test_free_gains_and_right_priors_are_believed(asked: dict[str, Any]) -> None:
     assert study.figures_of("emps2015", "control", runs=2, seed=1, **asked)["believed"] == 2
+
+
+@pytest.mark.slow
+def test_an_open_loop_from_rest_tells_friction_that_dips() -> None:
+    """The window from rest, whose start hardly shows, says no more than the others."""
+    found = study.figures_of("friction dip", "open-loop", runs=1, seed=1, horizon=0.5)
+    assert found["checks_failed"] == {"missing terms": 1}
+    assert list(found["named"]) == [
+        "friction that is higher or lower at low speed: declare stribeck"
+    ]

@@ -573,9 +573,12 @@ def test_a_value_that_is_held_wrongly_is_named(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("output", ["control", "position"])
-def test_a_delay_that_is_not_there_is_told_and_no_term_that_is_declared(output: str) -> None:
-    result = fit(build(cascaded(delay=2e-3)), twin_record(build(cascaded())), output)
+@pytest.mark.parametrize(("late", "output"), [("delay", "control"), ("lag", "position")])
+def test_a_time_that_is_not_there_is_told_and_no_term_that_is_declared(
+    late: str, output: str
+) -> None:
+    declared = cascaded(delay=2e-3) if late == "delay" else cascaded(lag=5e-3)
+    result = fit(build(declared), twin_record(build(cascaded())), output)
     assert not isinstance(result.lacks, Missing)
     subjects = [lack.subject for lack in result.lacks if lack.is_there]
     assert subjects[0].startswith("another lag or delay of the drive")

@@ -39,11 +39,33 @@ def test_a_control_is_that_of_the_motion_at_which_it_acts() -> None:
         velocity=velocity,
         control=np.ones(100),
         windows=2,
-        ahead=2e-3,
+        delay=2e-3,
     )
     said = [subject for subject, _ in TERMS]
     (found,) = terms_of([motion])[said.index("Coulomb friction: declare coulomb")]
     np.testing.assert_allclose(found, np.tile(np.where(np.arange(50) < 18, -1.0, 1.0), 2))
+    (found,) = terms_of([motion])[said.index("another dead band of the drive")]
+    np.testing.assert_allclose(found, 1.0)
+
+
+def test_a_control_is_what_a_lag_makes_the_force_of() -> None:
+    """Held commands, of which the lag leaves a share at each sample."""
+    time, stays = 1e-3 * np.arange(100), np.exp(-1e-3 / 5e-3)
+    velocity = np.where(np.arange(100) < 40, -1.0, 1.0)
+    motion = Motion(
+        record=0,
+        time=time,
+        position=np.cumsum(velocity),
+        velocity=velocity,
+        control=np.ones(100),
+        lag=5e-3,
+    )
+    said = [subject for subject, _ in TERMS]
+    (found,) = terms_of([motion])[said.index("Coulomb friction: declare coulomb")]
+    force = [-1.0]
+    for command in found[:-1]:
+        force.append(stays * force[-1] + (1 - stays) * command)
+    np.testing.assert_allclose(force, velocity)
     (found,) = terms_of([motion])[said.index("another dead band of the drive")]
     np.testing.assert_allclose(found, 1.0)
 
