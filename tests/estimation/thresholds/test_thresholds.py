@@ -104,7 +104,7 @@ IMPLEMENTATION = {
     "pace._NEAR": "how an iteration goes on",
     "pace._FALLING": "how an iteration goes on",
     "pace._LEAST": "how an iteration is damped",
-    "alignment._DELAYS": "the delays that are tried",
+    "alignment._STEP": "between the delays that are tried",
     "alignment._STILL": "where an iteration ends",
     "sentences._COLUMN_FAULTS": "factors of units that are tried",
     "sentences._UNITS": "factors of units that are told",
