@@ -151,6 +151,12 @@ def fit(
     """
     outputs = _outputs(output)
     _check(loss, starts, bootstrap, seed)
+    if not (progress is None or callable(progress)):
+        raise UsageError(
+            f"the progress is {quoted(progress)}; give a function that takes a step, their number "
+            "or 0, and what is done, or leave it out.",
+            code="fit-progress",
+        )
     generated, given = as_generated(axis), records_of(record)
     gains, time = split_free(free, generated, given, outputs)
     asked = _Asked(

@@ -3,7 +3,7 @@
 import contextlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, method_names
@@ -122,7 +122,7 @@ def monte_carlo(
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
-    made = twin_of(simulated, truth or {}, None if moves is None else tuple(moves))
+    made = twin_of(simulated, {} if truth is None else truth, _moves(moves))
     given = Prefilter() if prefilter is None else prefilter
     if isinstance(given, Prefilter):  # else the plan refuses it
         given = given.at_rate_of(twin_plan(made).period)
@@ -138,6 +138,18 @@ def monte_carlo(
         settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},
     )
     return _run(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
+
+
+def _moves(moves: object) -> tuple[Any, ...] | None:
+    """The moves, which the experiment then looks at one by one."""
+    if moves is None:
+        return None
+    if isinstance(moves, str) or not isinstance(moves, Iterable):
+        raise UsageError(
+            f"the moves are {quoted(moves)}; give a list of Move(...), or leave them out.",
+            code="monte-carlo-moves",
+        )
+    return tuple(moves)
 
 
 def _methods(methods: object) -> tuple[str, ...]:

@@ -17,6 +17,8 @@ from axisid.support.user_values import quoted
 
 from .noise import TwinNoise, resolution_of
 
+_MOST_RUNS = 10_000_000  # whose numbers a study holds together
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MonteCarloPlan:
@@ -54,6 +56,12 @@ class MonteCarloPlan:
 
     def __post_init__(self) -> None:
         _check_count("runs", self.runs, least=1)
+        if self.runs > _MOST_RUNS:
+            raise UsageError(
+                f"the runs of a Monte-Carlo study are {quoted(self.runs)}, whose numbers "
+                f"would be in memory together; give at most {_MOST_RUNS:,}.",
+                code="monte-carlo-runs",
+            )
         _check_count("seed", self.seed, least=0)
         _check_count("checks", self.checks, least=0)
         check_noise(self.noise, self.twin)
@@ -132,6 +140,11 @@ def twin_of(
     UsageError
         A value is of no parameter, or none.
     """
+    if not isinstance(truth, Mapping):
+        raise UsageError(
+            f"the true values are {quoted(truth)}; give a mapping of names to numbers, SI.",
+            code="truth-type",
+        )
     if not truth and moves is None:
         return axis
     declared = axis.declared

@@ -197,6 +197,8 @@ def test_values_in_several_units_are_refused_by_the_names_of_their_results(
 def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> None:
     with pytest.raises(UsageError, match="there is no result in"):
         trend(tmp_path)
+    with pytest.raises(DataError):
+        trend("a" * 5000)  # longer than any file's name
     with pytest.raises(UsageError, match="a result is 3"):
         trend([3])  # type: ignore[list-item]
     with pytest.raises(UsageError, match=r"ends in \.csv, \.html, \.json"):

@@ -81,7 +81,7 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         yield given
     elif not isinstance(given, (str, Path)):
         raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
-    elif Path(given).is_dir():
+    elif _is_folder(given):
         done = ledgers.of(Path(given)).rows
         files = sorted(Path(given).glob(_RESULTS))
         # What a fleet did not write in its folder may be anything.
@@ -91,9 +91,17 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         yield _loaded(given)
 
 
+def _is_folder(given: str | Path) -> bool:
+    """Whether it names a folder; what no name can be is told where it is read as a file."""
+    try:
+        return Path(given).is_dir()
+    except OSError:
+        return False
+
+
 def _left_out(given: object, ledgers: Ledgers, named: set[Path]) -> Iterator[str]:
     """What is said of the results of a folder that its ledger has not."""
-    if not isinstance(given, (str, Path)) or not Path(given).is_dir():
+    if not isinstance(given, (str, Path)) or not _is_folder(given):
         return
     folder, ledger = Path(given), ledgers.of(Path(given))
     if not ledger.rows:
