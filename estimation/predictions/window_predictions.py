@@ -37,9 +37,9 @@ _OTHER = 0.9  # of a window's squared errors, below which another start is one
 _HALVINGS = 5  # of the longest windows
 _NO_GROWTH = 1.1  # in the shortest windows that are asked: nothing drives the motion away there
 _STILL = 1e-6  # of a window's squared errors, by which a step lessens them that is the last
-_SHOWN = (
-    1e-3  # of what a first position changes: of a first velocity, that friction has not stopped
-)
+# Of what a first position changes, what a first velocity does: else it is rounding. A velocity that
+# friction hides is a start's all the same: without it a window from rest outweighs all others.
+_SHOWN = 1e-9
 _STEP = 1e-6  # of the range of positions, and of that over the window's time
 
 
@@ -178,9 +178,6 @@ class _State:
     first: Array  # (2, w)
     basis: Array  # (w, N, 2)
     substeps: int | None = None
-    # Of parts, which are asked for forces: a window from rest, whose start hardly shows, would say
-    # more of a force than all others, by its own errors.
-    whole: bool = False
 
     def projected(self, errors: Array) -> Array:
         """Errors (N, B, w) without what other first positions and velocities would make."""
@@ -229,11 +226,7 @@ class WindowPredictions:
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
         self._states = [
-            _State(
-                first=w.begun(),
-                basis=np.zeros((w.count, len(w.position), 2)),
-                whole=parts > 1,
-            )
+            _State(first=w.begun(), basis=np.zeros((w.count, len(w.position), 2)))
             for w in self._windows
         ]
         self.samples = tuple(
@@ -458,7 +451,6 @@ def _step_back(w: _Windows, state: _State, own: Array) -> tuple[Array, Array]:
     basis, triangle = np.linalg.qr(slopes.transpose(2, 0, 1))
     size = np.abs(np.einsum("wkk->wk", triangle))
     shown = size > _SHOWN * size.max(axis=1, keepdims=True)
-    shown |= state.whole
     state.basis = basis * shown[:, None, :]
     wanted = np.einsum("wnk,nw->wk", state.basis, errors[:, 0])
     back = np.linalg.pinv(triangle * shown[:, :, None]) @ wanted[:, :, None]

@@ -44,7 +44,7 @@ def test_free_gains_and_right_priors_are_believed(asked: dict[str, Any]) -> None
 
 @pytest.mark.slow
 def test_an_open_loop_from_rest_tells_friction_that_dips() -> None:
-    """The window from rest, whose start hardly shows, says no more than the others."""
+    """The window from rest, whose start hardly shows, outweighs none of the others."""
     found = study.figures_of("friction dip", "open-loop", runs=1, seed=1, horizon=0.5)
     assert found["checks_failed"] == {"missing terms": 1}
     assert list(found["named"]) == [
