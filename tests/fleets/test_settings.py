@@ -1,9 +1,13 @@
 """What the result of a log depends on."""
 
 from pathlib import Path
+from typing import Any
 
-from axisid import FleetItem
+import pytest
+
+from axisid import FleetItem, fleet
 from axisid.fleets.settings import Settings
+from tests.refusals import refuses
 
 AXIS = (
     "from dataclasses import replace\nfrom axisid import load_axis\naxis = load_axis('emps2015')\n"
@@ -24,3 +28,24 @@ def test_whether_compiled_code_runs_is_an_option_too(tmp_path: Path) -> None:
     item = FleetItem(log="a.csv", axis="emps2015")
     keys = {Settings(folder="", native=native).key(item, "") for native in (False, True)}
     assert len(keys) == 2
+
+
+@pytest.mark.parametrize(
+    ("given", "code"),
+    [
+        ({"logs": None}, "fleet-logs"),
+        ({"logs": 3}, "fleet-logs"),
+        ({"out": None}, "fleet-folder"),
+        ({"fixed": 3}, "fleet-setting"),
+        ({"left_out": 3}, "fleet-setting"),
+        ({"left_out": "Fc"}, "fleet-setting"),
+        ({"drive_time": 3}, "fleet-setting"),
+        ({"reading": "a"}, "fleet-setting"),
+    ],
+)
+def test_what_is_of_no_kind_that_it_can_be_is_refused_before_any_log(
+    tmp_path: Path, given: dict[str, Any], code: str
+) -> None:
+    with refuses(code):
+        fleet(**{"logs": ["a.csv"], "axis": "emps2015", "out": tmp_path / "out", **given})
+    assert not [*tmp_path.iterdir()]

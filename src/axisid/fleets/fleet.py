@@ -27,7 +27,7 @@ from .ledger import LEDGER, Ledger, ledger_of, read_ledger, strays, write_row
 from .one_log import Named, identify_log, result_file, result_of
 from .result import Fleet
 from .row import FleetRow
-from .settings import Settings, log_digest
+from .settings import Settings, check_kinds, log_digest
 from .table import TABLES
 from .wrong_in_all import OF_SEVERAL, check_settings, checked
 
@@ -100,6 +100,11 @@ def fleet(
         is in its row.
     """
     _check(jobs, time_limit, identifying)
+    if not isinstance(out, (str, Path)):
+        raise UsageError(
+            f"the folder of the results is {quoted(out)}; give its path.", code="fleet-folder"
+        )
+    check_kinds(fixed=fixed, left_out=left_out, drive_time=drive_time, reading=reading)
     items = gather_items(logs, Path(out))
     settings = Settings(
         folder=str(out),

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
@@ -14,6 +15,7 @@ from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.text import load_axis
 from axisid.support.errors import DataError, UsageError
 from axisid.support.files.regular_file import read_regular
+from axisid.support.user_values import quoted
 from axisid.support.version import __version__
 
 #: The code of a log that is not there or cannot be opened.
@@ -105,6 +107,28 @@ class Settings:
         mark = _canonical(source) if isinstance(source, Axis) else _mark(source)
         fixed = tuple(sorted(self.fixed.items()))
         return _built(_Same(source, mark), fixed, self.left_out, self.drive_time, self.native)
+
+
+def check_kinds(*, fixed: object, left_out: object, drive_time: object, reading: object) -> None:
+    """Refuse settings of a fleet that are not of the kind that they have to be.
+
+    Raises
+    ------
+    UsageError
+        One is not.
+    """
+    mapping = "a mapping of names to values"
+    kinds: tuple[tuple[str, object, type | tuple[type, ...], str], ...] = (
+        ("fixed", fixed, (Mapping, NoneType), mapping),
+        ("left_out", left_out, (list, tuple), "a list of parameters' names"),
+        ("drive_time", drive_time, (str, NoneType), "'delay' or 'lag'"),
+        ("reading", reading, (Mapping, NoneType), mapping),
+    )
+    for name, given, kind, wanted in kinds:
+        if not isinstance(given, kind):
+            raise UsageError(
+                f"{name} is {quoted(given)}; give {wanted}, or leave it out.", code="fleet-setting"
+            )
 
 
 class _Same:

@@ -38,6 +38,11 @@ def gather_items(
     DataError
         A manifest cannot be read, or the same columns of a log are told to be of another machine.
     """
+    if not isinstance(logs, (str, Path, FleetItem, Iterable)):
+        raise UsageError(
+            f"the logs are {quoted(logs)}; give files, patterns, folders or manifests.",
+            code="fleet-logs",
+        )
     listed = [logs] if isinstance(logs, (str, Path, FleetItem)) else list(logs)
     told = [each for place, one in enumerate(listed, 1) for each in _items(one, out, place)]
     described = {item.log for item, by in told if by != _BY_PATH}
