@@ -143,7 +143,7 @@ def twin_of(
     if not isinstance(truth, Mapping):
         raise UsageError(
             f"the true values are {quoted(truth)}; give a mapping of names to numbers, SI.",
-            code="truth-type",
+            code="study-truth-type",
         )
     if not truth and moves is None:
         return axis

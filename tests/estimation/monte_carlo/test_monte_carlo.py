@@ -268,7 +268,7 @@ def test_other_true_values_are_simulated() -> None:
         ({"noise": TwinNoise(anywhere=True)}, "twin-anywhere"),
         ({"truth": {"m": 1.0}}, "unknown-truth"),
         ({"truth": {"M": "heavy"}}, "bad-truth"),
-        ({"truth": 3}, "truth-type"),
+        ({"truth": 3}, "study-truth-type"),
         ({"moves": 3}, "monte-carlo-moves"),
         ({"moves": "far"}, "monte-carlo-moves"),
         ({"runs": 10**9}, "monte-carlo-runs"),
