@@ -128,19 +128,20 @@ class Search:
         EstimationError
             The loop cannot be simulated at the start, or near where the search came to.
         """
-        at, bound = start.copy(), np.zeros(len(start), dtype=np.int8)
+        at, bound, settled = start.copy(), np.zeros(len(start), dtype=np.int8), False
         for _ in range(_ROUNDS):
-            searched = self._free & (bound == 0)
-            ended = self._searched(at, searched) if searched.any() else None
-            at = at if ended is None else self._whole(at, searched, ended.x)
+            at, ended = self._ended(at, bound)
             moved = self._at_bounds(at)
-            if np.array_equal(moved, bound):
+            settled = np.array_equal(moved, bound)
+            if settled:
                 break
             freed = (bound != 0) & (moved == 0)
             at = np.where(moved < 0, self._unknowns.lower, at)
             at = np.where(moved > 0, self._unknowns.upper, at)
             at = np.where(freed, self._unknowns.inside(at, self._scale), at)
             bound = moved
+        if not settled:  # what was put to a bound, or freed, has not been searched yet
+            at, ended = self._ended(at, bound)
         slopes = self._slopes_at(at)
         return Found(
             physical=at,
@@ -150,8 +151,16 @@ class Search:
             cost=cost_of(at, slopes.errors, self._unknowns, self._weighing),
             lost=self._lost,
             why_lost=self._why,
-            converged=ended is None or ended.status > 0,
+            converged=settled and (ended is None or ended.status > 0),
         )
+
+    def _ended(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, OptimizeResult | None]:
+        """Where a search ends with what is at a bound held there; no search if all is held."""
+        searched = self._free & (bound == 0)
+        if not searched.any():
+            return at, None
+        ended = self._searched(at, searched)
+        return self._whole(at, searched, ended.x), ended
 
     def _searched(self, at: Array, chosen: NDArray[np.bool_]) -> OptimizeResult:
         """Trust regions in the chosen parameters, in units of their scales."""
@@ -235,13 +244,20 @@ class Search:
         return slopes
 
     def _at_bounds(self, at: Array) -> NDArray[np.int8]:
-        """Which parameters the errors drive to a bound, and which of those there are kept."""
+        """Which parameters the errors drive to a bound, and which of those there are kept.
+
+        Weights are of the errors at the start, so that a deviation is one of the errors as they
+        are now.
+        """
         slopes, u = self._slopes_at(at), self._unknowns
         rows, jacobian = self._rows(at, slopes.errors), self._jacobian(at)
         n, c = len(self._weighing.weights), self._weighing.tuning
-        rows[:n] *= self._weighing.loss((rows[:n] / c) ** 2)[1]
+        counts = self._weighing.loss((rows[:n] / c) ** 2)[1]
+        left = np.sqrt(np.sum(counts * rows[:n] ** 2) / max(np.count_nonzero(rows[:n]), 1))
+        rows[:n] *= counts
         downhill = -(jacobian.T @ rows)
-        reach = AT_BOUND.value / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+        reach = AT_BOUND.value * left / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+        reach = np.maximum(reach, _TOLERANCE * self._scale)
         low = self._free & (downhill < 0) & (at - u.lower <= reach)
         high = self._free & (downhill > 0) & (u.upper - at <= reach)
         return np.where(low, -1, np.where(high, 1, 0)).astype(np.int8)

@@ -54,10 +54,14 @@ def _unknowns(**changed: Any) -> Unknowns:
 
 
 def _found(
-    predictions: _Decay, unknowns: Unknowns, start: list[float], loss: str = SQUARES
+    predictions: _Decay,
+    unknowns: Unknowns,
+    start: list[float],
+    loss: str = SQUARES,
+    weight: float = 100.0,
 ) -> Found:
     weighing = Weighing(
-        weights=np.full(len(TIME), 100.0),
+        weights=np.full(len(TIME), weight),
         loss=LOSSES[loss],
         tuning=1.0 if loss == SQUARES else HUBER_TUNING.value,
     )
@@ -85,6 +89,24 @@ def test_a_parameter_that_is_driven_to_a_bound_is_there_and_the_others_are_least
     assert found.physical[1] == 0.5
     assert found.physical[0] == pytest.approx(held.physical[0], rel=1e-7)
     assert not np.any(held.at_bound)
+
+
+@pytest.mark.parametrize("weight", [1.0, 100.0])
+@pytest.mark.parametrize("gap", [0.3, 1.0, 3.0])
+def test_a_bound_near_the_least_is_told_apart_from_it_whatever_the_start_weighed(
+    gap: float, weight: float, rng: np.random.Generator
+) -> None:
+    """``gap`` in deviations of the rate; weights are of the errors at the start."""
+    noise = 1e-3
+    measured = _decay(2.0, 0.7) + noise * rng.standard_normal(len(TIME))
+    free = _found(_Decay(measured), _unknowns(), [1.0, 1.0], weight=weight)
+    scatter = np.linalg.inv(free.slopes.jacobian.T @ free.slopes.jacobian)
+    deviation = noise * np.sqrt(scatter[1, 1])
+    upper = np.array([np.inf, free.physical[1] + gap * deviation])
+    found = _found(_Decay(measured), _unknowns(upper=upper), [1.0, 0.1], weight=weight)
+    assert found.converged
+    assert not np.any(found.at_bound)
+    assert abs(found.physical[1] - free.physical[1]) < 0.05 * deviation
 
 
 def test_a_truth_on_a_bound_is_found_exactly() -> None:
