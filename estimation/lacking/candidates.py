@@ -257,7 +257,7 @@ def supremum_p(single: float, trimmed: float) -> float:
 
 
 def families(
-    x: ExaminedRows, names: tuple[str, ...], *, turns: bool, commanded: bool, plain: bool = True
+    x: ExaminedRows, names: tuple[str, ...], *, turns: bool, commanded: bool
 ) -> list[Family]:
     """Everything that is looked for.
 
@@ -270,11 +270,8 @@ def families(
         Whether the position is an angle.
     commanded : bool
         Whether the force is taken as that of commands, of which a drive may make less.
-    plain : bool
-        Whether Coulomb and viscous friction may not be declared.
     """
-    terms = [f for f in _terms(x, commanded=commanded) if plain or f.kind not in PLAIN]
-    return [*terms, *_of_places(x, turns=turns), *_of_time(x, names)]
+    return [*_terms(x, commanded=commanded), *_of_places(x, turns=turns), *_of_time(x, names)]
 
 
 def _terms(x: ExaminedRows, *, commanded: bool) -> Iterator[Family]:

@@ -99,9 +99,7 @@ def _looked_for(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> l
     axis, names = data.axis.axis, tuple(q.name for q in preferred.quantities)
     drive, turns = axis.drive, axis.coordinate.unit == "rad"
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
-    # Friction that is declared with a known value is none of the regressor's columns.
-    plain = not data.axis.base.known
-    return families(x, names, turns=turns, commanded=commanded, plain=plain)
+    return families(x, names, turns=turns, commanded=commanded)
 
 
 def _is_declared(family: Family, basis: Array) -> bool:

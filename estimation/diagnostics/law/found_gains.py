@@ -9,7 +9,8 @@ known.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.special import gammaln, ndtri_exp
+from scipy.stats import chi2
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
@@ -128,8 +129,19 @@ def apart_in_deviations(off: Array, covariance: Array) -> float:
     sizes = np.sqrt(np.diag(covariance)[known])
     scaled, among = off[known] / sizes, covariance[np.ix_(known, known)] / np.outer(sizes, sizes)
     square = float(scaled @ np.linalg.pinv(among, hermitian=True) @ scaled)
-    # Of the logarithm, as chances of what is far apart are 0 to rounding.
-    return float(-norm.ppf(0.5 * np.exp(chi2.logsf(square, int(known.sum())))))
+    return float(-ndtri_exp(_log_chance(square, int(known.sum())) - np.log(2)))
+
+
+def _log_chance(square: float, number: int) -> float:
+    """Logarithm of the chance of a larger chi-square.
+
+    Beyond what SciPy tells apart from no chance, the first term of the tail.
+    """
+    found = float(chi2.logsf(square, number))
+    if np.isfinite(found):
+        return found
+    half = 0.5 * number
+    return float((half - 1) * np.log(0.5 * square) - 0.5 * square - gammaln(half))
 
 
 def _not_even(

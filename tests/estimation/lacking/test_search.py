@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from axisid import Record, build, identify, leave_out, load_axis, twin_record
+from axisid import Record, build, fix, identify, leave_out, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
 from axisid.estimation.lacking import Lack, lacking, search
@@ -66,6 +66,19 @@ def test_friction_that_is_not_declared_is_told_as_what_it_is(
     assert not isinstance(lacks, Missing)
     assert [lack.kind for lack in lacks if lack.kind in (*PLAIN, "stribeck", "quadratic")] == [kind]
     assert lacks[0].values == pytest.approx([twin.provenance.truth[name]], rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("known", "name", "kind"), [("M", "Fc", "coulomb"), ("Fc", "Fv", "viscous"), ("Fc", "", "")]
+)
+def test_of_an_axis_with_a_known_value_the_friction_that_is_not_declared_is_told(
+    twin: Record, known: str, name: str, kind: str
+) -> None:
+    declared = fix(AXIS, **{known: twin.provenance.truth[known]})
+    result = identify(leave_out(declared, name) if name else declared, twin, methods=["idm-iv"])
+    lacks = lacking(result.data, result.preferred)
+    assert not isinstance(lacks, Missing)
+    assert [lack.kind for lack in lacks[:1]] == ([kind] if kind else [])
 
 
 @pytest.mark.slow

@@ -119,8 +119,16 @@ def test_the_distance_is_that_of_a_normal_of_one_dimension() -> None:
     two = apart_in_deviations(np.array([3.0, 0.0]), np.eye(2))
     assert 2.0 < two < 3.0
     assert apart_in_deviations(np.array([3.0, 9.0]), np.diag([1.0, np.inf])) == pytest.approx(3.0)
-    assert apart_in_deviations(np.array([1e3]), np.array([[1.0]])) > 30
     assert apart_in_deviations(np.array([1.0]), np.array([[0.0]])) == 0
+
+
+@pytest.mark.parametrize("far", [30.0, 38.0, 39.0, 1e3, 1e8])
+def test_the_distance_is_a_number_where_its_chance_is_none(far: float) -> None:
+    """Of one parameter it is the distance itself; of two at once a little less."""
+    assert apart_in_deviations(np.array([far]), np.eye(1)) == pytest.approx(far, rel=1e-6)
+    two = apart_in_deviations(np.array([far, 0.0]), np.eye(2))
+    expected = far - np.log(far * np.sqrt(np.pi / 2)) / far  # equal tails, to first order
+    assert two == pytest.approx(expected, rel=1e-4)
 
 
 def _fitted(name: str, seed: int, free: tuple[str, ...]) -> OutputFit:
