@@ -265,7 +265,10 @@ class _Asked:
             windows = WindowPredictions(whose.form, whose.axes, records, whole)
             if self.horizon is not None:
                 return windows, whole
-            steady = windows.steady_horizon(begin.physical[: len(whose.form.start)])
+            try:
+                steady = windows.steady_horizon(begin.physical[: len(whose.form.start)])
+            except EstimationError:  # which the search tells, where it is so
+                return windows, whole
             if steady == whole:
                 return windows, whole
             return WindowPredictions(whose.form, whose.axes, records, steady), steady

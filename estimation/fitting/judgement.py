@@ -27,7 +27,6 @@ from axisid.estimation.thresholds.estimates import (
 )
 from axisid.estimation.thresholds.fitting import (
     ADVISED_WINDOWS,
-    HORIZON,
     LACKING_LEVEL,
     MAX_APART,
     MAX_BEYOND_NOISE,
@@ -41,6 +40,7 @@ from axisid.estimation.thresholds.fitting import (
 )
 from axisid.estimation.told_by_outputs import Lack
 from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
@@ -106,8 +106,12 @@ def _steady(of: Judged) -> Iterator[Check]:
     """Whether windows of an open loop are so short that nothing drives the axis away in them."""
     if not isinstance(of.basis.predictions, WindowPredictions) or of.horizon is None:
         return
-    steady = of.basis.predictions.steady_horizon(of.physical)
-    good, remedy = of.horizon <= steady or steady >= HORIZON.value, None
+    try:
+        steady = of.basis.predictions.steady_horizon(of.physical)
+    except EstimationError as lost:
+        yield Check.not_evaluated("windows", Missing.of(lost.note))
+        return
+    good, remedy = steady >= of.horizon, None
     said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
     if not good:
         said = (

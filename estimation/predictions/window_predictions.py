@@ -6,6 +6,7 @@ own. These are no parameters of the search: to first order what they can do is t
 errors of their window, by a QR of the errors' slopes by them, and they follow the parameters.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -19,7 +20,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
-from axisid.estimation.thresholds.fitting import HORIZON, MAX_GROWTH
+from axisid.estimation.thresholds.fitting import MAX_GROWTH
 from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
@@ -34,8 +35,7 @@ _ROUNDS = 8  # of the first positions and velocities, at each point, at most
 _SHARES = np.array([1.0, 0.25, 0.03])  # of a step of them, that are tried
 _OF_FEW = (3, 5, 8, 12)  # first samples, whose slopes are velocities that are tried as well
 _OTHER = 0.9  # of a window's squared errors, below which another start is one
-_HALVINGS = 5  # of the longest windows
-_NO_GROWTH = 1.1  # in the shortest windows that are asked: nothing drives the motion away there
+_SHORTEST = 0.0625  # s, of the windows that are asked first
 _STILL = 1e-6  # of a window's squared errors, by which a step lessens them that is the last
 # Of what a first position changes, what a first velocity does: else it is rounding. A velocity that
 # friction hides is a start's all the same: without it a window from rest outweighs all others.
@@ -295,26 +295,32 @@ class WindowPredictions:
         return Lanes(errors=found, failures=failures)
 
     def steady_horizon(self, physical: Array) -> float:
-        """How long windows may be at parameters (P,), s: `HORIZON`, or a half of it, and so on.
+        """How long windows may be at parameters (P,), s: as long as these, or a half, and so on.
 
         A window in which the axis stops forgets how it began, so that short ones are asked first,
         and no longer ones once errors grow.
+
+        Raises
+        ------
+        EstimationError
+            A window cannot be simulated.
         """
-        found = HORIZON.value * 0.5**_HALVINGS
-        for k in reversed(range(_HALVINGS)):
-            horizon = HORIZON.value * 0.5**k
-            windows = WindowPredictions(self._form, self._axes, self._records, horizon)
-            try:
-                windows.settle(physical)
-                grown = windows.growth(physical)
-            except EstimationError:
-                return HORIZON.value
+        longest = min(self._horizon, max(len(w.position) * w.period for w in self._windows))
+        halvings = max(math.ceil(math.log2(longest / _SHORTEST)), 0)
+        # What grows no faster in the shortest may last through the longest: sinh(x)/x is below e^x.
+        slow = math.log(MAX_GROWTH.value) * 0.5**halvings
+        found = 0.5 * longest * 0.5**halvings
+        for k in reversed(range(halvings + 1)):
+            asked = longest * 0.5**k
+            windows = WindowPredictions(self._form, self._axes, self._records, asked)
+            windows.settle(physical)
+            grown = windows.growth(physical)
             if grown > MAX_GROWTH.value:
                 return found
-            if k == _HALVINGS - 1 and grown <= _NO_GROWTH:
-                return HORIZON.value
-            found = horizon
-        return found
+            if k == halvings and grown <= math.sinh(slow) / slow:
+                break
+            found = asked
+        return self._horizon
 
     def growth(self, physical: Array) -> float:
         """How far a first velocity carries an axis by parameters (P,), over a free one's way.

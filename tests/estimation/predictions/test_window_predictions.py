@@ -152,9 +152,23 @@ def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
     assert experiment is not None
     given = experiment.truth
     truth = np.array([*given.values()])
-    assert _predictions(axis, record).steady_horizon(truth) == 0.125
     smooth = np.where(np.array([*given]) == "fs", 0.0, truth)
-    assert _predictions(axis, record).steady_horizon(smooth) == 1.0
+    for horizon, steady in ((0.05, 0.05), (1.0, 0.0625), (4.0, 0.0625)):
+        predictions = _predictions(axis, record, horizon)
+        assert predictions.steady_horizon(truth) == steady
+        assert predictions.steady_horizon(smooth) == horizon
+
+
+@pytest.mark.slow
+def test_windows_are_asked_at_the_length_that_is_asked_for() -> None:
+    """Strong magnets: errors grow threefold in half a second, five hundredfold in two."""
+    axis = build(load_axis("linear_motor"))
+    record = twin_record(axis, seed=1)
+    experiment = axis.declared.experiment
+    assert experiment is not None
+    truth = np.array([*experiment.truth.values()])
+    for horizon, steady in ((0.5, 0.5), (2.0, 0.5)):
+        assert _predictions(axis, record, horizon).steady_horizon(truth) == steady
 
 
 @pytest.mark.slow
@@ -178,7 +192,7 @@ def test_an_open_loop_of_falling_friction_is_as_sure_as_it_says() -> None:
     record = twin_record(axis, seed=3)
     found = fit(axis, record, "open-loop", start=truth)
     assert found.believed
-    assert found.horizon == 0.125
+    assert found.horizon == 0.0625
     values = found.parameters.items()
     off = np.array([(each.value - truth[name]) / each.deviation for name, each in values])
     assert np.sqrt(np.mean(off**2)) < 1.8

@@ -128,7 +128,7 @@ IMPLEMENTATION = {
     "window_predictions._SHARES": "of a step, that are tried",
     "window_predictions._SHOWN": "rank of a triangle",
     "window_predictions._OTHER": "from which another start of an iteration is taken",
-    "window_predictions._NO_GROWTH": "where longer windows need not be asked",
+    "window_predictions._SHORTEST": "windows that are asked first",
     "law_moves._PERCENT": "a unit",
     "fit._SPREAD": "starts of a search",
     "fit._SETTLED": "where an iteration ends",
