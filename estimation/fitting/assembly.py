@@ -13,7 +13,13 @@ from scipy.special import log_ndtr, ndtri_exp
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.freed import are_starts, axis_at
-from axisid.estimation.predictions import Predictions, WindowPredictions, record_rows, slopes_of
+from axisid.estimation.predictions import (
+    Predictions,
+    WindowPredictions,
+    record_rows,
+    slopes_of,
+    whole_lanes,
+)
 from axisid.estimation.records import Record
 from axisid.estimation.regression import widened
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
@@ -42,7 +48,7 @@ from .spread import (
     with_steps,
 )
 from .starting import FitStart, Searched
-from .unknowns import Unknowns
+from .unknowns import Unknowns, least_within
 
 _FEWEST_TWINS = 2
 _PARTS = 4  # of a window, that what the model lacks is asked of
@@ -82,7 +88,7 @@ class Ended:
     @property
     def inner(self) -> NDArray[np.bool_]:
         """Which parameters are free and not at a bound, (P,)."""
-        return np.asarray(self.unknowns.free & (self.best.at_bound == 0))
+        return np.asarray(self.unknowns.free & (self.at_bound == 0))
 
     @cached_property
     def rows(self) -> Array:
@@ -109,7 +115,7 @@ class Ended:
     @cached_property
     def errors_by_noise(self) -> Array | None:
         """What noise of the position makes of the errors, (n, B), where it is of no one colour."""
-        if self.shaken is not None:
+        if self.shaken is not None and self.shaken.twins is not None:
             return self.shaken.twins
         if not is_uneven(self.axis, self.outputs):
             return None
@@ -134,19 +140,45 @@ class Ended:
         """What noise makes of the errors by its square, (n,), where that moves parameters."""
         return None if self.shaken is None else self.shaken.common
 
-    @cached_property
+    @property
     def moved(self) -> Array | None:
         """What noise in the loop moves the parameters by, (P,), where that matters."""
-        common = self.errors_in_common
-        return None if common is None else self.influence @ common
+        return None if self.errors_in_common is None else self.best.physical - self.physical
 
-    @cached_property
+    @property
     def physical(self) -> Array:
         """The parameters less what noise in the loop moves them by, (P,)."""
-        at, u = self.best.physical, self.unknowns
-        if self.moved is None:
-            return at
-        return np.where(self.inner, np.clip(at - self.moved, u.lower, u.upper), at)
+        return self._told_at[0]
+
+    @property
+    def at_bound(self) -> NDArray[np.int8]:
+        """Which of them are at a bound, -1 at the lower, 1 at the upper one, (P,)."""
+        return self._told_at[1]
+
+    @cached_property
+    def _told_at(self) -> tuple[Array, NDArray[np.int8]]:
+        """The parameters that are told, and which are at a bound.
+
+        What is taken off may lead one to its bound, or from there; the others are what they are
+        with it.
+        """
+        at, side, u = self.best.physical, self.best.at_bound, self.unknowns
+        common = self.errors_in_common
+        if common is None:
+            return at, side
+        scores = self.first_scores
+        uphill = scores.jacobian.T @ (scores.curvature * self.weighing.weights * common)
+        # The search stands still but for what a bound holds.
+        held = scores.jacobian.T @ scores.errors + scores.known.T @ u.known_errors(at)
+        downhill = -uphill - np.where(side[u.free] != 0, held, 0.0)
+        physical = at.copy()
+        physical[u.free] += scores.inverse @ downhill
+        if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
+            return physical, side
+        rows = np.vstack([np.sqrt(scores.curvature)[:, None] * scores.jacobian, scores.known])
+        physical, side = at.copy(), np.zeros_like(side)
+        physical[u.free], side[u.free] = least_within(u, at, rows, downhill)
+        return physical, side
 
     @cached_property
     def first_scores(self) -> Scores:
@@ -336,7 +368,8 @@ class Ended:
     def _twins(self, scores: Scores) -> Array:
         """What the noise of simulated twins moves the parameters of scores by, (k, B)."""
         random = np.random.default_rng(self.seed)
-        errors = self.predictions.by_noise(self.best.physical, self.bootstrap, random)
+        noise = self.predictions.by_noise(self.best.physical, self.bootstrap, random)
+        errors = whole_lanes(noise)
         if errors.shape[1] < _FEWEST_TWINS:
             raise EstimationError(
                 f"{errors.shape[1]} of {self.bootstrap} twins could be simulated with the noise "
@@ -379,16 +412,20 @@ class Ended:
     @cached_property
     def without_bounds(self) -> dict[int, tuple[float, float]]:
         """What each parameter at a bound would be without it, with its deviation, by place."""
-        return {int(j): self._without_bound(int(j)) for j in np.flatnonzero(self.best.at_bound)}
+        return {int(j): self._without_bound(int(j)) for j in np.flatnonzero(self.at_bound)}
 
     def _without_bound(self, j: int) -> tuple[float, float]:
         free = self.inner.copy()
         free[j] = True
         scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
         covariance = self._with_steps(scores.coloured(self.autoregressions).matrix, scores)
-        off = self.unknowns.known_errors(self.best.physical)
-        downhill = -(scores.jacobian.T @ scores.errors + scores.known.T @ off)
-        centre = float(self.best.physical[j]) + float((scores.inverse @ downhill)[place])
+        off = self.unknowns.known_errors(self.physical)
+        errors, common = scores.errors, self.errors_in_common
+        if common is not None:
+            moved = self.rows @ (self.physical - self.best.physical)
+            errors = errors + scores.curvature * (self.weighing.weights * common + moved)
+        downhill = -(scores.jacobian.T @ errors + scores.known.T @ off)
+        centre = float(self.physical[j]) + float((scores.inverse @ downhill)[place])
         return centre, float(np.sqrt(covariance[place, place]))
 
     def one_sided(self, j: int) -> tuple[float, float]:
@@ -397,7 +434,7 @@ class Ended:
         Other parameters at bounds may be elsewhere, so that the normal is as wide as without any,
         and as many deviations beyond as with the others at theirs.
         """
-        at, side = float(self.best.physical[j]), int(self.best.at_bound[j])
+        at, side = float(self.physical[j]), int(self.at_bound[j])
         centre, deviation = self.without_bounds[j]
         free = np.flatnonzero(self.unknowns.free)
         place = int(np.flatnonzero(free == j)[0])
@@ -410,7 +447,7 @@ class Ended:
         """How far beyond its bound each parameter at one would be, in deviations, by name."""
         found = {}
         for j, (centre, deviation) in self.without_bounds.items():
-            past = float(self.best.at_bound[j]) * (centre - float(self.best.physical[j]))
+            past = float(self.at_bound[j]) * (centre - float(self.physical[j]))
             found[self.unknowns.names[j]] = max(past, 0.0) / deviation if deviation > 0 else 0.0
         return found
 
@@ -441,7 +478,7 @@ def assembled(ended: Ended) -> OutputFit:
     names = ended.unknowns.names
     at_bound: dict[str, Literal["lower", "upper"]] = {
         n: "lower" if side < 0 else "upper"
-        for n, side in zip(names, ended.best.at_bound, strict=True)
+        for n, side in zip(names, ended.at_bound, strict=True)
         if side
     }
     return OutputFit(
@@ -482,6 +519,7 @@ def assembled(ended: Ended) -> OutputFit:
             known=ended.known,
             alone=ended.told_alone,
             moved=ended.moved,
+            loops=None if ended.shaken is None else ended.shaken.loops,
             of_start=are_starts(ended.whose.form),
         ),
     )
@@ -494,7 +532,7 @@ def _values(ended: Ended) -> dict[str, Value]:
         # What is hardly shown may have a variance that rounding made negative.
         variances = {n: float(c[j, j]) for n, c in ended.covariances.items()}
         deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
-        if ended.best.at_bound[j]:
+        if ended.at_bound[j]:
             interval = ended.one_sided(j)
         else:
             interval = student_interval(value, deviations[chosen], float(freedom[j]))

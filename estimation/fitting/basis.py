@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import Predictions
+from axisid.estimation.thresholds.fitting import FEWEST_TWINS
 from axisid.estimation.told_by_outputs import Left
 from axisid.support.arrays import Array
 from axisid.support.deferred import Deferred
@@ -27,6 +28,26 @@ class Asked:
 
     predictions: Predictions
     left: Left
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoisyLoops:
+    """Pairs of simulated loops with the record's noise and with its opposite.
+
+    Attributes
+    ----------
+    asked : int
+    lost : int
+        Of them, where one cannot be simulated to its end.
+    """
+
+    asked: int
+    lost: int
+
+    @property
+    def are_enough(self) -> bool:
+        """Whether the others tell what noise moves, and how far parameters scatter."""
+        return self.asked - self.lost >= FEWEST_TWINS.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,6 +78,8 @@ class FitBasis:
         show every parameter.
     moved : (P,) array or None
         What noise in the loop moved the parameters by, and was taken off.
+    loops : NoisyLoops or None
+        By which that was told, where more than a few were asked.
     of_start : (P,) array of bool
         Which parameters are first positions and velocities of loops.
     """
@@ -72,6 +95,7 @@ class FitBasis:
     known: tuple[str, ...]
     alone: Mapping[str, tuple[float, float]]
     moved: Array | None
+    loops: NoisyLoops | None
     of_start: NDArray[np.bool_]
 
     @property

@@ -462,8 +462,18 @@ def _bounds(of: Judged) -> Check:
 
 
 def _shaken(of: Judged) -> Iterator[Check]:
-    """What noise in the loop moved, and is taken off."""
+    """What noise in the loop moved, and is taken off; and which loops with it are lost."""
+    loops, name = of.basis.loops, "noise in the loop"
+    lost = ""
+    if loops and loops.lost:
+        lost = f"{loops.lost} of {loops.asked} pairs of loops with the record's noise end early"
+    if loops and not loops.are_enough:
+        yield Check.not_evaluated(name, Missing(f"{lost}, so that what it moves is not told"))
+        return
     if of.basis.moved is None:
+        if lost:
+            said = f"{lost}; by the others it moves nothing that matters"
+            yield Check(name=name, status="note", meaning=said)
         return
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.nan_to_num(np.abs(of.basis.moved) / of.deviations, posinf=0.0)
@@ -471,7 +481,7 @@ def _shaken(of: Judged) -> Iterator[Check]:
     value, moved = of.physical[worst], float(of.basis.moved[worst])
     share = f" ({100 * moved / abs(value):+.2g} %)" if value else ""
     yield Check(
-        name="noise in the loop",
+        name=name,
         status="note",
         figure=float(far[worst]),
         threshold=MIN_MOVED_BY_NOISE.value,
@@ -480,6 +490,8 @@ def _shaken(of: Judged) -> Iterator[Check]:
             "noise shakes the axis, and friction is not that of its mean velocity then: simulated "
             f"loops with the record's noise moved {of.names[worst]} by {far[worst]:.2g} "
             f"deviations{share}, which is taken off, and the others alike"
+            + f"; {lost}"
+            * bool(lost)
         ),
     )
 

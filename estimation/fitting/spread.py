@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.outputs import POSITION
-from axisid.estimation.predictions import Predictions
+from axisid.estimation.predictions import Predictions, whole_lanes
 from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError, beyond_shown
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
@@ -43,6 +43,7 @@ from axisid.estimation.told_by_outputs import (
 )
 from axisid.support.arrays import Array
 
+from .basis import NoisyLoops
 from .search import Found, Weighing
 from .unknowns import Unknowns
 
@@ -209,7 +210,7 @@ def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array 
     """
     count = _many(predictions)
     with np.errstate(all="ignore"):
-        errors = predictions.by_noise(physical, count, np.random.default_rng(seed))
+        errors = whole_lanes(predictions.by_noise(physical, count, np.random.default_rng(seed)))
     return errors if errors.shape[1] >= FEWEST_TWINS.value else None
 
 
@@ -219,14 +220,16 @@ class Shaken:
 
     Attributes
     ----------
-    twins : (n, B) array
-        Of each twin.
+    twins : (n, B) array or None
+        Of each twin, where they tell more.
     common : (n,) array or None
         By the square of the noise, where that moves the parameters.
+    loops : NoisyLoops
     """
 
-    twins: Array
+    twins: Array | None
     common: Array | None
+    loops: NoisyLoops
 
 
 def shaken_by_noise(
@@ -257,20 +260,24 @@ def shaken_by_noise(
     """
     wider = np.inf if by_square else 1.0
     told = np.where(np.isfinite(deviations) & (deviations > 0), deviations, np.inf)
-    few = _common_and_straight(predictions, physical, seed, _FEW)
-    if few is None or not (
-        _moves(influence @ few[0], told, surely=False)
-        or _scatter(influence @ few[1], told) > wider * MIN_WIDENED_BY_FEW.value
+    common, straight = _common_and_straight(predictions, physical, seed, _FEW)
+    lost = common.shape[1] < _FEW  # what they would have told is not known
+    if not (
+        lost
+        or _moves(influence @ common, told, surely=False)
+        or _scatter(influence @ straight, told) > wider * MIN_WIDENED_BY_FEW.value
     ):
         return None
-    many = _common_and_straight(predictions, physical, seed, _many(predictions))
-    if many is None:
-        return None
-    common, straight = many
+    asked = _many(predictions)
+    common, straight = _common_and_straight(predictions, physical, seed, asked)
+    loops = NoisyLoops(asked=asked, lost=asked - common.shape[1])
+    if not loops.are_enough:
+        return Shaken(twins=None, common=None, loops=loops)
     moves = _moves(influence @ common, told)
     if moves or _scatter(influence @ straight, told) > wider * MIN_WIDENED_BY_NOISE.value:
-        return Shaken(twins=common + straight, common=common.mean(axis=1) if moves else None)
-    return None
+        mean = common.mean(axis=1) if moves else None
+        return Shaken(twins=common + straight, common=mean, loops=loops)
+    return Shaken(twins=None, common=None, loops=loops) if loops.lost else None
 
 
 def _many(predictions: Predictions) -> int:
@@ -280,16 +287,17 @@ def _many(predictions: Predictions) -> int:
 
 def _common_and_straight(
     predictions: Predictions, physical: Array, seed: int, count: int
-) -> tuple[Array, Array] | None:
-    """Of twins and those with the opposite noise: what both have in common, and the other half."""
+) -> tuple[Array, Array]:
+    """Of twins and those with the opposite noise: what both have in common, and the other half.
+
+    Of the pairs of which both can be simulated.
+    """
     with np.errstate(all="ignore"):
         more, less = (
             predictions.by_noise(physical, count, np.random.default_rng(seed), factor)
             for factor in (1.0, -1.0)
         )
-    if more.shape != less.shape or more.shape[1] < count:
-        return None
-    return (more + less) / 2, (more - less) / 2
+    return whole_lanes(more + less) / 2, whole_lanes(more - less) / 2
 
 
 def _scatter(moved: Array, deviations: Array) -> float:

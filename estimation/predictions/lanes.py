@@ -31,6 +31,11 @@ class Lanes:
     failures: Mapping[int, str]
 
 
+def whole_lanes(lanes: Array) -> Array:
+    """Those of lanes (n, B) that could be simulated to their end."""
+    return np.asarray(lanes[:, np.isfinite(lanes).all(axis=0)])
+
+
 class Predictions(Protocol):
     """An output as parameters predict it, at the samples of all records."""
 

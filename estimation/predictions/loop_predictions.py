@@ -128,15 +128,14 @@ class LoopPredictions:
     ) -> Array:
         """What white noise of the position, as the records have it, changes in the output, (n, B).
 
-        Twins whose loop cannot be simulated are left out.
+        NaN of twins whose loop cannot be simulated.
         """
         blocks = []
         for first in range(0, count, _TWINS_AT_ONCE):
             size = min(_TWINS_AT_ONCE, count - first)
             changed = partial(changed_by_noise, count=size, random=random, factor=factor)
             blocks.append(self._changed(physical, changed))
-        errors = np.hstack(blocks)
-        return np.asarray(errors[:, np.isfinite(errors).all(axis=0)])
+        return np.hstack(blocks)
 
     @property
     def step(self) -> float:

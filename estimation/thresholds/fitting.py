@@ -141,7 +141,8 @@ MIN_WIDENED_BY_NOISE = Threshold(
 FEWEST_TWINS = Threshold(
     16.0,
     "1",
-    "twins with noise that could be simulated, from which they tell deviations",
+    "twins with noise, or pairs of opposite ones, that could be simulated, from which they tell "
+    "deviations and what noise moves",
     "chosen: a deviation is known to 18 % then",
 )
 MAX_WEIGHT = Threshold(
@@ -162,7 +163,7 @@ MAX_GROWTH = Threshold(
     "way to which a first velocity carries an axis in an open loop, by that of a free one, beyond "
     "which its windows are too long",
     "measured: over strong magnets 3 in windows of 0.5 s, of whose fits 96 % of intervals hold, 19 "
-    "in 1 s, 68 %, 553 in 2 s, 64 %; with Stribeck friction 3 in 1/16 s, 95 %, 15 in 0.125 s, 95 %, "
+    "in 1 s, 68 %, 553 in 2 s, 64 %; with Stribeck friction 3 in 1/16 s and 15 in 0.125 s, 95 %, "
     "494 in 0.25 s, whose fits do not hold; 2.3 at most in 1 s on 40 machines without",
 )
 HORIZON = Threshold(

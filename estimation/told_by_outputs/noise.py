@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from axisid.estimation.predictions import Predictions, record_rows
+from axisid.estimation.predictions import Predictions, record_rows, whole_lanes
 from axisid.support.arrays import Array
 
 from .missing import Left
@@ -26,7 +26,8 @@ def noise_left(predictions: Predictions, physical: Array, left: Left) -> tuple[f
     twins = None
     if left.twins is None:
         with np.errstate(all="ignore"):
-            twins = predictions.by_noise(physical, _TWINS, np.random.default_rng(_SEED))
+            noise = predictions.by_noise(physical, _TWINS, np.random.default_rng(_SEED))
+        twins = whole_lanes(noise)
     models, found = left.autoregressions(left.errors), []
     for model, spans in zip(models, left.spans, strict=True):
         for place, variance in enumerate(model.innovations):

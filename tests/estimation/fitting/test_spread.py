@@ -1,7 +1,9 @@
 """Deviations of estimates whose errors follow one another."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ from axisid import build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.fitting.assembly import cut_interval
-from axisid.estimation.fitting.spread import Scores
+from axisid.estimation.fitting.basis import NoisyLoops
+from axisid.estimation.fitting.spread import Scores, Shaken, shaken_by_noise
+from axisid.estimation.predictions import Predictions
 from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
 from axisid.support.arrays import Array
 
@@ -217,6 +221,80 @@ def test_what_noise_moves_at_every_reversal_alike_makes_no_interval_wider() -> N
     scatter = (found.basis.influence @ left.twins / left.weights.max()).std(axis=1)
     deviations = [each.deviation for each in found.values.values()]
     assert np.all(deviations < 1.3 * scatter)
+
+
+@pytest.mark.slow
+def test_what_noise_moves_across_a_bound_is_at_it_and_from_it_is_free() -> None:
+    """The others are what they are with it, as if it were held, or without it."""
+    declared = load_axis(SLOW_SCREW)
+    assert declared.experiment is not None
+    noisy = replace(declared, experiment=replace(declared.experiment, position_noise=3e-6))
+    axis, record = build(declared), twin_record(build(noisy), seed=1)
+    found = fit(axis, record)
+    between = (found.basis.best.physical[3] + found.physical[3]) / 2
+    across = fit(axis, record, bounds={"fs": (None, between)})
+    assert np.all(across.basis.best.at_bound == 0)
+    assert across.at_bound == {"fs": "upper"}
+    low, high = across["fs"].interval
+    assert low < high == across["fs"].value == between
+    assert across["fs"].deviation == 0.0
+    deviations = np.array([each.deviation for each in found.values.values()])
+    held = fit(axis, record, fixed={"fs": between})
+    assert np.all(np.abs(across.physical - held.physical) < 0.1 * deviations)
+    freed = fit(axis, record, bounds={"fs": (between, None)})
+    assert np.count_nonzero(freed.basis.best.at_bound) == 1
+    assert freed.at_bound == {}
+    assert np.all(np.abs(freed.physical - found.physical) < 0.1 * deviations)
+
+
+class _Shaking:
+    """Outputs that noise moves by its square, of which some twins cannot be simulated."""
+
+    measured = np.zeros(200)
+
+    def __init__(self, lost: Sequence[int]) -> None:
+        self._lost = lost
+
+    def by_noise(
+        self, _: Array, count: int, random: np.random.Generator, factor: float = 1.0
+    ) -> Array:
+        noise = factor * random.standard_normal((200, count))
+        found = noise + 0.1 * noise**2
+        found[100:, [k for k in self._lost if k < count and factor > 0]] = np.nan
+        return found
+
+
+def test_pairs_of_loops_with_noise_that_are_left_tell_what_it_moves() -> None:
+    influence, deviations = np.full((1, 200), 1 / 200), np.array([0.05])
+
+    def told(lost: Sequence[int]) -> Shaken | None:
+        shaking = cast("Predictions", _Shaking(lost))
+        return shaken_by_noise(shaking, np.zeros(1), 0, influence, deviations)
+
+    whole, some, few = told(()), told((2, 5)), told(range(140))
+    assert whole is not None
+    assert some is not None
+    assert few is not None
+    assert whole.loops == NoisyLoops(asked=144, lost=0)
+    assert some.loops == NoisyLoops(asked=144, lost=2)
+    assert whole.common is not None
+    assert some.common is not None
+    assert some.twins is not None
+    assert some.twins.shape == (200, 142)
+    assert float(np.mean(some.common)) == pytest.approx(0.1, rel=0.1)
+    assert (few.common, few.twins, few.loops.are_enough) == (None, None, False)
+
+
+def test_loops_with_noise_that_are_lost_are_said(emps2015: GeneratedAxis) -> None:
+    found = fit(emps2015, twin_record(emps2015, seed=5))
+    said = []
+    for loops in (NoisyLoops(asked=48, lost=3), NoisyLoops(asked=48, lost=40)):
+        basis = replace(found.basis, loops=loops)
+        checks = {check.name: check for check in replace(found, basis=basis).checks}
+        said.append((checks["noise in the loop"].status, checks["noise in the loop"].meaning))
+    many = "pairs of loops with the record's noise end early"
+    assert said[0] == ("note", f"3 of 48 {many}; by the others it moves nothing that matters")
+    assert said[1] == ("not evaluated", f"40 of 48 {many}, so that what it moves is not told")
 
 
 @pytest.mark.slow
