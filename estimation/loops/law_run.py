@@ -53,7 +53,7 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 def applied_terms(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The same as the law gives them, before the drive, (N, terms)."""
     read = (values[0] for values in ticks.signals)
-    (rows,) = axis.evaluate("control_terms", *read, _states_along(axis, ticks, start).T)
+    (rows,) = axis.evaluate("control_terms", *read, states_along(axis, ticks, start).T)
     # What was computed before the first evaluation is taken for that of the first.
     return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
 
@@ -65,7 +65,7 @@ def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The same at each evaluation, (M,)."""
-    arguments = (*ticks.signals, _states_along(axis, ticks, start))
+    arguments = (*ticks.signals, states_along(axis, ticks, start))
     return np.asarray(axis.functions["control_law"].call(arguments)[0].full().ravel())
 
 
@@ -73,7 +73,7 @@ def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """How that control changes with what is remembered at the start, (N, m)."""
     law, size = axis.functions["control_law"], len(start)
     slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
-    by_state, onward = slopes.call([*ticks.signals, _states_along(axis, ticks, start)])
+    by_state, onward = slopes.call([*ticks.signals, states_along(axis, ticks, start)])
     # Side by side as matrices, one for each evaluation.
     rows = by_state.full().reshape(len(ticks), size)
     steps = onward.full().reshape(size, len(ticks), size)
@@ -84,7 +84,7 @@ def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     return as_logged(axis, np.asarray(rows[ticks.held]))
 
 
-def _states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+def states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """What the drive remembers at each evaluation, (m, M)."""
     if not len(start):
         return np.zeros((0, len(ticks)))

@@ -24,7 +24,7 @@ from axisid.support.arrays import Array, covered
 
 from .as_logged import as_logged, limit_in_log
 from .law_of import law_of
-from .law_run import control_along, law_memory, slopes_along, state_at_rest
+from .law_run import control_along, law_memory, slopes_along, state_at_rest, states_along
 from .law_ticks import LawTicks, law_ticks
 
 START_SAMPLES = 50  # of the record that are looked at
@@ -77,12 +77,16 @@ def first_memory(
     wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
     seen = unlimited(axis, record, span)[: len(wanted)]
     at_rest = state_at_rest(axis, ticks)
-    off = wanted - control_along(axis, ticks, at_rest)
+    made = control_along(axis, ticks, at_rest)
+    off = wanted - made
     power = float(np.mean(control**2)) if power is None else power
     if not law.balanced and not at_rest_misses(off, seen, power):
         return None
-    off = off[seen]
     found = _solved(axis, ticks, wanted, seen, at_rest)
+    if np.any(seen & ~below_limit(axis, made)):  # where nothing shows what moves it
+        moving = _solved(axis, ticks, wanted, seen, _state_in_motion(axis, ticks))
+        found = min(found, moving, key=lambda each: float(np.linalg.norm(each.left)))
+    off = off[seen]
     left, noise = float(np.linalg.norm(found.left)), float(found.left @ found.left)
     gained = (float(off @ off) - noise) / max(found.shown, 1)
     noise /= max(len(off) - found.shown, 1)
@@ -120,6 +124,27 @@ def unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDA
     rows = slice(*span)
     masked = covered(record.masked, len(record))[rows]
     return np.asarray(~masked & below_limit(axis, np.asarray(record.control)[rows]))
+
+
+def _state_in_motion(axis: GeneratedAxis, ticks: LawTicks) -> Array:
+    """What the drive remembers of an axis that moved as it does before the first evaluation, (m,).
+
+    A law that differences positions takes an axis at rest that moves at once for one that leaps:
+    its control is at the drive's limit then, whatever it remembers.
+    """
+    before = np.arange(-len(ticks), 0)
+
+    def led(values: Array) -> Array:
+        slope = (values[-1] - values[0]) / max(len(values) - 1, 1)
+        return np.append(values[0] + slope * before, values[0])
+
+    way = LawTicks.at_samples(
+        led(ticks.reference),
+        led(ticks.position),
+        np.full(len(before) + 1, ticks.velocity[0]),
+        tuple(np.full(len(before) + 1, values[0]) for values in ticks.recorded),
+    )
+    return states_along(axis, way, state_at_rest(axis, way))[:, -1]
 
 
 @dataclass(frozen=True, slots=True)

@@ -481,6 +481,18 @@ def test_records_that_begin_in_motion_begin_there(emps2015: GeneratedAxis) -> No
     np.testing.assert_allclose(result.physical, [*TRUTH.values()], rtol=2e-3)
 
 
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_a_record_that_is_cut_from_a_fast_move_is_believed(output: str) -> None:
+    """Its law differences positions, of which those before the cut are in no log."""
+    declared = load_axis("vertical_screw")
+    assert declared.experiment is not None
+    whole = twin_record(declared, seed=1)
+    result = fit(build(declared), whole.windowed((2.58, 6.0)), output)
+    assert result.believed
+    for name, truth in declared.experiment.truth.items():
+        assert abs(result[name].value - truth) < 4 * result[name].deviation
+
+
 @pytest.mark.slow
 def test_what_no_output_shows_is_named(twin: Record, found: OutputFit) -> None:
     """A force at a place where the axis never is; the others are what they are without it."""

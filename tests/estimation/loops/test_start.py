@@ -11,7 +11,10 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import BALANCED
 from axisid.estimation import check_law
 from axisid.estimation.diagnostics.law.control_law import LawCheck
+from axisid.estimation.loops.law_run import control_along, state_at_rest
+from axisid.estimation.loops.law_ticks import law_ticks
 from axisid.estimation.loops.start import _KNOWN, loop_starts
+from axisid.estimation.loops.start_memory import START_SAMPLES, first_memory
 from axisid.estimation.loops.start_velocity import first_velocity
 from axisid.estimation.regression.simulated_rows import simulated_loops
 from axisid.estimation.simulation.twin import trajectory
@@ -145,3 +148,29 @@ def test_what_is_known_of_a_record_goes_with_it() -> None:
     del record
     gc.collect()
     assert len(_KNOWN) == before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [0.0, 1e-6])
+@pytest.mark.parametrize("name", ["vertical_screw", "belt_axis", "rotary_table", "servo_joint"])
+def test_a_record_cut_from_a_fast_move_begins_with_what_its_law_remembers(
+    name: str, noise: float
+) -> None:
+    """From rest the law takes it for a leap, and is at its limit whatever it remembers."""
+    declared = load_axis(name)
+    assert declared.experiment is not None
+    experiment = replace(declared.experiment, position_noise=noise, resolution=0.0)
+    axis = build(replace(declared, experiment=experiment))
+    whole = twin_record(axis)
+    assert whole.control is not None
+    moves = np.abs(np.diff(whole.position, append=whole.position[-1]))
+    first = int(np.flatnonzero(moves > 0.7 * moves.max())[20])
+    record = whole.windowed((first * whole.period, (first + 4000) * whole.period))
+    assert record.control is not None
+    ticks = law_ticks(axis, record, (0, len(record))).first(START_SAMPLES)
+    memory = first_memory(axis, record, (0, len(record)))
+    assert memory is not None
+    there = control_along(axis, ticks, memory)
+    np.testing.assert_allclose(there, record.control[:START_SAMPLES], rtol=1e-6)
+    leap = control_along(axis, ticks, state_at_rest(axis, ticks))
+    assert np.abs(leap - there).max() > 3.0
