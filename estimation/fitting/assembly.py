@@ -23,6 +23,7 @@ from axisid.estimation.predictions import (
 from axisid.estimation.records import Record
 from axisid.estimation.regression import widened
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds.fitting import MIN_MOVED_BY_START
 from axisid.estimation.told_by_outputs import (
     Colour,
     Left,
@@ -35,13 +36,14 @@ from axisid.support.deferred import Deferred
 from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
-from .basis import Asked, FitBasis
+from .basis import Asked, FitBasis, MovedByStart
 from .result import OutputFit, RecordError
 from .search import Found, Weighing
 from .spread import (
     Scores,
     Shaken,
     is_uneven,
+    moved_by_start,
     scores_of,
     shaken_by_noise,
     twins_errors,
@@ -273,11 +275,36 @@ class Ended:
         return found
 
     def _with_steps(self, covariance: Array, scores: Scores) -> Array:
-        """Covariance of the parameters of scores with what the encoders' steps add."""
+        """Covariance of the parameters of scores with what the encoders' steps add.
+
+        And what the starts of the loops do, which no error of a record tells.
+        """
         steps = self.errors_by_steps
-        if steps is None:
-            return covariance
-        return with_steps(covariance, -self._influence(scores) @ steps)
+        if steps is not None:
+            covariance = with_steps(covariance, -self._influence(scores) @ steps)
+        moved = self._by_start(scores, covariance).moved
+        return covariance + np.outer(moved, moved)
+
+    def _by_start(self, scores: Scores, covariance: Array) -> MovedByStart:
+        """What other starts of the loops move the parameters of scores by, where that matters."""
+        moved = moved_by_start(scores, self.weighing.weights, self._slopes_by_start)
+        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)
+        matters = np.any(far > MIN_MOVED_BY_START.value)
+        return MovedByStart(moved=moved * matters, far=far * matters)
+
+    @cached_property
+    def _slopes_by_start(self) -> tuple[tuple[slice, Array], ...]:
+        with np.errstate(all="ignore"):
+            return self.predictions.slopes_by_start(self.best.physical)
+
+    @property
+    def by_start(self) -> MovedByStart:
+        """The same of all parameters, (P,)."""
+        found = self._by_start(self.at_liberty, self.coloured.matrix)
+        moved, far = np.zeros((2, len(self.scale)))
+        moved[self.unknowns.free], far[self.unknowns.free] = found.moved, found.far
+        return MovedByStart(moved=moved, far=far)
 
     @cached_property
     def errors_by_steps(self) -> Array | None:
@@ -519,6 +546,7 @@ def assembled(ended: Ended) -> OutputFit:
             known=ended.known,
             alone=ended.told_alone,
             moved=ended.moved,
+            by_start=ended.by_start,
             loops=None if ended.shaken is None else ended.shaken.loops,
             of_start=are_starts(ended.whose.form),
         ),

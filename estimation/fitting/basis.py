@@ -51,6 +51,20 @@ class NoisyLoops:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MovedByStart:
+    """What parameters would move by if first positions and velocities were free with them.
+
+    Attributes
+    ----------
+    moved, far : (P,) array
+        In their units, and in their deviations; 0 where that matters to none.
+    """
+
+    moved: Array
+    far: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitBasis:
     """What a fit is judged from.
 
@@ -80,6 +94,7 @@ class FitBasis:
         What noise in the loop moved the parameters by, and was taken off.
     loops : NoisyLoops or None
         By which that was told, where more than a few were asked.
+    by_start : MovedByStart
     of_start : (P,) array of bool
         Which parameters are first positions and velocities of loops.
     """
@@ -96,6 +111,7 @@ class FitBasis:
     alone: Mapping[str, tuple[float, float]]
     moved: Array | None
     loops: NoisyLoops | None
+    by_start: MovedByStart
     of_start: NDArray[np.bool_]
 
     @property

@@ -14,6 +14,7 @@ from axisid.estimation.diagnostics import repeated_check
 from axisid.estimation.diagnostics.estimates import precision_check
 from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.estimates import few_rows
+from axisid.estimation.freed import START
 from axisid.estimation.predictions import WindowPredictions
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.diagnostics import (
@@ -35,6 +36,7 @@ from axisid.estimation.thresholds.fitting import (
     MAX_LAW_SHIFT,
     MAX_LEFT,
     MIN_MOVED_BY_NOISE,
+    MIN_MOVED_BY_START,
     MIN_SHOWN,
     SAME_END,
 )
@@ -93,6 +95,7 @@ def judged(of: Judged) -> tuple[Check, ...]:
         *_precise(of),
         _bounds(of),
         *_starts(of),
+        *_begun(of),
         *_shaken(of),
     )
 
@@ -493,6 +496,28 @@ def _shaken(of: Judged) -> Iterator[Check]:
             + f"; {lost}"
             * bool(lost)
         ),
+    )
+
+
+def _begun(of: Judged) -> Iterator[Check]:
+    """What the first positions and velocities, as the records have them, leave open."""
+    by_start = of.basis.by_start
+    if not by_start.far.any():
+        return
+    worst = int(np.argmax(by_start.far))
+    value, by = of.physical[worst], abs(float(by_start.moved[worst]))
+    share = f"by {100 * by / abs(value):.2g} %" if by < abs(value) else "by more than it is"
+    yield Check(
+        name="start of the loop",
+        status="note",
+        figure=float(by_start.far[worst]),
+        threshold=MIN_MOVED_BY_START.value,
+        source=MIN_MOVED_BY_START.source,
+        meaning=(
+            "the record begins in motion, and the loop where its first samples say; with another "
+            f"start {of.names[worst]} would move {share}, which its deviation counts; "
+        ),
+        remedy=Remedy.of("find the start with the parameters by ", Setting("free", START), "."),
     )
 
 

@@ -18,6 +18,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.outputs import POSITION
@@ -343,6 +344,35 @@ def scores_of(
         remembers=remembers,
         twins=None if twins is None else (first * weighing.weights)[:, None] * twins,
     )
+
+
+def moved_by_start(scores: Scores, weights: Array, starts: Sequence[tuple[slice, Array]]) -> Array:
+    """What first positions and velocities move parameters by that are free with them, (k,).
+
+    To first order, by the errors.
+
+    Parameters
+    ----------
+    scores : Scores
+    weights : (n,) array
+    starts : sequence of (slice, array)
+        Rows of a stretch, and slopes of its errors by its start, (m, 2).
+    """
+    together, gained, own = [], [], []
+    for rows, slopes in starts:
+        weighed = weights[rows, None] * slopes
+        size = np.linalg.norm(weighed, axis=0)
+        unit = weighed / np.where(size > 0, size, 1.0)
+        counted = scores.curvature[rows, None] * unit
+        together.append(scores.jacobian[rows].T @ counted)
+        gained.append(unit.T @ scores.errors[rows])
+        own.append(unit.T @ counted)
+    if not together:
+        return np.zeros(scores.jacobian.shape[1])
+    beside = scores.inverse @ np.hstack(together)
+    net = block_diag(*own) - np.hstack(together).T @ beside
+    downhill = beside.T @ (scores.jacobian.T @ scores.errors) - np.concatenate(gained)
+    return np.asarray(-beside @ (np.linalg.pinv(net, rcond=MIN_SHOWN.value) @ downhill))
 
 
 def with_steps(covariance: Array, moved: Array) -> Array:

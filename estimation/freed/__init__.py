@@ -13,5 +13,6 @@ from .start import STARTS as STARTS
 from .start import FormByStart as FormByStart
 from .start import are_starts as are_starts
 from .start import least_sizes as least_sizes
+from .start import start_sizes as start_sizes
 from .start import started_at as started_at
 from .time import FormByTime as FormByTime

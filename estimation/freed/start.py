@@ -74,7 +74,7 @@ class FormByStart(InverseForm):
         for number, (i, segment, start) in enumerate(stretches, 1):
             after = f"_{number}" if len(stretches) > 1 else ""
             rows = slice(*records[i].spans[segment])
-            sizes = _sizes(records[i].position[rows], records[i].period)
+            sizes = start_sizes(records[i].position[rows], records[i].period)
             units, values = (q.unit, q.velocity_unit), (start.position, start.velocity)
             told = zip(STARTS, map(str, units), map(float, values), sizes, strict=True)
             chosen = [each for each in told if each[0] in names]
@@ -168,7 +168,8 @@ def started_at(
     return replace(inputs, start=start)
 
 
-def _sizes(position: Array, period: float) -> tuple[float, float]:
+def start_sizes(position: Array, period: float) -> tuple[float, float]:
+    """Least sizes of a first position and velocity of a stretch, from which steps are taken."""
     reach = float(np.ptp(position)) or 1.0
     most = reach / (period * len(position))  # of which a motion there and back makes more
     speed = float(np.abs(np.diff(position)).mean()) / period if len(position) > 1 else 0.0

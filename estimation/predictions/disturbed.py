@@ -10,6 +10,7 @@ from axisid.estimation.regression import STEP_SHARES
 from axisid.estimation.simulation import simulate_lanes
 from axisid.support.arrays import Array
 
+from .slopes import STEP
 from .stretch import Stretch
 
 
@@ -52,6 +53,32 @@ def changed_by_noise(
     )
     out = stretch.rows(lambda name: batch[name] + (noise if name == "position" else 0.0))
     return np.where(stretch.counted[:, None], out[:, :-1] - out[:, -1:], 0.0)
+
+
+def slopes_by_start(stretch: Stretch, own: Array, sizes: Array, *, substeps: int | None) -> Array:
+    """What a first position and velocity change, by themselves, (n, 2); NaN where they cannot.
+
+    Parameters
+    ----------
+    stretch, own, substeps
+        As in `changed_by_noise`.
+    sizes : (2,) array
+        Of both, from which steps are taken.
+    """
+    start, step = stretch.inputs.start, STEP * sizes
+    there = np.array([[float(start.position)], [float(start.velocity)]])
+    moved = there + step[:, None] * np.array([[1, -1, 0, 0], [0, 0, 1, -1]])
+    batch = simulate_lanes(
+        stretch.axis,
+        np.tile(own, (4, 1)),
+        replace(stretch.inputs, start=replace(start, position=moved[0], velocity=moved[1])),
+        substeps=substeps,
+        wanted=stretch.outputs,
+    )
+    out = stretch.rows(batch.__getitem__)
+    out[:, [*batch.failures]] = np.nan
+    slopes = (out[:, ::2] - out[:, 1::2]) / (2 * step)
+    return np.where(stretch.counted[:, None], slopes, 0.0)
 
 
 def changed_by_steps(stretch: Stretch, own: Array, *, substeps: int | None) -> Array:

@@ -91,6 +91,10 @@ class TimedPredictions:
         """See `Predictions.by_steps`."""
         return self._of_model.by_steps(physical[:-1])
 
+    def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
+        """See `Predictions.slopes_by_start`."""
+        return self._of_model.slopes_by_start(physical[:-1])
+
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """See `Predictions.slopes_by_law`."""
         return self._of_model.slopes_by_law(physical[:-1])

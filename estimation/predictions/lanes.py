@@ -86,6 +86,13 @@ class Predictions(Protocol):
     def by_steps(self, physical: Array) -> Array | None:
         """What the encoder's steps change, (n, B); None where nothing is known of any."""
 
+    def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
+        """Rows of each stretch that begins in motion, and slopes of its errors there, (n, 2).
+
+        By its first position and velocity, which are those of the record; none where they are
+        parameters.
+        """
+
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by its gains."""
 

@@ -12,7 +12,14 @@ from itertools import pairwise
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.freed import axis_at, gains_in, inputs_at, started_at
+from axisid.estimation.freed import (
+    are_starts,
+    axis_at,
+    gains_in,
+    inputs_at,
+    start_sizes,
+    started_at,
+)
 from axisid.estimation.loops import loop_starts, noise_along, two_clocks
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
@@ -22,7 +29,7 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import EstimationError
 
 from .added_slopes import Motion, motion_of, slopes_by_added
-from .disturbed import changed_by_noise, changed_by_steps
+from .disturbed import changed_by_noise, changed_by_steps, slopes_by_start
 from .lanes import Lanes
 from .law_slopes import slopes_by_law
 from .measured_output import MeasuredOutput, measured_output
@@ -170,6 +177,23 @@ class LoopPredictions:
 
     def _started(self, stretch: Stretch, physical: Array, inputs: LoopInputs) -> LoopInputs:
         return started_at(self._form, physical, stretch.record, stretch.segment, inputs)
+
+    def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
+        """See `Predictions.slopes_by_start`."""
+        if are_starts(self._form).any():
+            return ()
+        found = []
+        for each, rows, steps in zip(self.stretches, self._rows, self._substeps, strict=True):
+            if not each.inputs.start.velocity:
+                continue
+            record = self._records[each.record]
+            position = record.position[slice(*record.spans[each.segment])]
+            sizes = np.array(start_sizes(position, record.period))
+            own = self._form.own(physical, each.record)
+            slopes = slopes_by_start(self._at(each, physical), own, sizes, substeps=steps)
+            if np.all(np.isfinite(slopes)):
+                found.append((rows, slopes))
+        return tuple(found)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by the term's gains.

@@ -360,6 +360,13 @@ class WindowPredictions:
         """Nothing is known of what an encoder's steps do without a loop."""
         return None
 
+    def slopes_by_start(
+        self,
+        physical: Array,  # noqa: ARG002
+    ) -> tuple[tuple[slice, Array], ...]:
+        """None: what starts make is taken out of the errors."""
+        return ()
+
     def slopes_by_law(self, physical: Array) -> dict[str, Array]:  # noqa: ARG002
         """None: no law is simulated."""
         return {}

@@ -203,6 +203,7 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "loss": Argument(of="identify", name="loss", written=_text("loss")),
         "bounded": Argument(of="identify", name="bounded", written=lambda _: "bounded=True"),
         "horizon": Argument(of="fit", name="horizon", written=_number("horizon")),
+        "free": Argument(of="fit", name="free", written=_text("free")),
         "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
         "leave-out": Argument(of="leave_out", call="leave_out(axis, {})", written=_each_quoted),
         "ladder": Argument(of="friction_ladder", call="friction_ladder(axis)", written="".join),

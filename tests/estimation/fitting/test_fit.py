@@ -481,6 +481,23 @@ def test_records_that_begin_in_motion_begin_there(emps2015: GeneratedAxis) -> No
     np.testing.assert_allclose(result.physical, [*TRUTH.values()], rtol=2e-3)
 
 
+def test_what_the_start_of_a_loop_leaves_open_counts_and_names_what_finds_it(
+    emps2015: GeneratedAxis, twin: Record, found: OutputFit
+) -> None:
+    """What parameters move by is told to first order, without another search."""
+    record = twin_record(emps2015, seed=107).windowed((1.2, 1.4))
+    result, free = fit(emps2015, record), fit(emps2015, record, free="start")
+    (check,) = (c for c in result.checks if c.name == "start of the loop")
+    assert check.status == "note"
+    assert str(check.remedy) == 'find the start with the parameters by free="start".'
+    moved = result.basis.by_start.moved
+    np.testing.assert_allclose(free.physical[:3] - result.physical, moved, rtol=0.05)
+    deviations = np.array([each.deviation for each in result.values.values()])
+    assert np.all(deviations > np.abs(moved))
+    for told in (free, found):
+        assert "start of the loop" not in _status(told)
+
+
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_a_record_that_is_cut_from_a_fast_move_is_believed(output: str) -> None:
     """Its law differences positions, of which those before the cut are in no log."""
