@@ -25,6 +25,7 @@ from axisid.estimation.predictions import (
     TimedPredictions,
     WindowPredictions,
     record_rows,
+    slopes_of,
 )
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
@@ -59,7 +60,6 @@ from .timing import split_free, time_in, with_time_found
 from .unknowns import End, Unknowns, by_name, check_enough, unknowns_of
 
 _MOST_STARTS = 1000
-_SPREAD = 0.5  # of the logarithm of further starts
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
 
 
@@ -123,7 +123,8 @@ def fit(
     loss : {"squares", "soft-l1", "huber"}
         Robust ones let errors count for less that are large beside the median of all.
     starts : int
-        Searches, the first from the start, others from about it; the lowest end is taken.
+        Searches, the first from the start, others from about it, also of the other sign where the
+        bounds allow; the lowest end is taken.
     bootstrap : int
         Twins of the records, simulated in one batch with white noise of the position, from which
         the deviations are taken; 0 for none.
@@ -333,20 +334,35 @@ class _Run:
     ) -> tuple[Found, ...]:
         """The searches that come to an end: from the start, then from about it."""
         found, lost = list[Found](), list[EstimationError]()
+        sizes = self._sizes(begun) if count > 1 else self.scale
         for k in range(count):
             try:
-                found.append(self._search(begun) if not k else self._about(first, random))
+                found.append(self._search(begun) if not k else self._about(first, sizes, random))
             except EstimationError as error:
                 lost.append(error)
         if not found:
             raise lost[0]
         return tuple(self._alike(each) for each in found)
 
-    def _about(self, first: FitStart, random: np.random.Generator) -> Found:
-        factors = np.exp(_SPREAD * random.standard_normal(len(first.physical)))
-        factors = np.where(self.of_start, 1.0, factors)
-        at = self.unknowns.inside(first.physical * factors, self.scale)
-        return Search(*self._searching).run(at)
+    def _about(self, first: FitStart, sizes: Array, random: np.random.Generator) -> Found:
+        drawn = self.unknowns.drawn_about(first.physical, sizes, random)
+        at = np.where(self.of_start, first.physical, drawn)
+        return Search(*self._searching).run(self.unknowns.inside(at, self.scale))
+
+    def _sizes(self, begun: Array) -> Array:
+        """By how much each parameter has to change to change the outputs as much as any does, (P,).
+
+        What changes nothing there has the scale of its steps.
+        """
+        u = self.unknowns
+        try:
+            self.predictions.settle(begun)
+            slopes = slopes_of(self.predictions, begun, self.scale, u.lower, u.upper, u.free)
+        except EstimationError:
+            return self.scale
+        effect = np.linalg.norm(self.weighing.weights[:, None] * slopes.jacobian, axis=0)
+        most = float(np.max(effect * np.abs(begun)))
+        return np.where(effect > 0, most / np.where(effect > 0, effect, 1.0), self.scale)
 
     def _alike(self, found: Found) -> Found:
         """Its cost by the last weights, which are the same for all."""

@@ -279,5 +279,6 @@ def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) ->
 
 
 def best_of(found: Sequence[Found]) -> Found:
-    """The search that ended lowest, of one or more."""
-    return min(found, key=lambda each: each.cost)
+    """The search that ended lowest, of one or more; of several that ended as low the first."""
+    least = min(each.cost for each in found) * (1 + 100 * _TOLERANCE)
+    return next(each for each in found if each.cost <= least)

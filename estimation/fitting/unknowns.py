@@ -19,6 +19,7 @@ from axisid.support.user_values import quoted
 
 #: A bound, or None for none.
 End = float | None
+_SPREAD = 0.5  # of the logarithm of further starts, and of a size that counts as much as any
 _INSIDE = 0.05  # of a parameter's scale, or a quarter of its range: how far inside it starts
 
 
@@ -76,6 +77,18 @@ class Unknowns:
         """Scale of each parameter, from which its steps follow; never 0, as friction may be."""
         scale = np.max(np.abs([start, size, self.prior]), axis=0)
         return np.where(scale > 0, scale, 1.0)
+
+    def drawn_about(self, start: Array, size: Array, random: np.random.Generator) -> Array:
+        """Parameters (P,) at random about a start: those of one sign by a factor, others by a size.
+
+        A factor of what is 0 leaves it there, so that it is drawn by its size on the allowed side.
+        """
+        draws = random.standard_normal(len(start))
+        up, down = self.lower >= 0, self.upper <= 0
+        signed = np.where(up, np.abs(draws), np.where(down, -np.abs(draws), draws))
+        by_size = start + np.maximum(np.abs(start), _SPREAD * size) * signed
+        by_factor = (start != 0) & (up | down)
+        return np.where(by_factor, start * np.exp(_SPREAD * draws), by_size)
 
     def inside(self, start: Array, scale: Array) -> Array:
         """A start strictly inside the bounds, fixed values as they are.

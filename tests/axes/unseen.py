@@ -4,22 +4,28 @@ from dataclasses import replace
 
 import sympy
 
-from axisid import Axis, Parameter, load_axis
+from axisid import Axis, Constant, Parameter, load_axis
 from axisid.elements import stribeck
 
 FS = Parameter("Fs", "N", nominal=10.0)
 
 
-def with_term(parameter: Parameter, term: sympy.Expr, truth: float) -> Axis:
-    """The paper's axis with one more term."""
-    axis = load_axis("emps2015")
+def with_term(
+    parameter: Parameter,
+    term: sympy.Expr,
+    truth: float,
+    others: dict[Parameter, float] | None = None,
+) -> Axis:
+    """The paper's axis with one more term, and what other parameters it has."""
+    axis, more = load_axis("emps2015"), {parameter: truth, **(others or {})}
     assert axis.experiment is not None
+    told = {**axis.experiment.truth, **{p.name: value for p, value in more.items()}}
     return replace(
         axis,
         name="unseen",
-        parameters=(*axis.parameters, parameter),
+        parameters=(*axis.parameters, *more),
         force=axis.force + term,
-        experiment=replace(axis.experiment, truth={**axis.experiment.truth, parameter.name: truth}),
+        experiment=replace(axis.experiment, truth=told),
     )
 
 
@@ -33,3 +39,10 @@ def with_bump(place: float, nominal: float = 10.0) -> Axis:
     Fb = Parameter("Fb", "N", nominal=nominal)
     q = load_axis("emps2015").coordinate.symbol
     return with_term(Fb, Fb * sympy.exp(-(((q - place) / 0.01) ** 2)), 12.0)
+
+
+def with_bump_somewhere(place: float) -> Axis:
+    """With -12 N about a place that is a parameter, 5 mm wide; nothing says where it is."""
+    Fb, at = Parameter("Fb", "N", nominal=10.0), Parameter("at", "m")
+    q, wide = load_axis("emps2015").coordinate.symbol, Constant(0.005, "m")
+    return with_term(Fb, Fb * sympy.exp(-(((q - at) / wide) ** 2)), -12.0, {at: place})

@@ -24,12 +24,14 @@ from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.estimates import FittedParameters, derived_value
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.fitting.search import Found, Search
+from axisid.estimation.fitting.unknowns import unknowns_of
 from axisid.estimation.predictions import WindowPredictions
+from axisid.estimation.regression import InverseForm
 from axisid.estimation.told_by_outputs import Lack
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from tests.axes.cascaded import cascaded
-from tests.axes.unseen import with_bump
+from tests.axes.unseen import with_bump, with_bump_somewhere
 from tests.refusals import refuses
 
 TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
@@ -548,6 +550,36 @@ def test_several_starts_end_alike(emps2015: GeneratedAxis, twin: Record, found: 
     np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
     assert len(result.ends) == 4
     assert _status(result)["starts"] == "pass"
+
+
+def test_several_starts_leave_what_is_0_and_signs_that_are_allowed() -> None:
+    """A force of the other sign about another place: about the start nothing leads there."""
+    declared = with_bump_somewhere(0.02)
+    axis, record = build(declared), twin_record(declared).windowed((0.0, 3.2))
+    start = {"Fb": 10.0, "at": 0.0}
+    one, several = (fit(axis, record, start=start, starts=count) for count in (1, 8))
+    assert not one.believed
+    assert several.believed
+    assert several["Fb"].value == pytest.approx(-12.0, abs=0.5)
+    assert several["at"].value == pytest.approx(0.02, abs=2e-4)
+    assert several.ends[0][0] > 1.2 * several.basis.best.cost
+    again = fit(axis, record, start=start, starts=8)
+    np.testing.assert_array_equal(again.physical, several.physical)
+
+
+def test_starts_are_drawn_within_the_bounds_and_to_either_side_of_0(
+    emps2015: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    form = InverseForm(emps2015)
+    bounds = {"M": (1.0, None), "Fv": (None, 5.0), "Fc": (0.0, None)}
+    whole = replace(unknowns_of(form, {}, bounds, {}, {}), lower=np.array([1.0, -np.inf, 0.0]))
+    start, size = np.array([100.0, 0.0, 0.0]), np.array([100.0, 200.0, 20.0])
+    drawn = np.array([whole.drawn_about(start, size, rng) for _ in range(400)])
+    assert np.all(drawn[:, 0] > 0)
+    assert np.log(drawn[:, 0] / 100).std() == pytest.approx(0.5, rel=0.2)
+    assert 0.4 < np.mean(drawn[:, 1] > 0) < 0.6
+    assert np.all(drawn[:, 2] > 0)
+    assert np.median(drawn[:, 2]) == pytest.approx(10 * 0.674, rel=0.2)
 
 
 def test_a_search_that_is_lost_leaves_the_others(
