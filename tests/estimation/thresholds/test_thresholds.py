@@ -130,7 +130,7 @@ IMPLEMENTATION = {
     "window_predictions._OTHER": "from which another start of an iteration is taken",
     "window_predictions._SHORTEST": "windows that are asked first",
     "law_moves._PERCENT": "a unit",
-    "fit._SPREAD": "starts of a search",
+    "unknowns._SPREAD": "starts of a search",
     "fit._SETTLED": "where an iteration ends",
     "bounded._ROUNDING": "of sums",
     "robust._STANDS_STILL": "of an iteration",
