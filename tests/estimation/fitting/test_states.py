@@ -58,7 +58,7 @@ def test_an_axis_without_rows_is_refused_before_it_is_derived(
 def test_the_parameters_of_a_bristle_lie_within_their_own_intervals() -> None:
     axis = build(bristle(control=CASCADE))
     truth = axis.nominal * [0.9, 1.25, 0.8, 1.1, 0.9, 1.1, 0.8]
-    result = fit(axis, _record(axis, truth, noise=2e-9, samples=6000))
+    result = fit(axis, _record(axis, truth, noise=2e-9, samples=4000))
     assert result.started == "nominal"
     assert "remembers" in result.remarks[0].text
     for name, value in zip(axis.names, truth, strict=True):
