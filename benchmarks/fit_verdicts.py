@@ -11,12 +11,14 @@ several takes four times the CPU.
     python benchmarks/fit_verdicts.py --output open-loop      by another output
     python benchmarks/fit_verdicts.py --free all              with every gain of the law free
     python benchmarks/fit_verdicts.py --prior 0.01            with the first parameter known to 1 %
+    python benchmarks/fit_verdicts.py --gain 0.03             drives declared 3 % too strong, free
     python benchmarks/fit_verdicts.py --json -                one JSON object
 """
 
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypedDict
@@ -29,6 +31,7 @@ from scipy.stats import beta
 
 from axisid import AxisidError, Record, build, fit, load_axis, read_record, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.joint import GAIN
 from axisid.support.jobs.run import run_jobs
 
 #: Friction that falls with the velocity, in slow moves: noise and an open loop drive it away.
@@ -85,11 +88,13 @@ def figures_of(
     horizon: float | None = None,
     free: str = "",
     prior: float = 0.0,
+    gain: float = 0.0,
 ) -> Counted:
     """Fit the runs of a case and count.
 
     With free gains by commas, or all of them; of a twin with a prior of its first parameter that is
-    drawn about the truth, with that share of it as deviation.
+    drawn about the truth, with that share of it as deviation; or with its drive declared by such a
+    share too strong, its gain free, and the first parameter held at the truth.
     """
     random = np.random.default_rng(seed)
     axis, made = _made(name, runs, seed)
@@ -99,10 +104,15 @@ def figures_of(
     checks, failed, believed, named = Counter[str](), Counter[str](), 0, Counter[str]()
     truth = axis.declared.experiment.truth if name in LIBRARY and axis.declared.experiment else {}
     off, held = list[list[float]](), list[bool]()
+    fixed = dict[str, float]()
+    if gain and truth:
+        gains, fixed = [*gains, GAIN], dict([next(iter(truth.items()))])
+        truth = {**{n: v for n, v in truth.items() if n not in fixed}, GAIN: axis.axis.drive.gain}
+        axis = _declared(axis, 1 + gain)
+    asked = partial(fit, axis, output=output.split("+"), horizon=horizon, free=gains, fixed=fixed)
     for record in made:
         try:
-            known = _drawn(record, prior, random)
-            result = fit(axis, record, output.split("+"), horizon=horizon, free=gains, prior=known)
+            result = asked(record, prior=_drawn(record, prior, random))
         except AxisidError as error:
             failed[str(error)[:80]] += 1
             continue
@@ -122,6 +132,12 @@ def figures_of(
         "off": dict(zip(truth, np.sqrt(np.mean(np.square(off), axis=0)).tolist(), strict=True)),
         "held": 100 * float(np.mean(held)) if held else None,
     }
+
+
+def _declared(axis: GeneratedAxis, factor: float) -> GeneratedAxis:
+    """The axis with a drive of so many times its gain."""
+    drive = axis.declared.drive
+    return build(replace(axis.declared, drive=replace(drive, gain=factor * float(drive.gain))))
 
 
 def _drawn(
@@ -144,10 +160,11 @@ def counted_of(
     horizon: float | None,
     free: str,
     prior: float,
+    gain: float,
 ) -> Counted:
     """The figures of a case, of a wrong machine from fewer runs."""
     made = wrong if name in WRONG else runs
-    work = partial(figures_of, name, output, horizon=horizon, prior=prior)
+    work = partial(figures_of, name, output, horizon=horizon, prior=prior, gain=gain)
     return work(runs=made, seed=seed, free=free)
 
 
@@ -176,12 +193,13 @@ def main() -> None:
     parser.add_argument("--horizon", type=float, help="of an open loop, s (default its own)")
     parser.add_argument("--free", default="", help="gains by commas, or all (default none)")
     parser.add_argument("--prior", type=float, default=0.0, help="deviation, of the value")
+    parser.add_argument("--gain", type=float, default=0.0, help="by which drives are too strong")
     parser.add_argument("--only", metavar="NAMES", help="cases, by commas")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args()
     wanted = options.only.split(",") if options.only else [*_cases(), *LIBRARY]
     names = [n for n in (*_cases(), *LIBRARY) if n in wanted]
-    asked = ("output", "runs", "wrong", "seed", "horizon", "free", "prior")
+    asked = ("output", "runs", "wrong", "seed", "horizon", "free", "prior", "gain")
     how = {name: getattr(options, name) for name in asked}
     work = partial(counted_of, **how)
     done = dict[str, Counted]()

@@ -116,8 +116,9 @@ def fit(
         where it has a deviation.
     free : str or sequence of str
         Gains of the control law that are searched with the parameters, from the declared ones;
-        none changes its sign, or is known. Not of an open loop, which has no law. Also the drive's
-        ``lag`` or its ``delay``: one of them, as a record shows their sum. ``start``: the first
+        none changes its sign, or is known. Not of an open loop, which has no law. ``gain``: the
+        drive's, which is ``drive_gain`` then; what its ``relative_sd`` says was known before.
+        Its ``lag`` or its ``delay``: one of them, as a record shows their sum. ``start``: the first
         position and velocity of each loop, which are else those of the record; ``start_position``
         or ``start_velocity``: one of them.
     loss : {"squares", "soft-l1", "huber"}

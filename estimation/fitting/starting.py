@@ -8,15 +8,23 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.outputs import (
     FIT_STARTS,
+    FORCE,
     INSTRUMENTS_START,
     LEAST_SQUARES_START,
     NOMINAL_START,
     OPEN_LOOP,
 )
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.freed import START, STARTS, FormByGains, FormByStart, least_sizes
+from axisid.estimation.freed import (
+    START,
+    STARTS,
+    FormByDriveGain,
+    FormByGains,
+    FormByStart,
+    least_sizes,
+)
 from axisid.estimation.identification import Shared, identify
-from axisid.estimation.joint import JointForm
+from axisid.estimation.joint import GAIN, JointForm
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, InverseForm
 from axisid.modeling.quantities import State
@@ -29,6 +37,7 @@ from axisid.support.user_values import is_among, quoted
 from .unknowns import Unknowns
 
 _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
+_GAIN = "gain"  # as it is asked for, beside its own name
 _METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
 
 #: As users give it: a name, parameters, or an estimate.
@@ -88,16 +97,17 @@ def with_free(
     known: Mapping[str, object],
     records: Sequence[Record],
 ) -> Searched:
-    """The same with gains of the law that are free, and with the starts of the loops.
+    """The same with the gains of drive and law that are free, and with the starts of the loops.
 
     Raises
     ------
     ModelError
-        The law has no gains that could change.
+        The law has no gains that could change, or the drive none that a fit could search.
     UsageError
         They are none of the law's gains, or known of the records; or the output is one without a
         law.
     """
+    names, whose = _with_drive_gain(whose, names, outputs, records)
     if not names:
         return whose
     if OPEN_LOOP in outputs:
@@ -122,11 +132,33 @@ def with_free(
     if law is not None and law.gains and (others := [n for n in names if n not in law.gains]):
         raise UsageError(
             f"there is no gain {quoted(others[0])} to be free; control law {law.name!r} has "
-            f"{', '.join(law.gains)}. Beside gains there are lag, delay, {START}, "
+            f"{', '.join(law.gains)}. Beside gains of the law there are {_GAIN}, lag and delay of "
+            f"the drive, {START}, "
             f"{' and '.join(STARTS)}.",
             code="free-name",
         )
     return replace(whose, form=FormByGains.of(whose.form, whose.axes, names))
+
+
+def _with_drive_gain(
+    whose: Searched, names: Sequence[str], outputs: Sequence[str], records: Sequence[Record]
+) -> tuple[Sequence[str], Searched]:
+    """What else is free, and the same with the gain of the drive if that is among what is asked."""
+    law = whose.axes[0].axis.control
+    of_law = () if law is None else tuple(law.gains)
+    asked = [n for n in names if n in (_GAIN, GAIN) and n not in of_law]
+    if not asked:
+        return names, whose
+    by_force = OPEN_LOOP in outputs and any(r.control is None for r in records)
+    if FORCE in outputs or by_force:
+        raise UsageError(
+            "the drive gain cannot be free where a fit follows, or is driven by, a force column, "
+            "which is behind it; follow the control or the position, or see what identify says of "
+            "that column.",
+            code="free-gain-force",
+        )
+    form = FormByDriveGain.of(whose.form, whose.axes)
+    return [n for n in names if n not in asked], replace(whose, form=form)
 
 
 def check_remembered(

@@ -40,7 +40,7 @@ def split_free(
     names = (free,) if isinstance(free, str) else free
     if not isinstance(names, (tuple, list)) or not all(isinstance(name, str) for name in names):
         raise UsageError(
-            f"what is free is {quoted(free)}; give names of the law's gains, lag or delay of "
+            f"what is free is {quoted(free)}; give names of the law's gains, gain, lag or delay of "
             "the drive, or start.",
             code="free-type",
         )

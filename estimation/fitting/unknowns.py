@@ -251,8 +251,9 @@ _Places = Callable[[object, str], list[int]]
 
 
 def _with_declared(found: Unknowns, form: Form, names: list[str]) -> None:
-    """What the axis declares as known: held where it is exact, else weighed."""
-    for p in form.axis.base.known:
+    """What the axis, or its drive, declares as known: held where it is exact, else weighed."""
+    known = {p.name: p for p in (*form.declared, *form.axis.base.known) if p.known is not None}
+    for p in known.values():
         if p.name not in names:
             raise ModelError(
                 f"{p.name} of axis {form.axis.axis.name!r} is fixed, and the fit searches "

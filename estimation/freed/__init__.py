@@ -1,9 +1,11 @@
-"""Parameters of a model with what else is free: gains of the law, starts of the loops, a time.
+"""Parameters of a model with what else is free: gains of drive and law, starts of loops, a time.
 
 In: a form, axes, records, names. Out: a `Form` with more physical parameters behind its own.
 Knows nothing of outputs, and nothing of how parameters are searched for.
 """
 
+from .drive_gain import FormByDriveGain as FormByDriveGain
+from .drive_gain import by_declared_gain as by_declared_gain
 from .gains import FormByGains as FormByGains
 from .gains import axis_at as axis_at
 from .gains import gains_in as gains_in

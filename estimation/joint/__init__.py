@@ -13,5 +13,6 @@ from .known import read_known as read_known
 from .layout import GAIN as GAIN
 from .layout import Layout as Layout
 from .layout import Member as Member
+from .layout import drive_gain_of as drive_gain_of
 from .layout import layout_of as layout_of
 from .prefilters import prefilters_of as prefilters_of

@@ -169,7 +169,7 @@ def layout_of(
     drive = axis.axis.drive
     tells = commanded and drive.is_gain and _tells_gain(members)
     return Layout(
-        parameters=(*found.parameters, *([_gain(axis)] * tells)),
+        parameters=(*found.parameters, *([drive_gain_of(axis)] * tells)),
         expressions=(*found.expressions, *([""] * tells)),
         members=members,
         local=found.local,
@@ -337,7 +337,8 @@ def _tells_gain(members: Sequence[Member]) -> bool:
     return bool(np.linalg.norm(left) > _SAME * np.linalg.norm(offset))
 
 
-def _gain(axis: GeneratedAxis) -> Parameter:
+def drive_gain_of(axis: GeneratedAxis) -> Parameter:
+    """The drive gain as a parameter that is searched, from where it is declared."""
     drive, q = axis.axis.drive, axis.axis.coordinate
     over = drive.unit if drive.unit.isalpha() else f"({drive.unit})"
     unit = f"{q.force_unit}/{over}"

@@ -15,7 +15,8 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.freed import STARTS
+from axisid.estimation.freed import STARTS, by_declared_gain
+from axisid.estimation.joint import GAIN
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import InverseForm
@@ -113,8 +114,10 @@ def validate_fit(
     axis = result.basis.axes[0]
     _check_signals(axis, record)
     form = InverseForm(axis)
-    # Gains are in the axis, and where a loop starts is the record's.
+    # Gains of the law are in the axis, and where a loop starts is the record's.
     physical = result.physical[: len(form.physical_quantities)]
+    if GAIN in result.names:
+        physical = by_declared_gain(axis, physical, result[GAIN].value)
     predictions: Predictions
     if length is not None:
         predictions = WindowPredictions(form, [axis], [record], length)

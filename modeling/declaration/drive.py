@@ -276,6 +276,12 @@ class Drive:
         return bool(self.force == DRIVE_GAIN * CONTROL)
 
     @property
+    def is_times_gain(self) -> bool:
+        """Whether the force is the gain times what the gain has no part in."""
+        off = self.force_by_gain - self.force
+        return bool(sympy.expand(off.replace(sympy.Abs, lambda x: x * sympy.sign(x))) == 0)
+
+    @property
     def inverse(self) -> sympy.Expr:
         """Control by the force, `FORCE`, whatever the limit, and by the constants of the drive."""
         return FORCE / (DRIVE_GAIN * with_numbers(self.scaled_by))

@@ -37,7 +37,7 @@ def test_how_often_right_machines_may_fail_is_told_with_its_chance() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("asked", [{"free": "all"}, {"prior": 1e-3}])
+@pytest.mark.parametrize("asked", [{"free": "all"}, {"prior": 1e-3}, {"gain": 0.03}])
 def test_free_gains_and_right_priors_are_believed(asked: dict[str, Any]) -> None:
     assert study.figures_of("emps2015", "control", runs=2, seed=1, **asked)["believed"] == 2
 

@@ -21,6 +21,8 @@ IMPLEMENTATION = {
     "declared_check._ANYWHERE": "the motions that are tried",
     "declared_check._BESIDE": "how near to a zero is tried",
     "declared_check._RECORDED": "signals that are tried",
+    "drive_gain._SAME": "digits of a force",
+    "drive_gain._NEXT_TO_0": "what a search does not step to",
     "drive_check._RECORDED": "signals that are tried",
     "compiler._SECONDS": "how long a compiler is waited for",
     "library_cache._LOCK_SECONDS": "how long a lock is waited for",

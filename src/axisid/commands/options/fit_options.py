@@ -169,8 +169,9 @@ _OPTIONS = (
         "--free",
         multiple=True,
         metavar="NAME[,NAME]",
-        help="Gains of the control law that are searched with the parameters, the drive's lag or "
-        "its delay, or the start of the loops: start_position, start_velocity, or start for both.",
+        help="Gains of the control law that are searched with the parameters, the drive's gain, "
+        "its lag or its delay, or the start of the loops: start_position, start_velocity, or start "
+        "for both.",
     ),
 )
 
