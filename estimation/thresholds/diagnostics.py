@@ -45,6 +45,12 @@ MAX_OPEN_RATIO = Threshold(
     "makes, up to which the law cannot be judged",
     "chosen: it is 1.0 where that noise is all",
 )
+FACTOR_BLUR = Threshold(
+    1e-4,
+    "1",
+    "least deviation of a factor of a law that reads an ideal velocity, which is in no log",
+    "measured: up to 2.4e-4 off on twins without noise, 1e-5 to 1e-4 on whole ones",
+)
 MAX_FACTOR_ERROR = Threshold(
     0.05,
     "1",

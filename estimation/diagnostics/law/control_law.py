@@ -20,6 +20,7 @@ from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.diagnostics import (
     COMPARISON_CUTOFF,
+    FACTOR_BLUR,
     MAX_FACTOR_ERROR,
     MAX_LAW_RESIDUAL,
     MIN_SAMPLES_PER_FACTOR,
@@ -246,6 +247,9 @@ def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> La
     following = Neighbours.of(np.flatnonzero(used), 1)
     by_terms = FittedLaw.of(control[used], terms[used], names, following)
     factors, fitted, deviations = by_terms.factors, by_terms.percent, by_terms.deviations
+    if law.takes_velocity:  # which is in no log
+        blur = FACTOR_BLUR.value
+        deviations = {name: float(np.hypot(own, blur)) for name, own in deviations.items()}
     scaled = scaled_factors(factors, deviations)
     if law.takes_velocity and abs(scaled.get(INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR.value:
         del scaled[INJECTED]  # the velocity that is compared is not the sensor's to a hundredth

@@ -104,6 +104,18 @@ def test_the_public_record_has_the_numbers_of_output_error(
     assert np.abs(position.law_moves["kp*kv"] / position.physical).max() > 0.3
 
 
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_an_exact_record_is_believed_from_rest_and_from_a_move(
+    emps2015: GeneratedAxis, output: str
+) -> None:
+    """Its law reads an ideal velocity, which no log has, so that no factor of it is exact."""
+    whole = twin_record(emps2015, position_noise=0.0)
+    for record, within in ((whole, 1e-9), (whole.windowed((1.85, 7.0)), 1e-4)):
+        result = fit(emps2015, record, output)
+        np.testing.assert_allclose(result.physical, [*TRUTH.values()], rtol=within)
+        assert result.believed
+
+
 def test_noise_free_records_give_the_truth(emps2015: GeneratedAxis) -> None:
     result = fit(emps2015, _record(emps2015, [*TRUTH.values()], noise=0.0))
     np.testing.assert_allclose(result.physical, [*TRUTH.values()], rtol=1e-5)
