@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.loops import LawAlong, LawPoint, law_ticks, start_of_law
+from axisid.estimation.loops import LawAlong, LawPoint
 from axisid.estimation.records import Record
 from axisid.estimation.records.faults import quantum_of
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
@@ -32,6 +32,7 @@ from axisid.support.arrays import Array, relative_error_percent
 
 from .factors import LAGS
 from .sentences import WHICH_LAW
+from .terms import noisy_ticks
 
 _DRAWS = 3  # of what the log's last digit leaves open
 _LARGEST = 5.0  # logarithm of a change that is told to first order
@@ -85,13 +86,10 @@ class GainsBeside:
         smooth : callable
             What both sides are filtered by before.
         """
-        whole = (0, len(record))
-        ticks = law_ticks(axis, record, whole, noisy=True)
-        quiet = law_ticks(axis, record, whole) if law.takes_velocity else ticks
-        start = start_of_law(axis, record, whole, quiet)[: len(law.memory)]
+        ticks, start = noisy_ticks(axis, law, record)
         along = LawAlong.of(axis, law, ticks, record)
         # A control that a converter's noise took from the limit is none that the law gave.
-        declared = LawPoint(along.declared.gains, start)
+        declared = LawPoint(along.declared.gains, start[: len(law.memory)])
         used = used & ~(np.abs(along.output(declared)) > along.limit)
 
         def compared(control: Array) -> Array:

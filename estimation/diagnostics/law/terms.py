@@ -35,16 +35,15 @@ def compared_with_law(
     axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """The control, (N,), the law's terms, (N, terms), and which samples to compare, (N,)."""
-    control, whole = np.asarray(record.control), (0, len(record))
+    control = np.asarray(record.control)
     # A control beyond the limit by more is in a wrong unit, not one of a saturated drive.
     limited = np.isclose(np.abs(control), limit_in_log(axis), rtol=LIMIT_TOLERANCE.value, atol=0.0)
     for start, stop in record.masked:
         # A position that was cut off stays in the memory.
         limited[start : stop + LAW_SETTLING] = True
     limited[:settle] = True
-    ticks = law_ticks(axis, record, whole, noisy=True)
-    quiet = law_ticks(axis, record, whole) if law.takes_velocity else ticks
-    terms = terms_along(axis, ticks, start_of_law(axis, record, whole, quiet))
+    ticks, memory = noisy_ticks(axis, law, record)
+    terms = terms_along(axis, ticks, memory)
     terms = np.hstack([terms, _added(axis, record, law, ticks)])
     if not law.takes_velocity:
         return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
@@ -56,6 +55,17 @@ def compared_with_law(
     limited |= _cut(control, terms, axis.axis.drive.limit)
     # The low-pass spreads a limited sample over its neighbours.
     return control, terms, ~maximum_filter1d(limited, settle)
+
+
+def noisy_ticks(axis: GeneratedAxis, law: ControlLaw, record: Record) -> tuple[LawTicks, Array]:
+    """What a law measured along a record, with all its noise, and what it remembers first, (m,).
+
+    That is of the low-passed velocity, of which the first controls show it better.
+    """
+    whole = (0, len(record))
+    ticks = law_ticks(axis, record, whole, noisy=True)
+    quiet = law_ticks(axis, record, whole) if law.takes_velocity else ticks
+    return ticks, start_of_law(axis, record, whole, quiet)
 
 
 def compared_as(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
