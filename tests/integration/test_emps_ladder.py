@@ -108,7 +108,7 @@ def test_document_has_the_held_out_errors_of_the_first_rungs(study: ModuleType, 
 def test_document_has_what_a_force_leaves(study: ModuleType, data: Any) -> None:
     limits = importlib.import_module("emps_ladder_limits")
     model = study.Model(terms=("direction",))
-    values = {"M": 92.8, "Fv": 205.0, "Fc": 20.34, "tau0": -0.131, "Fd": -38.8}
+    values = {"M": 92.83, "Fv": 200.8, "Fc": 20.75, "tau0": -0.157, "Fd": -38.47}
     found = limits.drifts(data, model, values)
     for name, of in found.items():
         stated = documented(f"{name} window")
