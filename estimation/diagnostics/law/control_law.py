@@ -44,8 +44,10 @@ from .position_zero import told_zero
 from .sentences import (
     CONSTANT,
     INJECTED,
+    are_alike,
     large_fault,
     off_text,
+    one_gain,
     remedy_by_test_signal,
     remedy_by_time,
     repair_of,
@@ -258,13 +260,15 @@ def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> La
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
     constant = None if passed else constant_beside(control[used], terms[used], names, fitted)
     sought = not passed and of.advises
-    repair = repair_of(axis, law, record, settle, declared, shift) if sought else None
+    simple = bool(one_gain(law, factors)) or are_alike(factors)
+    explained = fitted if fitted is not None and simple else declared
+    repair = repair_of(axis, law, record, settle, explained, shift) if sought else None
     zero = told_zero(axis, law, record, settle) if CONSTANT in lean else ""
     fault = small_fault(law, scaled, lean, factors, of.unit, zero)
     remedy = None
     if declared >= MAX_LAW_RESIDUAL.value or shift:
         delay = None if law.continuous else law.delay
-        fault = large_fault(law, factors, declared, fitted, shift, delay, constant)
+        fault = large_fault(law, factors, deviations, declared, fitted, shift, delay, constant)
         remedy = remedy_by_test_signal(record, fitted, shift, constant)
         remedy = remedy or remedy_by_time(shift, delay)
     return LawCheck(
@@ -312,16 +316,23 @@ def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
     )
     if check.passed or not of.advises:
         return check
-    if repair := repair_of(axis, law, record, of.settle, declared, shift):
+    large = declared >= MAX_LAW_RESIDUAL.value
+    fault, change = said_of_gains(
+        beside,
+        f"the recorded control is not the declared law's ({off_text(declared)}): "
+        if large
+        else "the recorded control is the declared law's but for its gains: ",
+    )
+    explained = declared if change is None or len(change.times) > 1 else change.percent
+    if repair := repair_of(axis, law, record, of.settle, explained, shift):
         return replace(check, meaning=_but(declared, repair), remedy=repair.remedy)
     if shift:
         delay = None if law.continuous else law.delay
-        fault = large_fault(law, {}, declared, None, shift, delay, None)
-        return replace(check, meaning=fault, remedy=remedy_by_time(shift, delay))
+        late = large_fault(law, {}, {}, declared, None, shift, delay, None)
+        return replace(check, meaning=late, remedy=remedy_by_time(shift, delay))
     if not off and declared < MAX_LAW_RESIDUAL.value:
         zero = told_zero(axis, law, record, of.settle) if CONSTANT in lean else ""
-        fault = small_fault(law, {}, lean, {}, of.unit, zero)
-        return replace(check, meaning=fault)
+        return replace(check, meaning=small_fault(law, {}, lean, {}, of.unit, zero))
     flipped = beside.flipped_percent(MAX_LAW_RESIDUAL.value)
     if flipped is not None:
         said = (
@@ -330,13 +341,6 @@ def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
             "the control or of the positions"
         )
         return replace(check, factors={}, meaning=said)
-    large = declared >= MAX_LAW_RESIDUAL.value
-    fault, change = said_of_gains(
-        beside,
-        f"the recorded control is not the declared law's ({off_text(declared)}): "
-        if large
-        else "the recorded control is the declared law's but for its gains: ",
-    )
     if change is None:
         remedy = remedy_by_test_signal(record, None, shift, None)
         return replace(check, factors={}, meaning=fault, remedy=remedy if large else None)

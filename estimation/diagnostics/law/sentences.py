@@ -15,6 +15,7 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_REPAIRED_RESIDUAL,
     MAX_SCALE_ERROR,
 )
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.laws import velocity_variants
 from axisid.support.remedy import Note, Remedy, Setting
@@ -84,7 +85,7 @@ def small_fault(
             "tracking error, of which the law makes as much" * bool(zero and CONSTANT in lean)
         )
     listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
-    if one := _one_gain(law, factors):
+    if one := one_gain(law, factors):
         return f"the recorded control is the declared law's but for one gain ({listed}): {one}"
     values = np.array(list(scaled.values()))
     alike = set(scaled) == set(factors) and np.ptp(values) < MAX_SCALE_ERROR.value
@@ -102,7 +103,7 @@ def small_fault(
     )
 
 
-def _one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
+def one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
     """The one gain that is off, if one explains the factors of the products; or empty.
 
     A gain that all products have alike is no such one: nothing tells it from the control's scale.
@@ -142,9 +143,25 @@ def _common(law: ControlLaw, factor: float) -> str:
     )
 
 
+def _off(factors: dict[str, float], deviations: dict[str, float]) -> list[str]:
+    """The factors that are far from 1, or else clearly another, however near."""
+    far = [name for name, value in factors.items() if abs(value - 1) >= MAX_FACTOR_ERROR.value]
+    clear = MIN_DISTANCE_FROM_NOISE.value
+    return far or [n for n, sd in deviations.items() if abs(factors[n] - 1) > clear * sd]
+
+
+def are_alike(factors: dict[str, float]) -> bool:
+    """Whether one number stands for all factors, by what it is off 1 itself."""
+    values = np.array(list(factors.values()))
+    common = float(np.median(values)) if factors else 1.0
+    most = min(MAX_FACTOR_ERROR.value, MAX_ONE_GAIN_ERROR.value * abs(common - 1))
+    return bool(np.all(np.abs(values / common - 1) < most))
+
+
 def large_fault(
     law: ControlLaw,
     factors: dict[str, float],
+    deviations: dict[str, float],
     residual: float,
     fitted: float | None,
     shift: int,
@@ -161,25 +178,23 @@ def large_fault(
             f"{start}a constant of {constant:.3g} explains it; check the control's offset, or an "
             "integral of the drive that the law does not declare"
         )
-    values = np.array(list(factors.values()))
-    common = float(np.median(values)) if factors else 1.0
-    off = [name for name, value in factors.items() if abs(value - 1) >= MAX_FACTOR_ERROR.value]
-    if fitted is None or fitted > MAX_LAW_RESIDUAL.value or not off:
+    if fitted is None or fitted > MAX_LAW_RESIDUAL.value or not (off := _off(factors, deviations)):
         return (
             f"{start}no factor explains it; check the gains, the velocity filter, the period, the "
             f"drive's limit and the noise; {WHICH_LAW}"
         )
-    if one := _one_gain(law, factors):
+    if one := one_gain(law, factors):
         return f"{start}{one}"
     if off == [INJECTED]:
         return (
             f"{start}with this factor it would be; check the sign and the unit of the test signal"
         )
-    if not np.all(np.abs(values / common - 1) < MAX_FACTOR_ERROR.value):
+    if not are_alike(factors):
         return (
             f"{start}with these factors it would be; check {' and '.join(off)}, the velocity "
             "filter and the period"
         )
+    common = float(np.median([*factors.values()]))
     if abs(common + 1) < MAX_FACTOR_ERROR.value:
         return f"{start}its sign is flipped; check the sign of the control or of the positions"
     for scale, what in _UNITS.items():
@@ -219,7 +234,9 @@ def repair_of(
 ) -> Note | None:
     """What would make the law fit: columns changed, or its velocity formed otherwise; or None.
 
-    Where the control is only some samples early or late, there is nothing else to mend.
+    It leaves half of what is `declared` at the most: of what the declared law leaves, or gains
+    that explain the control. Where that is only some samples early or late, there is nothing else
+    to mend.
     """
     good = min(MAX_LAW_RESIDUAL.value, MAX_REPAIRED_RESIDUAL.value * declared)
     if shift:

@@ -357,3 +357,25 @@ def test_only_a_cascade_has_other_velocities() -> None:
     assert list(velocity_variants(law)) == ["cascade_pd_difference", "cascade_pd_averaged"]
     assert velocity_variants(replace(law, output=2 * law.output)) == {}
     assert velocity_variants(replace(law, delay=1)) == {}
+
+
+@pytest.mark.parametrize("name", ["emps2015", "vertical_screw"])
+@pytest.mark.parametrize(
+    ("gain", "off"),
+    [("kp", 0.005), ("kp", -0.01), ("kp", 0.02), ("kp", -0.05), ("kv", 0.02), ("kv", -0.05)],
+)
+def test_a_gain_that_is_declared_a_little_wrong_is_named_with_its_value(
+    name: str, gain: str, off: float
+) -> None:
+    """However much of the control that is: half a percent of kp is 5 to 10 % of it."""
+    axis = build(load_axis(name))
+    law = axis.axis.control
+    assert law is not None
+    declared = (1 + off) * law.gains[gain]
+    found = check_law(axis.with_gains({gain: declared}), twin_record(axis))
+    assert isinstance(found, LawCheck)
+    assert not found.passed
+    (told,) = re.findall(rf"\b{gain} is [\d.]+ times the declared one, ([\d.]+) for", found.meaning)
+    assert float(told) == pytest.approx(law.gains[gain], rel=0.1 * abs(off))
+    assert "no factor" not in found.meaning
+    assert "but it is" not in found.meaning
