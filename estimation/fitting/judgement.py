@@ -15,6 +15,7 @@ from axisid.estimation.diagnostics.estimates import precision_check
 from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.estimates import few_rows
 from axisid.estimation.freed import START
+from axisid.estimation.joint import GAIN
 from axisid.estimation.predictions import WindowPredictions
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.diagnostics import (
@@ -40,7 +41,7 @@ from axisid.estimation.thresholds.fitting import (
     MIN_SHOWN,
     SAME_END,
 )
-from axisid.estimation.told_by_outputs import Lack
+from axisid.estimation.told_by_outputs import Lack, alike_by_outputs, others_in_records
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
@@ -58,6 +59,7 @@ class Judged:
 
     outputs: tuple[str, ...]
     names: tuple[str, ...]
+    units: tuple[str, ...]
     physical: Array
     deviations: Array
     basis: FitBasis
@@ -89,6 +91,7 @@ def judged(of: Judged) -> tuple[Check, ...]:
         *_known(of),
         *_rows(of),
         *_repeated(of),
+        *_alike(of),
         _ended(of),
         _shown(of),
         *_none_shown(of),
@@ -398,6 +401,17 @@ def _repeated(of: Judged) -> Iterator[Check]:
     """Whether samples are among the records more than once."""
     if check := repeated_check(of.records):
         yield check
+
+
+def _alike(of: Judged) -> Iterator[Check]:
+    """Whether each of several records has the parameters of the others."""
+    if len(of.records) < 2:
+        return
+    shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.basis.of_start
+    shared &= ~np.isin(of.names, (*of.found_gains, GAIN))
+    slopes = of.basis.best.slopes.jacobian
+    found = others_in_records(of.basis.left, slopes, of.physical, shared)
+    yield alike_by_outputs(found, of.names, of.units, len(of.records))
 
 
 def _precise(of: Judged) -> Iterator[Check]:

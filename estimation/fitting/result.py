@@ -208,6 +208,7 @@ class OutputFit(Presentable, Exact):
             Judged(
                 outputs=self.outputs,
                 names=self.names,
+                units=tuple(q.unit for q in self.quantities),
                 physical=self.physical,
                 deviations=np.array([value.deviation for value in self.values.values()]),
                 basis=self.basis,

@@ -12,6 +12,8 @@ from .colour import Colour as Colour
 from .colour import autoregression_of as autoregression_of
 from .missing import Left as Left
 from .noise import noise_left as noise_left
+from .records_alike import alike_by_outputs as alike_by_outputs
+from .records_alike import others_in_records as others_in_records
 from .uneven import Scattering as Scattering
 from .uneven import added as added
 from .uneven import by_colour as by_colour
