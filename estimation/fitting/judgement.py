@@ -187,6 +187,10 @@ def _sensitive(of: Judged) -> Iterator[Check]:
     said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
     if share > most:
         exact = "the law must be exact" if of.outputs == (POSITION,) else "the law must be right"
+        moved = abs(float(of.law_moves[term][j]))
+        if 0 < of.deviations[j] < moved:
+            enough = float(f"{of.deviations[j] / moved:.2g}")
+            said += f", and {enough:g} % by its whole deviation, which supposes the declared law"
         said += f": {exact}, or the numbers are its error"
     yield Check(
         name="exact law",

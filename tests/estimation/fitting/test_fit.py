@@ -1,6 +1,7 @@
 """Fits of the loop's output: right where the law is, and saying so where it is not."""
 
 import pickle
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -439,7 +440,14 @@ def test_a_flipped_sign_of_the_gain_is_told_where_nothing_can_start(twin: Record
 def test_a_position_output_says_that_the_law_must_be_exact(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
-    assert _status(fit(emps2015, twin, "position"))["exact law"] == "note"
+    by_position = fit(emps2015, twin, "position")
+    (told,) = (each for each in by_position.checks if each.name == "exact law")
+    assert told.status == "note"
+    (enough,) = re.findall(r"and ([\d.]+) % by its whole deviation", told.meaning)
+    value = by_position["Fv"]
+    assert told.figure is not None
+    relative = 100 * value.deviation / value.value
+    assert float(enough) == pytest.approx(relative / told.figure, rel=0.1)
     assert _status(found)["exact law"] == "pass"
 
 
