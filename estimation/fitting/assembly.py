@@ -246,6 +246,8 @@ class Ended:
         if self.bootstrap:
             moved = np.cov(self._twins(scores)).reshape(found["iid"].shape)
             found["bootstrap"] = moved + scores.by_known()
+            # Twins know nothing of what the model lacks, and an autoregression little of loops.
+            found["larger"] = widened(found["coloured"], np.diag(found["bootstrap"]))
         return found
 
     @property
@@ -267,11 +269,13 @@ class Ended:
     @property
     def freedom(self) -> Array:
         """Degrees of freedom of each variance that is told, (P,)."""
-        found = np.full(len(self.scale), np.inf)
-        if self.chosen == "bootstrap":
-            found[:] = self.bootstrap - 1
-        else:
-            found[self.unknowns.free] = self.coloured.freedom
+        found, freedom = np.full(len(self.scale), np.inf), self.coloured.freedom
+        if self.bootstrap:
+            coloured, twins = (
+                np.diag(self.free_covariances[name]) for name in ("coloured", "bootstrap")
+            )
+            freedom = np.where(twins > coloured, self.bootstrap - 1, freedom)
+        found[self.unknowns.free] = freedom
         return found
 
     def _with_steps(self, covariance: Array, scores: Scores) -> Array:
@@ -412,7 +416,7 @@ class Ended:
     @property
     def chosen(self) -> str:
         """The covariance that is told."""
-        return "bootstrap" if "bootstrap" in self.covariances else "coloured"
+        return "larger" if self.bootstrap else "coloured"
 
     def _whole(self, matrix: Array, chosen: NDArray[np.bool_]) -> Array:
         """A covariance among all parameters; infinite variances of what is not shown."""

@@ -295,8 +295,10 @@ def _with_priors(
     fixed: Mapping[str, float],
     places: _Places,
 ) -> None:
+    held = {j for name in fixed for j in places(name, "fix")}
+    held.update(map(int, np.flatnonzero(~np.isnan(found.fixed))))
     for name, given in prior.items():
-        if name in fixed:
+        if not held.isdisjoint(places(name, "know")):
             raise UsageError(
                 f"{quoted(name)} is fixed, and something is known of it; give one of the two.",
                 code="fixed-and-known",

@@ -551,9 +551,21 @@ def test_twins_claim_what_the_errors_do(emps2015: GeneratedAxis, twin: Record) -
     again = fit(emps2015, twin, bootstrap=64)
     assert result == again
     for value in result.parameters.values():
-        assert value.chosen == "bootstrap"
-        ratio = value.deviation / value.deviations["coloured"]
-        assert 0.7 < ratio < 1.4
+        assert value.chosen == "larger"
+        told = [value.deviations[name] for name in ("bootstrap", "coloured")]
+        assert value.deviation == pytest.approx(max(told), rel=1e-12)
+        assert 0.7 < told[0] / told[1] < 1.4
+
+
+def test_twins_make_nothing_surer_that_the_model_lacks(emps2015: GeneratedAxis) -> None:
+    """A force of 5 N with a place, undeclared: twins know nothing of it."""
+    record = twin_record(emps2015)
+    assert record.control is not None and record.position is not None
+    pushed = replace(record, control=record.control + 5.0 / 35.15 * np.sin(60 * record.position))
+    result = fit(emps2015, pushed, bootstrap=8)
+    for value in result.parameters.values():
+        assert value.deviation == value.deviations["coloured"]
+        assert value.deviation > 5 * value.deviations["bootstrap"]
 
 
 def test_a_measured_force_is_followed(emps2015: GeneratedAxis, found: OutputFit) -> None:
@@ -864,6 +876,11 @@ def test_what_cannot_be_asked_is_refused(
 ) -> None:
     with refuses(code):
         fit(emps2015, twin, **given)
+
+
+def test_nothing_is_known_of_what_the_axis_holds(emps2015: GeneratedAxis, twin: Record) -> None:
+    with refuses("fixed-and-known"):
+        fit(fix(load_axis("emps2015"), M=100.0), twin, prior={"M": (95.0, 1.0)})
 
 
 def test_an_axis_without_a_law_or_a_record_without_a_reference_is_refused(twin: Record) -> None:

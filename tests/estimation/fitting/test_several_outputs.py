@@ -83,7 +83,7 @@ def test_twins_of_the_bootstrap_have_both_outputs_of_one_noise(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     found = fit(emps2015, twin, BOTH, bootstrap=100)
-    assert found.chosen == "bootstrap"
+    assert found.chosen == "larger"
     for value in found.parameters.values():
         own = value.deviations
         assert own["bootstrap"] == pytest.approx(own["coloured"], rel=0.35)

@@ -19,7 +19,10 @@ class WrittenFitted(JsonObject, frozen=True, kw_only=True):
     sd: Annotated[float | None, about("Of the chosen covariance; null where nothing shows it.")]
     deviations: Annotated[
         Mapping[str, float | None],
-        about("By covariance: coloured errors, independent ones, bootstrap where asked for."),
+        about(
+            "By covariance: coloured errors, independent ones; where twins were asked for "
+            "bootstrap, and the larger of that and coloured."
+        ),
     ]
     interval_95: Annotated[
         tuple[float | None, float | None],

@@ -22,10 +22,11 @@ from axisid.support.remedy import Wording, as_arguments
 
 #: What each covariance is, for notes.
 _COVARIANCES = {
-    "coloured": "errors follow an autoregression, of each record its own (sandwich)",
+    "coloured": "errors follow an autoregression, of each record its own; sandwich",
     "iid": "independent errors",
-    "bootstrap": "twins with white noise of the position in the loop, as the records have it; "
-    "nothing that the model lacks is in it",
+    "bootstrap": "twins with white noise of the position in the loop, as the records have it, "
+    "without what the model lacks",
+    "larger": "of each parameter the larger of coloured and bootstrap",
 }
 
 
@@ -129,7 +130,7 @@ def _steps(fit: OutputFit) -> str:
 
 
 def _notes(fit: OutputFit, wording: Wording) -> Iterator[str]:
-    others = ", ".join(f"{n}: {_COVARIANCES[n]}" for n in fit.covariances if n != fit.chosen)
+    others = "; ".join(f"{n} ({_COVARIANCES[n]})" for n in fit.covariances if n != fit.chosen)
     yield (
         f"Standard deviations: {_COVARIANCES[fit.chosen]}; order by Akaike's criterion, up to "
         f"0.1 s{_steps(fit)}. Others in JSON: {others}."
