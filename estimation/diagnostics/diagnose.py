@@ -69,6 +69,8 @@ from .repeated_samples import repeated_check
 Belief = Literal["believed", "with care", "not believed"]
 
 _LAST, _BEFORE_SIMULATION = 100, 1
+#: Checks of what an axis declares; the first is of every axis.
+_OF_THE_MODEL = ("missing terms", "control law")
 #: Checks of fits alone by which no number is to be believed, with their rank among the others.
 _GRAVE_OF_FITS = {"any parameter shown": 3, "what was known": 4}
 
@@ -450,11 +452,18 @@ def conclusion(checks: Sequence[Check]) -> str:
     failed = [check.name for check in by_weight(checks) if check.status == "fail"]
     match belief(failed):
         case "believed":
-            return "Nothing that was checked speaks against these numbers."
+            return f"Nothing that was checked speaks against these numbers{_unchecked(checks)}."
         case "not believed":
             return f"Do not believe these numbers before this is mended: {failed[0]}."
         case "with care":
             return f"Believe these numbers with care; to look at: {', '.join(failed)}."
+
+
+def _unchecked(checks: Sequence[Check]) -> str:
+    """What could not be asked of the model, where that is what it lacks; with the law, if so."""
+    skipped = [check.name for check in checks if check.status == "not evaluated"]
+    names = [name for name in _OF_THE_MODEL if name in skipped]
+    return f"; not checked: {', '.join(names)}" if _OF_THE_MODEL[0] in names else ""
 
 
 def belief(failing: Iterable[str]) -> Belief:

@@ -45,7 +45,7 @@ from axisid.estimation.told_by_outputs import Lack, alike_by_outputs, others_in_
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy, Setting
+from axisid.support.remedy import Note, Remedy, Setting
 
 from .basis import FitBasis
 from .search import MOST_STEPS
@@ -229,8 +229,10 @@ def _follows(of: Judged) -> Check:
 def _lacking(of: Judged) -> Check:
     """Whether what is left goes with a force of the motion, or with a value that is held."""
     name, level = "missing terms", LACKING_LEVEL.value
+    few = _few_windows(of)
     if isinstance(of.lacks, Missing):
-        return Check.not_evaluated(name, of.lacks)
+        more = Note.of("; ", _shorter(of)) if few else None
+        return Check.not_evaluated(name, Missing.of(Note.of(of.lacks.note, more)))
     there = [lack for lack in of.lacks if lack.is_there]
     # What the model lacks moves the gains that are found with it.
     moved_gains = isinstance(of.law, LawCheck) and of.law.found_apart
@@ -251,9 +253,10 @@ def _lacking(of: Judged) -> Check:
         )
     else:
         said = "what is left goes with no force of the motion that was looked for"
-    few = not there and _few_windows(of)
+    remedy, few = None, 0 if there else few
     if few:
-        said += f"; {few} windows are few, in which one may go untold: follow more, or shorter ones"
+        said += f"; {few} windows are few, in which one may go untold: "
+        remedy = _shorter(of)
     return Check(
         name=name,
         status=passed(not (there or few), matters=not (wrong_law or bent or few)),
@@ -262,6 +265,7 @@ def _lacking(of: Judged) -> Check:
         p_value=of.lacks[0].chance if of.lacks else None,
         source=LACKING_LEVEL.source,
         meaning=said,
+        remedy=remedy,
     )
 
 
@@ -277,6 +281,14 @@ def _few_windows(of: Judged) -> int:
         return 0
     windows = sum(map(len, of.basis.predictions.spans))
     return windows if windows < ADVISED_WINDOWS.value else 0
+
+
+def _shorter(of: Judged) -> Remedy:
+    """Windows so short that they are as many as advised."""
+    length = (of.horizon or 1.0) * _few_windows(of) / ADVISED_WINDOWS.value
+    places = 1 - math.floor(math.log10(length))
+    shorter = math.floor(length * 10**places) / 10**places
+    return Remedy.of("follow a longer record, or use ", Setting("horizon", f"{shorter:g}"))
 
 
 def _known(of: Judged) -> Iterator[Check]:

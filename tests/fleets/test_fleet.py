@@ -1,6 +1,7 @@
 """A fleet: a result for each log, a reason for each other, and nothing done twice."""
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -180,6 +181,18 @@ def test_a_row_of_no_such_log_is_refused_with_those_that_there_are() -> None:
         with pytest.raises(UsageError, match=r"name one of a, or take one of fleet\.rows"):
             made[name]  # type: ignore[index]
     assert made["a"].verdict == ""
+
+
+def test_what_is_no_file_is_told_beside_others_and_not_waited_for(
+    logs: Path, tmp_path: Path
+) -> None:
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "all.csv").write_text("log\npipe.csv\n/dev/zero\n", encoding="utf-8")
+    given = [tmp_path / "pipe.csv", tmp_path / "all.csv", logs / "corrupt.npz"]
+    for some in (given[:1], given[1:]):
+        made = fleet(some, AXIS, tmp_path / "out", jobs=0)
+        assert made.counts["failed"] == len(made)
+        assert "no regular file" in next(iter(made)).reason
 
 
 def test_a_log_of_no_axis_is_told_beside_others(logs: Path, tmp_path: Path) -> None:

@@ -42,6 +42,12 @@ def test_logs_without_an_axis_are_refused_at_once(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+def test_an_axis_before_the_logs_as_in_identify_is_told_its_place(tmp_path: Path) -> None:
+    with refuses("axis-among-logs", says="--axis emps2015"):
+        fleet(["emps2015", "log.csv"], out=tmp_path / "out", jobs=0)
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_column_that_no_log_has_is_refused_once_and_nothing_is_written(tmp_path: Path) -> None:
     logs, out = write_logs(tmp_path, 2, cycles=1), tmp_path / "out"
     reading = {"columns": {"position": "nosuch"}}

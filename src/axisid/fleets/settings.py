@@ -12,9 +12,10 @@ from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.signals import Prefilter
 from axisid.fleets.items import FleetItem
 from axisid.modeling.declaration import Axis, fix, leave_out
+from axisid.modeling.library import LIBRARY
 from axisid.modeling.text import load_axis
 from axisid.support.errors import DataError, UsageError
-from axisid.support.files.regular_file import read_regular
+from axisid.support.files.regular_file import opened_regular, read_regular
 from axisid.support.user_values import quoted
 from axisid.support.version import __version__
 
@@ -93,6 +94,12 @@ class Settings:
     def _built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
         axis = item.axis or self.axis
         if not axis and not Path(item.log).exists():  # a mistyped name of a manifest, most often
+            if item.log in LIBRARY:
+                raise UsageError(
+                    f"{item.log} is an axis of the library and no log; logs stand alone, and their "
+                    f"axis is named for all (--axis {item.log}, axis=).",
+                    code="axis-among-logs",
+                )
             raise DataError(
                 f"{item.log} cannot be read: there is no such file. Check the path.",
                 code=LOG_NOT_READ,
@@ -194,6 +201,6 @@ def log_digest(log: Path) -> str:
     for file in sorted(p for p in log.rglob("*") if p.is_file()) if log.is_dir() else [log]:
         if log.is_dir():
             made.update(f"{file.relative_to(log)}\0".encode(errors="replace"))
-        with file.open("rb") as stream:
+        with opened_regular(file) as stream:
             made.update(hashlib.file_digest(stream, "sha256").digest())
     return made.hexdigest()

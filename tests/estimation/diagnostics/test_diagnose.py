@@ -37,6 +37,15 @@ def check(name: str, status: Status) -> Check:
             "Nothing that was checked speaks against these numbers.",
         ),
         (
+            (check("control law", "not evaluated"), check("self-test", "not evaluated")),
+            "Nothing that was checked speaks against these numbers.",
+        ),
+        (
+            (check("control law", "not evaluated"), check("missing terms", "not evaluated")),
+            "Nothing that was checked speaks against these numbers; not checked: missing terms, "
+            "control law.",
+        ),
+        (
             (check("runs of one sign", "fail"), check("alignment", "fail")),
             "Believe these numbers with care; to look at: alignment, runs of one sign.",
         ),

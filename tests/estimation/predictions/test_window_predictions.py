@@ -1,5 +1,6 @@
 """Windows of an open loop: each starts where the record is, and no law is asked for."""
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.predictions import WindowPredictions, window_predictions
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.simulation import LoopInputs, simulate_lanes
@@ -180,7 +182,22 @@ def test_few_windows_are_said_to_hide_terms(
     (terms,) = (check for check in found.checks if check.name == "missing terms")
     assert terms.status == status
     assert ("windows are few" in terms.meaning) == (status == "note")
+    assert (terms.remedy is not None) == (status == "note")
     assert found.believed
+
+
+@pytest.mark.slow
+def test_too_few_windows_are_told_with_what_makes_them_enough(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    found = fit(emps2015, twin, "open-loop", horizon=2.0)
+    (terms,) = (check for check in found.checks if check.name == "missing terms")
+    assert terms.status == "not evaluated"
+    assert "missing terms" in conclusion(found.checks)
+    length = re.search(r"horizon=([0-9.]+)", str(terms.note))
+    assert length is not None
+    again = fit(emps2015, twin, "open-loop", horizon=float(length[1]))
+    assert {check.name: check.status for check in again.checks}["missing terms"] == "pass"
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from typing import Any
 from axisid.estimation.logs import log_endings
 from axisid.estimation.tables import library
 from axisid.support.errors import DataError
-from axisid.support.files.regular_file import read_regular
+from axisid.support.files.regular_file import opened_regular, read_regular
 
 from .item import FleetItem
 
@@ -25,7 +25,7 @@ def is_manifest(file: Path) -> bool:
     kind = file.suffix.lower()
     try:
         if kind in _TEXT:
-            with file.open("rb") as stream:
+            with opened_regular(file) as stream:
                 line = stream.read(_LOOKED_AT).decode("utf-8-sig", "replace").split("\n", 1)[0]
             return _LOG in _heads(line)
         return kind in _PARQUET and _LOG in _parquet(file).schema_arrow.names
@@ -48,7 +48,7 @@ def check_no_manifest(file: Path) -> None:
     if file.suffix.lower() not in _TEXT:
         return
     try:
-        with file.open("rb") as stream:
+        with opened_regular(file) as stream:
             lines = stream.read(_LOOKED_AT).decode("utf-8-sig", "replace").splitlines()
     except OSError:
         return  # who reads it says what is wrong

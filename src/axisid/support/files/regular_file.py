@@ -3,11 +3,15 @@
 import errno
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
 
 
-def read_regular(path: Path) -> bytes:
-    """Return the content of a regular file; a link is followed.
+@contextmanager
+def opened_regular(path: Path) -> Iterator[BufferedReader]:
+    """Open a regular file for reading; a link is followed.
 
     Raises
     ------
@@ -20,6 +24,18 @@ def read_regular(path: Path) -> bytes:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
             raise OSError(errno.EINVAL, "no regular file")
         with open(descriptor, "rb", closefd=False) as file:
-            return file.read()
+            yield file
     finally:
         os.close(descriptor)
+
+
+def read_regular(path: Path) -> bytes:
+    """Return the content of a regular file; a link is followed.
+
+    Raises
+    ------
+    OSError
+        It cannot be read, or is a pipe, a socket, a device or a folder.
+    """
+    with opened_regular(path) as file:
+        return file.read()
