@@ -219,7 +219,9 @@ def identify(
     if stream:
         _check_one(record)
         log = record[0] if record else None
-        identify_streamed(axis, log, methods, filtering, reading, json_file, left_out)
+        identify_streamed(
+            axis, log, methods, filtering, reading, json_file, left_out, no_native=no_native
+        )
         return
     own_columns = columns_by_place(columns_of, len(record))
     _check_idle(methods, covariance, json_file)
