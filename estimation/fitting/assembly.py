@@ -38,7 +38,7 @@ from axisid.support.remedy import Note
 
 from .basis import Asked, FitBasis, MovedByStart
 from .result import OutputFit, RecordError
-from .search import Found, Weighing
+from .search import Elsewhere, Found, Search, Weighing, passed_as_low
 from .spread import (
     Scores,
     Shaken,
@@ -84,7 +84,7 @@ class Ended:
     @property
     def axes(self) -> tuple[GeneratedAxis, ...]:
         """By record, under the law with the gains that were found."""
-        form, physical = self.whose.form, self.best.physical
+        form, physical = self.whose.form, self.physical
         return tuple(axis_at(axis, form, physical) for axis in self.whose.axes)
 
     @property
@@ -338,6 +338,13 @@ class Ended:
         )
 
     @property
+    def elsewhere(self) -> Elsewhere | None:
+        """A place as good as the end that is claimed to be far from it."""
+        told, independent = (np.diag(self.covariances[name]) for name in (self.chosen, "iid"))
+        search = Search(self.predictions, self.unknowns, self.scale, self.weighing)
+        return passed_as_low(self.ends, told, independent, search)
+
+    @property
     def told_alone(self) -> Mapping[str, tuple[float, float]]:
         """What the records alone say of what was known before, with deviations, by name."""
         if self.alone is None:
@@ -551,6 +558,7 @@ def assembled(ended: Ended) -> OutputFit:
             alone=ended.told_alone,
             moved=ended.moved,
             by_start=ended.by_start,
+            elsewhere=ended.elsewhere,
             loops=None if ended.shaken is None else ended.shaken.loops,
             of_start=are_starts(ended.whose.form),
         ),

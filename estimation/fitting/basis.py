@@ -13,7 +13,7 @@ from axisid.estimation.told_by_outputs import Left
 from axisid.support.arrays import Array
 from axisid.support.deferred import Deferred
 
-from .search import Found
+from .search import Elsewhere, Found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -95,6 +95,8 @@ class FitBasis:
     loops : NoisyLoops or None
         By which that was told, where more than a few were asked.
     by_start : MovedByStart
+    elsewhere : Elsewhere or None
+        A place as good as the end that is claimed to be far from it.
     of_start : (P,) array of bool
         Which parameters are first positions and velocities of loops.
     """
@@ -112,6 +114,7 @@ class FitBasis:
     moved: Array | None
     loops: NoisyLoops | None
     by_start: MovedByStart
+    elsewhere: Elsewhere | None
     of_start: NDArray[np.bool_]
 
     @property

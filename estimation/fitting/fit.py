@@ -512,16 +512,27 @@ def _horizon(given: object, outputs: Sequence[str]) -> float | None:
 def _weights(given: object, outputs: Sequence[str]) -> tuple[float, ...]:
     """Weights of the outputs, NaN where none is given."""
     told, most = {} if given is None else given, MAX_WEIGHT.value
-    sound = isinstance(told, Mapping) and all(
-        name in outputs and is_real(w) and 1 / most <= float(w) <= most for name, w in told.items()
+    kind = (
+        f"the inverse of the deviation that its errors have, from {1 / most:g} to {most:g}; the "
+        f"fit follows {' and '.join(outputs)}."
     )
-    if not (isinstance(told, Mapping) and sound):
+    if not isinstance(told, Mapping):
         raise UsageError(
-            f"the weights are {quoted(given)}; give positive numbers by output, of "
-            f"{', '.join(outputs)}: the inverse of the deviation that its errors have, from "
-            f"{1 / most:g} to {most:g}.",
+            f"the weights are {quoted(given)}; give a positive number by output, {kind}",
             code="fit-weights",
         )
+    for name, weight in told.items():
+        if not is_among(name, outputs):
+            raise UsageError(
+                f"a weight is given of {quoted(name)}, which is not followed; give that of an "
+                f"output, {kind}",
+                code="fit-weights",
+            )
+        if not (is_real(weight) and 1 / most <= float(weight) <= most):
+            raise UsageError(
+                f"the weight of {name} is {quoted(weight)}; give a positive number, {kind}",
+                code="fit-weights",
+            )
     return tuple(float(told.get(name, math.nan)) for name in outputs)
 
 

@@ -32,10 +32,12 @@ from axisid.estimation.thresholds.fitting import (
     LACKING_LEVEL,
     MAX_APART,
     MAX_BEYOND_NOISE,
+    MAX_FAR,
     MAX_GROWTH,
     MAX_LAW_SENSITIVITY,
     MAX_LAW_SHIFT,
     MAX_LEFT,
+    MIN_FAR,
     MIN_MOVED_BY_NOISE,
     MIN_MOVED_BY_START,
     MIN_SHOWN,
@@ -95,6 +97,7 @@ def judged(of: Judged) -> tuple[Check, ...]:
         _ended(of),
         _shown(of),
         *_none_shown(of),
+        *_as_low(of),
         *_precise(of),
         _bounds(of),
         *_starts(of),
@@ -243,7 +246,7 @@ def _lacking(of: Judged) -> Check:
     if there:
         told = {lack.subject: lack for lack in reversed(there)}  # of two shapes the stronger
         listed = "; ".join(
-            f"{lack.subject} ({abs(lack.size):.2g} +- {lack.deviation:.1g} {lack.told_of})"
+            f"{lack.subject} ({_size_text(lack)})"
             for lack in sorted(told.values(), key=_of_force_and_size)
         )
         said = f"what is left asks for more than the model has: {listed}"
@@ -269,10 +272,19 @@ def _lacking(of: Judged) -> Check:
     )
 
 
+def _size_text(lack: Lack) -> str:
+    """How much is lacking; of what is held also which way."""
+    size = f"{abs(lack.size):.2g} +- {lack.deviation:.1g} {lack.told_of}".rstrip()
+    return size if _is_force(lack) else f"{size} {'more' if lack.size > 0 else 'less'}"
+
+
+def _is_force(lack: Lack) -> bool:
+    return lack.unit == "%"
+
+
 def _of_force_and_size(lack: Lack) -> tuple[bool, float]:
     """An order: what is held, whose sizes have units of their own, then forces by their size."""
-    is_force = lack.unit == "%"
-    return is_force, -abs(lack.size) if is_force else 0.0
+    return _is_force(lack), -abs(lack.size) if _is_force(lack) else 0.0
 
 
 def _few_windows(of: Judged) -> int:
@@ -391,6 +403,34 @@ def _none_shown(of: Judged) -> Iterator[Check]:
             meaning=f"the {' and '.join(of.outputs)} show{'s' * (len(of.outputs) == 1)} no "
             f"parameter to {most:g} % of it: the numbers are where the search ended, no more",
         )
+
+
+def _as_low(of: Judged) -> Iterator[Check]:
+    """Whether the search passed a place as good as its end, which is claimed to be far from it."""
+    found = of.basis.elsewhere
+    if found is None:
+        return
+    order = [int(j) for j in np.argsort(-found.away) if found.away[j] > MIN_FAR.value]
+    values = (f"{of.names[j]} {found.physical[j]:.4g} {of.units[j]}" for j in order)
+    listed = ", ".join(map(str.rstrip, values))
+    outputs = f"{' and '.join(of.outputs)} leave{'s' * (len(of.outputs) == 1)}"
+    yield Check(
+        name="one end",
+        status="fail",
+        figure=found.by_errors,
+        threshold=MAX_FAR.value,
+        source=MAX_FAR.source,
+        meaning=(
+            f"the errors are as small at {listed}: {found.away[order[0]]:.2g} of the deviations "
+            f"away, and {found.by_errors:.2g} by the errors. The {outputs} these open along a "
+            "valley, and the deviations are those of one place in it; "
+        ),
+        remedy=Remedy.of(
+            "hold one with ",
+            Setting("fix", f"{of.names[order[0]]}=VALUE"),
+            ", or follow another output.",
+        ),
+    )
 
 
 def _searched(of: Judged) -> NDArray[np.bool_]:

@@ -4,6 +4,7 @@ What is left of parameters beyond their bounds is settled at the end: one that i
 is held there, and the others are searched on, so that they are what they are with it.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from axisid.estimation.predictions import Predictions, Slopes, slopes_of
-from axisid.estimation.thresholds.fitting import AT_BOUND
+from axisid.estimation.thresholds.fitting import AT_BOUND, MAX_FAR, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
@@ -24,6 +25,7 @@ MOST_STEPS = 60
 _TOLERANCE = 1e-8
 _LOST = 1e3  # times the errors at the start: what a loop that cannot be simulated counts as
 _ROUNDS = 4
+_MOST_PASSED, _NEAR = 8, 0.01  # places that are asked anew, and how near their errors are
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +156,18 @@ class Search:
             converged=settled and (ended is None or ended.status > 0),
         )
 
+    def rise(self, at: Array, best: Found) -> float:
+        """How much more the cost is at parameters (P,) than at the best, in squares of its noise.
+
+        Infinite where the loop cannot be simulated.
+        """
+        lanes = self._predictions(at[None, :])
+        if lanes.failures:
+            return math.inf
+        known = self._unknowns, self._weighing
+        noise = best.cost / max(int(np.count_nonzero(self._weighing.weights)), 1)
+        return (cost_of(at, lanes.errors[:, 0], *known) - best.cost) / (noise or 1.0)
+
     def _ended(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, OptimizeResult | None]:
         """Where a search ends with what is at a bound held there; no search if all is held."""
         searched = self._free & (bound == 0)
@@ -282,3 +296,55 @@ def best_of(found: Sequence[Found]) -> Found:
     """The search that ended lowest, of one or more; of several that ended as low the first."""
     least = min(each.cost for each in found) * (1 + 100 * _TOLERANCE)
     return next(each for each in found if each.cost <= least)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Elsewhere:
+    """A place that a search passed, which the errors tell less apart than the deviations claim.
+
+    Attributes
+    ----------
+    physical : (P,) array
+    away : (P,) array
+        How far it is, in claimed deviations; 0 of what is held.
+    by_errors : float
+        How far that is by what the errors are more there, in the same deviations.
+    """
+
+    physical: Array
+    away: Array
+    by_errors: float
+
+
+def passed_as_low(
+    ends: Sequence[Found], variances: Array, independent: Array, search: "Search"
+) -> Elsewhere | None:
+    """The farthest place that was passed and is as good as the end, if that is claimed far away.
+
+    About a least that errors bend to by chance, in a valley that is flat, slopes claim what holds
+    no farther than that.
+
+    Parameters
+    ----------
+    ends : sequence of Found
+    variances : (P,) array
+        That are told.
+    independent : (P,) array
+        For independent errors, by which the cost is more elsewhere.
+    search : Search
+        That ended there.
+    """
+    best = best_of(ends)
+    shown = np.isfinite(variances) & (variances > 0) & (independent > 0)
+    wide = np.sqrt(np.where(shown, variances, np.inf))
+    least = best.steps[-1].error
+    places = [s.physical for end in ends for s in end.steps if s.error <= (1 + _NEAR) * least]
+    away = np.abs(np.array(places).reshape(-1, len(wide)) - best.physical) / wide
+    farthest = np.argsort(-away.max(axis=1))[:_MOST_PASSED]
+    for place in farthest[away[farthest].max(axis=1) > MIN_FAR.value]:
+        j = int(np.argmax(away[place]))
+        rise = search.rise(places[place], best)
+        by_errors = float(np.sqrt(max(rise, 0.0) * independent[j] / variances[j]))
+        if by_errors < MAX_FAR.value:
+            return Elsewhere(physical=places[place], away=away[place], by_errors=by_errors)
+    return None

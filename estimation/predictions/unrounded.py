@@ -11,15 +11,18 @@ from functools import lru_cache
 from axisid.codegen.artefacts import GeneratedAxis, build
 
 
-# The records of a fit have one axis, or few, and to build one may compile its loop.
-@lru_cache(maxsize=16)
 def unrounded(axis: GeneratedAxis) -> GeneratedAxis:
     """The same axis, its drive without steps; itself where that has none."""
+    return _smooth(axis, native=axis.native.enabled) if axis.declared.drive.quantisation else axis
+
+
+# The records of a fit have one axis, or few, and to build one may compile its loop. Of two that are
+# equal one may be compiled and the other not.
+@lru_cache(maxsize=16)
+def _smooth(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
     drive = axis.declared.drive
-    if not drive.quantisation:
-        return axis
     others = drive.delay or not replace(drive.path, quantisation=0.0).is_plain
     # What acts of a command that nothing changes is the command.
     logged = drive.logged if others or drive.logged != "applied" else "command"
     smooth = replace(drive, quantisation=0.0, logged=logged)
-    return build(replace(axis.declared, drive=smooth), native=axis.native.enabled)
+    return build(replace(axis.declared, drive=smooth), native=native)

@@ -29,6 +29,20 @@ MAX_APART = Threshold(
     "share of the searches that end higher than the best, beyond which that is said",
     "chosen: the lowest end is then found by few",
 )
+MIN_FAR = Threshold(
+    6.0,
+    "deviations",
+    "distance of a place that the search passed from its end, beyond which it is asked whether the "
+    "errors tell the two apart",
+    "chosen: nearer ones may be as good by chance",
+)
+MAX_FAR = Threshold(
+    2.0,
+    "deviations",
+    "distance of such a place by what its errors are more than those of the end, below which the "
+    "deviations are too small",
+    "chosen: noise alone tells two places that far apart in 1 of 20",
+)
 AT_BOUND = Threshold(
     0.05,
     "deviations",

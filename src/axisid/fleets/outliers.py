@@ -116,11 +116,11 @@ def _judged(
     least = int(MIN_LOGS_PER_PARAMETER.value) * max(len(names), 1)
     if len(machines) < least:
         logs = sum(map(len, machines))
-        count = "1 log is" if logs == 1 else f"{logs} logs are"
+        count, enough = "1 log is" if logs == 1 else f"{logs} logs are", f"{least}"
         if logs > len(machines):
-            count = f"{logs} logs of {len(machines)} machines are"
+            count, enough = f"{logs} logs of {len(machines)} machines are", f"{least} machines"
         each = int(MIN_LOGS_PER_PARAMETER.value)
-        few = f"{count} too few to tell which stand out; {least} do, {each} for each parameter"
+        few = f"{count} too few to tell which stand out; {enough} do, {each} for each parameter"
         return Missing(few), ()
     if not _is_spread(values):
         return Missing("the values of the logs lie in fewer dimensions than parameters"), ()

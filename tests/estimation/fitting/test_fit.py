@@ -560,7 +560,8 @@ def test_twins_claim_what_the_errors_do(emps2015: GeneratedAxis, twin: Record) -
 def test_twins_make_nothing_surer_that_the_model_lacks(emps2015: GeneratedAxis) -> None:
     """A force of 5 N with a place, undeclared: twins know nothing of it."""
     record = twin_record(emps2015)
-    assert record.control is not None and record.position is not None
+    assert record.control is not None
+    assert record.position is not None
     pushed = replace(record, control=record.control + 5.0 / 35.15 * np.sin(60 * record.position))
     result = fit(emps2015, pushed, bootstrap=8)
     for value in result.parameters.values():
@@ -876,6 +877,22 @@ def test_what_cannot_be_asked_is_refused(
 ) -> None:
     with refuses(code):
         fit(emps2015, twin, **given)
+
+
+@pytest.mark.slow
+def test_a_narrow_place_in_a_flat_valley_is_told(emps2015: GeneratedAxis) -> None:
+    """Position alone leaves kp and all forces open; noise bends the valley's floor here."""
+    record = twin_record(emps2015, seed=5)
+    found = fit(emps2015, record, "position", free="kp")
+    assert found["kp"].deviation < 1.0 < abs(found["kp"].value - 160.18)
+    (check,) = (c for c in found.checks if c.name == "one end")
+    assert check.status == "fail"
+    assert "along a valley" in check.meaning
+    # The law's check tells the gain that the table does.
+    (law,) = (c for c in found.checks if c.name == "control law")
+    assert f"kp {found['kp'].value:.5g}" in law.meaning
+    (alone,) = (c for c in fit(emps2015, record, "position").checks if c.name == "convergence")
+    assert alone.status == "pass"
 
 
 def test_nothing_is_known_of_what_the_axis_holds(emps2015: GeneratedAxis, twin: Record) -> None:

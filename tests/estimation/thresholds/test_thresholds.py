@@ -138,6 +138,7 @@ IMPLEMENTATION = {
     "robust._STANDS_STILL": "of an iteration",
     "robust._ROUNDING": "of sums",
     "search._TOLERANCE": "where a search ends",
+    "search._NEAR": "what is asked exactly afterwards",
     "search._LOST": "what a lost lane counts as",
     "lag_products._LONGEST": "how far a search goes",
     "vector_autoregression._OWN": "a step of arithmetic",

@@ -21,7 +21,7 @@ ALL = ("kp", "kv", "tn")
 @cache
 def _axis(name: str) -> GeneratedAxis:
     axis = load_axis("emps2015") if name == "emps2015" else with_law(name, 10.0).axis
-    return build(axis, native=False)
+    return build(axis)
 
 
 @cache
@@ -32,7 +32,7 @@ def _record(name: str, **changes: int | float) -> Record:
     assert law is not None
     gains = {n: value * changes.get(n, 1.0) for n, value in law.gains.items()}
     law = replace(law, gains=gains, delay=law.delay + int(changes.get("delay", 0)))
-    made = build(replace(axis, control=law), native=False)
+    made = build(replace(axis, control=law))
     return twin_record(made, seed=100, position_noise=1e-6)
 
 

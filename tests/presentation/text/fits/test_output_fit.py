@@ -64,6 +64,6 @@ def test_of_few_samples_each_reason_is_told_once(emps2015: GeneratedAxis, twin: 
     result = fit(emps2015, few, "open-loop")
     assert len(result.remarks) == 2
     (notes,) = [block for block in output_fit_document(result) if isinstance(block, Notes)]
-    assert " ".join(notes.notes).count("It starts elsewhere") == 1
+    assert " ".join(notes.notes).count("It starts from ") == 1
     (lacks,) = [check for check in result.checks if check.name == "missing terms"]
     assert lacks.meaning.startswith("1 window is too few")

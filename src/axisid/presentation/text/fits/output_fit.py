@@ -151,5 +151,5 @@ def _notes(fit: OutputFit, wording: Wording) -> Iterator[str]:
         yield f"{listed}: {name} of each record, in their order."
     # Instruments and least squares may be refused for one reason.
     said = dict.fromkeys(note.worded(wording) for note in fit.remarks)
-    yield from (f"It starts elsewhere: {each}" for each in said)
+    yield from (f"It starts from {fit.started} values: {each}" for each in said)
     yield f"Generated code {fit.axis.signature[:12]}."
