@@ -47,7 +47,7 @@ def _panel(chart: Chart, places: Array) -> Panel:
         limits = chart.limits
         curves.append(
             Curve(
-                label="limits",
+                label="centre and limits",
                 x=places,
                 y=limits.centre,
                 low=limits.lower,

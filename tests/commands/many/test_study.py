@@ -104,7 +104,7 @@ def test_what_makes_no_sense_is_refused(run: Run, arguments: list[str], said: st
 def test_fits_are_methods_and_options_of_identify_are_nothing_to_them(run: Run) -> None:
     words = ("study", "emps2015", "--runs", "2", "--method", "fit:control")
     code, out, _ = run(*words)
-    assert (code, "FIT:CONTROL" in out, "coloured errors" in out) == (0, True, True)
+    assert (code, "fit:control" in out, "coloured errors" in out) == (0, True, True)
     for option in (("--covariance", "iid"), ("--cutoff", "60"), ("--start", "nominal")):
         code, _, err = run(*words, *option)
         assert (code, f"{option[0]} is of identify" in err) == (2, True)

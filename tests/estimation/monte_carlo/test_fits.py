@@ -54,7 +54,7 @@ def test_intervals_and_checks_stand_in_the_tables_of_the_others(made: MonteCarlo
     assert made.judged == 1
     said = made.summary()
     assert "95 %, HAC and coloured errors" in said
-    assert "FIT:CONTROL" in said
+    assert "fit:control" in said
     assert len(made.normalised(len(made.estimands) - 1)) == 3
 
 

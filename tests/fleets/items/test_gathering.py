@@ -26,6 +26,13 @@ def test_a_folder_has_its_logs_but_no_results(folder: Path) -> None:
     assert names(folder, folder) == ["a.csv", "b.csv", "deep/c.mat"]
 
 
+def test_a_manifest_in_a_folder_tells_of_its_logs(folder: Path) -> None:
+    (folder / "manifest.csv").write_text("log,serial\nb.csv,17\n")
+    assert sorted(names(folder, folder)) == ["a.csv", "b.csv", "deep/c.mat"]
+    found = {Path(item.log).name: item.serial for item in gather_items(folder, folder / "out")}
+    assert found == {"a.csv": "", "b.csv": "17", "c.mat": ""}
+
+
 def test_patterns_and_names_may_name_a_log_twice(folder: Path) -> None:
     assert names(folder, str(folder / "*.csv"), folder / "a.csv") == ["a.csv", "b.csv"]
     assert names(folder, folder / "missing.csv") == ["missing.csv"]  # told as its reason

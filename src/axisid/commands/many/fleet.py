@@ -85,9 +85,9 @@ def fleet(
 ) -> None:
     """Identify an axis from each of many LOGS by itself, and tell which stand out.
 
-    LOGS are files, folders, patterns in quotes (all with the folders in them), and manifests: a CSV
-    or Parquet table with a column log, and where they are wanted axis, serial, columns; its other
-    columns are conditions, which go on into the table of the fleet.
+    LOGS are files, folders, patterns in quotes (all with the folders in them), and manifests, in
+    folders too: a CSV or Parquet table with a column log, and where they are wanted axis, serial,
+    columns; its other columns are conditions, which go on into the table of the fleet.
 
     Each log has a result NAME.json, the same as of identify --json, and a line in fleet.jsonl; all
     together have fleet.parquet (fleet.csv without pyarrow). A log that is bad, hangs or ends its

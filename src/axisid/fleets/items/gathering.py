@@ -27,7 +27,7 @@ def gather_items(
     Parameters
     ----------
     logs : path, FleetItem or iterable of them
-        Files, patterns, folders (with the folders in them), manifests.
+        Files, patterns, folders (with the folders and manifests in them), manifests.
     out : Path
         Folder of the results, whose files are no logs.
 
@@ -91,7 +91,11 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
         )
     path = Path(given)
     if path.is_dir() and not (path / "metadata.yaml").is_file():  # that of a ROS 2 bag is one log
-        yield from ((FleetItem(log=str(file)), _BY_PATH) for file in _logs_in(path, out))
+        for file in _logs_in(path, out):
+            if is_manifest(file):
+                yield from _told_by(file)
+            else:
+                yield FleetItem(log=str(file)), _BY_PATH
     elif not path.exists() and glob.has_magic(str(path)):
         for name in sorted(glob.glob(str(path), recursive=True)):
             if _may_be_log(Path(name), out):
@@ -106,8 +110,12 @@ def _items_of(file: Path) -> Iterator[tuple[FleetItem, str]]:
         check_no_manifest(file)
         yield FleetItem(log=str(file)), _BY_PATH
         return
-    for number, item in enumerate(manifest_items(file), 1):
-        yield item, f"{file}, row {number},"
+    yield from _told_by(file)
+
+
+def _told_by(manifest: Path) -> Iterator[tuple[FleetItem, str]]:
+    for number, item in enumerate(manifest_items(manifest), 1):
+        yield item, f"{manifest}, row {number},"
 
 
 def _logs_in(folder: Path, out: Path) -> list[Path]:
@@ -115,7 +123,7 @@ def _logs_in(folder: Path, out: Path) -> list[Path]:
     return sorted(
         file
         for file in folder.rglob("*")
-        if file.suffix.lower() in endings and _may_be_log(file, out) and not is_manifest(file)
+        if file.suffix.lower() in endings and _may_be_log(file, out)
     )
 
 

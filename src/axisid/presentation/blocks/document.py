@@ -45,7 +45,7 @@ class Interval:
     ----------
     low, centre, high : float
     kind : str
-        Of the estimator, as figures tell them apart: ``ls`` or ``iv``.
+        Of the estimator, as figures tell them apart: ``ls``, ``iv`` or ``didim``.
     """
 
     low: float

@@ -261,7 +261,7 @@ def _draw_series(axes: Axes, series: Series) -> None:
         alpha=0.5 if series.broad else 1.0,
         linewidth=2.6 if series.broad else 0.8,
         linestyle=(0, (4, 2)) if series.dashed else "-",
-        marker="o" if len(series.x) <= 40 else None,
+        marker="o" if len(series.x) == 1 or (series.low is None and len(series.x) <= 40) else None,
         markersize=3,
         label=label,
     )

@@ -138,8 +138,13 @@ def _content(cell: Cell, column: Column, *, is_label: bool) -> str:
 
 def method_html(method: str) -> str:
     """A method with the mark of its estimator, as intervals are drawn with."""
-    kind = method.lower().rsplit("-", 1)[-1]
+    kind = method_kind(method)
     return f'<span class="swatch-{kind}">●</span> {escape(method.upper())}'
+
+
+def method_kind(method: str) -> str:
+    """Of an estimator, by which it has its colour: ``ls``, ``iv`` or ``didim``."""
+    return method.lower().rsplit("-", 1)[-1]
 
 
 def _more(cell: Cell, column: Column) -> str:

@@ -35,6 +35,8 @@ from axisid.presentation.blocks import (
 from axisid.presentation.formulas import decimals, figure_text
 from axisid.support.remedy import Wording, as_arguments
 
+from .method_title import method_title
+
 _MOST_REASONS = 5  # that are told of what came to nothing
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 _TITLES = {
@@ -84,7 +86,7 @@ def study_facts(result: MonteCarlo) -> dict[str, str]:
         "twins": f"{done} twins of {plan.twin.axis.name}, seed {plan.seed}",
         "noise": ", ".join(about),
         "model": "the twins' own" if plan.is_right else "another than the twins'",
-        "methods": ", ".join(method.upper() for method in plan.methods),
+        "methods": ", ".join(map(method_title, plan.methods)),
         "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_stated_labels(result)}",
     }
 
@@ -156,7 +158,7 @@ def _stated_labels(result: MonteCarlo) -> str:
 def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cell, ...]:
     estimand, stated = each.estimand, _stated(each, chosen)
     return (
-        estimand.method.upper(),
+        method_title(estimand.method),
         estimand.name,
         estimand.unit,
         _number(each.truth, 6),
@@ -259,7 +261,8 @@ def findings(result: MonteCarlo) -> Paragraph:
 
 
 def _listed(figures: Iterable[EstimandFigures]) -> str:
-    return ", ".join(f"{each.estimand.method.upper()} {each.estimand.name}" for each in figures)
+    told = (each.estimand for each in figures)
+    return ", ".join(f"{method_title(each.method)} {each.name}" for each in told)
 
 
 def _lost(result: MonteCarlo) -> Iterator[str]:

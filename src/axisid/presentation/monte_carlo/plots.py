@@ -11,6 +11,8 @@ from axisid.presentation.plots import TITLES, Panel, Plot, Series, Tone, labelle
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
+from .method_title import method_title
+
 _REACH = 5.0  # deviations to either side of a histogram
 _BINS = (10, 60)  # of it, least and most; the root of the runs between them
 _LEVELS = np.array([0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.975, 0.99])
@@ -56,7 +58,7 @@ def _panels(
     panels = []
     for i, (name, unit, places) in enumerate(_by_parameter(result)):
         drawn = [
-            series(place, "" if i else method.upper(), tones[method])
+            series(place, "" if i else method_title(method), tones[method])
             for method, place in places.items()
         ]
         if beside is not None:

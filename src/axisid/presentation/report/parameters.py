@@ -11,7 +11,7 @@ from axisid.estimation.noise import NoiseBias
 from axisid.estimation.studies import Validation
 from axisid.presentation.blocks import Cell, Column, Interval, Intervals, NotedText, Table
 from axisid.presentation.formulas import decimals, significant, true_minus
-from axisid.presentation.html import prose_html, table_html
+from axisid.presentation.html import method_kind, prose_html, table_html
 from axisid.presentation.text import (
     draws_table,
     iterations,
@@ -133,7 +133,7 @@ def parameters_table(
     for quantity, values in groups:
         about = described.get(quantity.name) or quantity.expression
         name = NotedText(quantity.name, quantity.unit, about)
-        drawn = _intervals(result, values, result.record.provenance.truth.get(quantity.name))
+        drawn = _intervals(values, result.record.provenance.truth.get(quantity.name))
         for i, (method, value) in enumerate(values.items()):
             ends = (None, None) if i else (name, drawn)
             band, bias = _found(result, method, quantity.name) if over_moves else (None, None)
@@ -178,17 +178,10 @@ def _both(value: Value, band: Band) -> NotedText:
     return NotedText(significant(value.deviation), note=f"{significant(band.deviation)} over moves")
 
 
-def _intervals(
-    result: Identification, values: Mapping[str, Value], truth: float | None
-) -> Intervals:
-    """In the order of the methods, those by the loop's rows, or one alone, as what is believed."""
-
-    def kind(method: str) -> str:
-        believed = result.estimates[method].loop_rows is not None or len(values) == 1
-        return "iv" if believed else "ls"
-
+def _intervals(values: Mapping[str, Value], truth: float | None) -> Intervals:
+    """In the order of the methods."""
     intervals = (
-        Interval(value.interval[0], value.corrected, value.interval[1], kind(method))
+        Interval(value.interval[0], value.corrected, value.interval[1], method_kind(method))
         for method, value in values.items()
     )
     return Intervals(tuple(intervals), truth)
