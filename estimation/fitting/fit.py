@@ -526,12 +526,12 @@ def _weights(given: object, outputs: Sequence[str]) -> tuple[float, ...]:
             raise UsageError(
                 f"a weight is given of {quoted(name)}, which is not followed; give that of an "
                 f"output, {kind}",
-                code="fit-weights",
+                code="fit-weight-of",
             )
         if not (is_real(weight) and 1 / most <= float(weight) <= most):
             raise UsageError(
                 f"the weight of {name} is {quoted(weight)}; give a positive number, {kind}",
-                code="fit-weights",
+                code="fit-weight",
             )
     return tuple(float(told.get(name, math.nan)) for name in outputs)
 

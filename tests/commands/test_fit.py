@@ -48,7 +48,7 @@ def test_options_reach_the_fit(run: Run, log: Path) -> None:
     written = json.loads(out)
     assert [written[n] for n in ("output", "loss", "started")] == ["position", "soft-l1", "nominal"]
     assert len(written["costs"]) == 2
-    assert written["chosen_covariance"] == "bootstrap"
+    assert written["chosen_covariance"] == "larger"
     of = written["parameters"]
     assert of["Fc"]["bounds"] == [0.0, 20.0]
     assert of["Fc"]["at_bound"] == "upper"

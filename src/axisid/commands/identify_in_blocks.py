@@ -9,7 +9,7 @@ from axisid.commands.options.record_options import RECORD_OPTIONS, Reading
 from axisid.presentation.console import ProgressLine
 
 _METHODS = ("idm-ls", "idm-iv")  # as of axisid.estimation.streaming, which takes long to import
-_KNOWN = ("--stream", "--json", "--force", "--leave-out", "--no-native")
+_KNOWN = ("--stream", "--json", "--force", "--leave-out")
 
 
 def identify_streamed(
@@ -29,7 +29,9 @@ def identify_streamed(
         raise click.UsageError(f"{own}; name its file.")
     asked = _METHODS[:1] if methods == ("all",) else tuple(dict.fromkeys(methods))
     method_option = ("--method",) if len(asked) == 1 and asked[0] in _METHODS else ()
-    check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *method_option), own)
+    loops = asked[0] == _METHODS[1]
+    loop_option = ("--no-native",) if loops else ()
+    check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *method_option, *loop_option), own)
     from axisid.codegen.artefacts import build
     from axisid.estimation.streaming import identify_stream
     from axisid.modeling.declaration import leave_out
@@ -37,8 +39,8 @@ def identify_streamed(
 
     with ProgressLine(f"reading {record} in blocks"):
         # Loops take five times as long in the virtual machine; rows alone have none.
-        native = asked[0] == _METHODS[1] and not no_native
-        generated = build(leave_out(load_axis(axis), *left_out), native=native)
+        declared = leave_out(load_axis(axis), *left_out)
+        generated = build(declared, native=loops and not no_native)
         blocks = reading.blocks(record, generated)
         result = identify_stream(
             generated,

@@ -110,10 +110,10 @@ def test_a_record_is_held_against_one_of_the_outputs(both: OutputFit, twin: Reco
         ("fit-choice", {"output": ("control", "speed")}),
         ("fit-no-output", {"output": ()}),
         ("fit-outputs-apart", {"output": ("control", "open-loop")}),
-        ("fit-weights", {"output": BOTH, "weights": {"force": 1.0}}),
-        ("fit-weights", {"output": BOTH, "weights": {"position": 0.0}}),
+        ("fit-weight-of", {"output": BOTH, "weights": {"force": 1.0}}),
+        ("fit-weight", {"output": BOTH, "weights": {"position": 0.0}}),
         ("fit-weights", {"output": BOTH, "weights": 3.0}),
-        ("fit-weights", {"output": BOTH, "weights": {"position": 1e300}}),
+        ("fit-weight", {"output": BOTH, "weights": {"position": 1e300}}),
     ],
 )
 def test_what_cannot_be_followed_together_is_refused(
