@@ -49,12 +49,22 @@ class Autoregression:
         return np.concatenate([known, later])
 
     def coloured(self, columns: Array) -> Array:
-        """Covariance of what columns (n, k) of one stretch make of such errors, (k, k)."""
-        from scipy.linalg import matmul_toeplitz
+        """Covariance of what columns (n, k) of one stretch make of such errors, (k, k).
 
-        covariances = self.covariances_to(len(columns))
-        moved = [matmul_toeplitz(covariances, column) for column in columns.T]
-        return np.asarray(columns.T @ np.column_stack(moved))
+        By the spectra of both, on a circle that is longer than twice the stretch: of lags beyond it
+        columns have no products.
+        """
+        from scipy.fft import next_fast_len, rfft
+
+        n = len(columns)
+        size = next_fast_len(2 * n - 1, real=True)
+        circle = np.zeros(size)
+        circle[:n] = self.covariances_to(n)
+        circle[size - n + 1 :] = circle[n - 1 : 0 : -1]
+        power = rfft(circle).real
+        power[1 : (size + 1) // 2] *= 2  # of frequencies below 0 too
+        spectra = rfft(columns, size, axis=0)
+        return np.asarray((spectra.conj().T @ (power[:, None] * spectra)).real / size)
 
     def uncertainty(self, pieces: Sequence[Array], rows: int) -> float:
         """Variance of what it makes of columns over its square, as it is found from so many errors.
