@@ -56,7 +56,7 @@ FLOORS = (
     ("estimation.batched.rows",),
     ("estimation.batched", "estimation.freed"),
     ("estimation.predictions",),
-    ("estimation.told_by_outputs",),
+    ("estimation.told_by_outputs", "estimation.searches"),
     ("estimation.fitting",),
     ("estimation.studies",),
     ("estimation.monte_carlo",),

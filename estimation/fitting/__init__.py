@@ -4,8 +4,9 @@ In: an axis, records, an output. Out: `OutputFit`.
 Knows nothing of filters beyond those of its start, and nothing of how it is shown.
 """
 
+from axisid.estimation.searches import FitStep as FitStep
+
 from .fit import fit as fit
 from .result import OutputFit as OutputFit
 from .result import RecordError as RecordError
-from .search import FitStep as FitStep
 from .starting import StartLike as StartLike

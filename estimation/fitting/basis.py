@@ -7,13 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.predictions import Predictions
+from axisid.estimation.records import Record
+from axisid.estimation.searches import Elsewhere, Found
 from axisid.estimation.thresholds.fitting import FEWEST_TWINS
-from axisid.estimation.told_by_outputs import Left
+from axisid.estimation.told_by_outputs import Lack, Left
 from axisid.support.arrays import Array
 from axisid.support.deferred import Deferred
-
-from .search import Elsewhere, Found
+from axisid.support.missing import Missing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -126,3 +129,35 @@ class FitBasis:
 
 def _without_twins(left: Left) -> Left:
     return replace(left, twins=None, steps=None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judged:
+    """What a fit is judged by."""
+
+    outputs: tuple[str, ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    physical: Array
+    deviations: Array
+    basis: FitBasis
+    at_bound: Mapping[str, str]
+    unseen: tuple[str, ...]
+    law: LawCheck | Missing
+    found_gains: tuple[str, ...]  # of the law
+    law_moves: Mapping[str, Array]
+    law_move: tuple[Array, Array] | None
+    percents: tuple[float, ...]
+    beyond_noise: tuple[float, ...]
+    followed: tuple[str, ...]
+    lacks: tuple[Lack, ...] | Missing
+    prior: Mapping[str, tuple[float, float]]
+    records: tuple[Record, ...]
+    horizon: float | None
+    searched: int  # parameters that are free
+
+    @property
+    def law_check(self) -> Check:
+        """What the declared law is against the recorded control."""
+        found = law_check(self.law)
+        return found if isinstance(found, Check) else Check.not_evaluated("control law", found)

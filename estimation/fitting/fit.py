@@ -28,6 +28,21 @@ from axisid.estimation.predictions import (
     slopes_of,
 )
 from axisid.estimation.records import Record
+from axisid.estimation.searches import LOSSES as LOSS_FUNCTIONS
+from axisid.estimation.searches import (
+    End,
+    Found,
+    Search,
+    Unknowns,
+    Weighing,
+    best_of,
+    by_name,
+    check_enough,
+    cost_of,
+    counting_for,
+    deviation_by_median,
+    unknowns_of,
+)
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
 from axisid.estimation.thresholds.fitting import HORIZON, MAX_WEIGHT
@@ -41,11 +56,9 @@ from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
-from .assembly import Ended, assembled
-from .losses import LOSSES as LOSS_FUNCTIONS
-from .losses import counting_for, deviation_by_median
+from .assembly import assembled
+from .ended import Ended
 from .result import OutputFit
-from .search import Found, Search, Weighing, best_of, cost_of
 from .spread import is_uneven, scores_of, twins_errors
 from .starting import (
     FitStart,
@@ -57,7 +70,6 @@ from .starting import (
     with_free,
 )
 from .timing import split_free, time_in, with_time_found
-from .unknowns import End, Unknowns, by_name, check_enough, unknowns_of
 
 _MOST_STARTS = 1000
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change

@@ -15,6 +15,7 @@ from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
 from axisid.estimation.records import Record
+from axisid.estimation.searches import FitStep
 from axisid.estimation.told_by_outputs import HeldParameters, Lack, lacks_beside, noise_left
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
@@ -22,10 +23,9 @@ from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note
 
-from .basis import FitBasis
-from .judgement import Judged, judged
+from .basis import FitBasis, Judged
+from .judgement import judged
 from .law_moves import move_by_record, moves_of_all, moves_per_percent
-from .search import FitStep
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

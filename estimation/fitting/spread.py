@@ -25,6 +25,7 @@ from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.predictions import Predictions, whole_lanes
 from axisid.estimation.records import Record
 from axisid.estimation.regression import StepsError, beyond_shown
+from axisid.estimation.searches import Found, Unknowns, Weighing
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.fitting import (
     FEWEST_TWINS,
@@ -45,8 +46,6 @@ from axisid.estimation.told_by_outputs import (
 from axisid.support.arrays import Array
 
 from .basis import NoisyLoops
-from .search import Found, Weighing
-from .unknowns import Unknowns
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
 _FEW = 4  # pairs of twins, that tell whether more are asked

@@ -27,14 +27,13 @@ from axisid.estimation.identification import Shared, identify
 from axisid.estimation.joint import GAIN, JointForm
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, InverseForm
+from axisid.estimation.searches import Unknowns
 from axisid.modeling.quantities import State
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
-
-from .unknowns import Unknowns
 
 _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
 _GAIN = "gain"  # as it is asked for, beside its own name

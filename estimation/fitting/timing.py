@@ -15,7 +15,7 @@ from axisid.modeling.quantities import Parameter
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.user_values import quoted
 
-from .assembly import Ended
+from .ended import Ended
 from .starting import StartLike
 
 _ROUNDS = 8

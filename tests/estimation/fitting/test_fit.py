@@ -24,10 +24,9 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.estimates import FittedParameters, derived_value
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.fitting.search import Found, Search
-from axisid.estimation.fitting.unknowns import unknowns_of
 from axisid.estimation.predictions import WindowPredictions
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.searches import Found, Search, unknowns_of
 from axisid.estimation.told_by_outputs import Lack
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing

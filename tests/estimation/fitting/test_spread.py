@@ -13,8 +13,8 @@ from scipy.stats import binom
 from axisid import build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import student_interval
-from axisid.estimation.fitting.assembly import cut_interval
 from axisid.estimation.fitting.basis import NoisyLoops
+from axisid.estimation.fitting.ended import cut_interval
 from axisid.estimation.fitting.spread import Scores, Shaken, shaken_by_noise
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.told_by_outputs import Autoregression, autoregression_of

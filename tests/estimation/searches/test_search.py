@@ -7,10 +7,15 @@ import pytest
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices.outputs import HUBER, SOFT_L1, SQUARES
-from axisid.estimation.fitting.losses import LOSSES, deviation_by_median
-from axisid.estimation.fitting.search import Found, Search, Weighing
-from axisid.estimation.fitting.unknowns import Unknowns
 from axisid.estimation.predictions import Lanes
+from axisid.estimation.searches import (
+    LOSSES,
+    Found,
+    Search,
+    Unknowns,
+    Weighing,
+    deviation_by_median,
+)
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
 from axisid.support.arrays import Array
 from tests.refusals import refuses

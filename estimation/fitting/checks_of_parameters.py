@@ -1,0 +1,210 @@
+"""Checks of what a fit says: what of it the outputs show, and how surely."""
+
+import math
+import re
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.diagnostics.estimates import precision_check
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_RELATIVE_DEVIATION,
+    NEGLIGIBLE_FORCE,
+    NEGLIGIBLE_PEAK_FORCE,
+)
+from axisid.estimation.thresholds.estimates import (
+    MIN_DISTANCE_FROM_NOISE,
+)
+from axisid.estimation.thresholds.fitting import (
+    MAX_FAR,
+    MIN_FAR,
+    MIN_SHOWN,
+)
+from axisid.support.arrays import Array
+from axisid.support.remedy import Remedy, Setting
+
+from .basis import Judged
+
+_SURE = 1e-2  # of a variance: the least by which what was known is moved
+
+
+def known_check(of: Judged) -> Iterator[Check]:
+    """What was known before against what the records tell."""
+    if not of.prior:
+        return
+    far = {name: _from_known(of, name) for name in of.prior}
+    worst, most = max(far, key=lambda name: far[name]), MIN_DISTANCE_FROM_NOISE.value
+    good = far[worst] <= most
+    mean, sd = of.prior[worst]
+    known, record = f"what was known of {worst}, {mean:.6g} +- {sd:.2g},", "the record"
+    if worst in of.basis.alone:
+        value, deviation = of.basis.alone[worst]
+        record = f"what the record alone says, {value:.6g} +- {deviation:.2g},"
+    said = f"{known} and {record} are {far[worst]:.2g} deviations apart"
+    yield Check(
+        name="what was known",
+        status=passed(good),
+        figure=far[worst],
+        threshold=most,
+        source=MIN_DISTANCE_FROM_NOISE.source,
+        meaning=said + ("" if good else ": they contradict each other; one is wrong, or the model"),
+    )
+
+
+def _from_known(of: Judged, name: str) -> float:
+    """How far a parameter is from what was known of it before, in deviations."""
+    mean, sd = of.prior[name]
+    if name in of.basis.alone:
+        value, deviation = of.basis.alone[name]
+        return abs(value - mean) / math.hypot(sd, deviation)
+    place = of.names.index(name)
+    both = math.sqrt(max(sd**2 - float(of.deviations[place]) ** 2, _SURE * sd**2))
+    return abs(float(of.physical[place]) - mean) / both
+
+
+def shown_check(of: Judged) -> Check:
+    """Whether the outputs show every parameter."""
+    several = len(of.outputs) > 1
+    said = f"the {' and '.join(of.outputs)} show{'' if several else 's'} every parameter"
+    remedy, unseen = None, [*of.unseen, *_unnamed(of)]
+    if unseen:
+        no = "do not" if several else "does not"
+        said = f"the {' and '.join(of.outputs)} {no} show {'; nor '.join(unseen)}; "
+        remedy = Remedy.of(
+            "hold one with ",
+            Setting("fix", f"{unseen[0].split()[0]}=VALUE"),
+            ", or record another motion.",
+        )
+    return Check(
+        name="parameters shown",
+        status=passed(not unseen),
+        threshold=MIN_SHOWN.value,
+        source=MIN_SHOWN.source,
+        meaning=said,
+        remedy=remedy,
+    )
+
+
+def _unnamed(of: Judged) -> list[str]:
+    """Parameters of infinite deviation that are in none of the directions that are not shown."""
+    named = set(re.findall(r"\w+", " ".join(of.unseen)))
+    lost = [name for name, d in zip(of.names, of.deviations, strict=True) if np.isinf(d)]
+    return [f"{name} at all" for name in lost if name not in named]
+
+
+def none_shown_check(of: Judged) -> Iterator[Check]:
+    """Whether the outputs show none of the parameters that are searched."""
+    if not np.isinf(of.deviations).any():
+        return
+    chosen, most = _searched(of), MAX_RELATIVE_DEVIATION.value
+    with np.errstate(divide="ignore", invalid="ignore"):
+        percent = 100 * of.deviations / np.abs(of.physical)
+    vague = ~(percent <= most)
+    if np.all(vague[chosen]):
+        yield Check(
+            name="any parameter shown",
+            status="fail",
+            threshold=most,
+            source="deviation in percent of the value",
+            meaning=f"the {' and '.join(of.outputs)} show{'s' * (len(of.outputs) == 1)} no "
+            f"parameter to {most:g} % of it: the numbers are where the search ended, no more",
+        )
+
+
+def one_end_check(of: Judged) -> Iterator[Check]:
+    """Whether the search passed a place as good as its end, which is claimed to be far from it."""
+    found = of.basis.elsewhere
+    if found is None:
+        return
+    order = [int(j) for j in np.argsort(-found.away) if found.away[j] > MIN_FAR.value]
+    values = (f"{of.names[j]} {found.physical[j]:.4g} {of.units[j]}" for j in order)
+    listed = ", ".join(map(str.rstrip, values))
+    outputs = f"{' and '.join(of.outputs)} leave{'s' * (len(of.outputs) == 1)}"
+    yield Check(
+        name="one end",
+        status="fail",
+        figure=found.by_errors,
+        threshold=MAX_FAR.value,
+        source=MAX_FAR.source,
+        meaning=(
+            f"the errors are as small at {listed}: {found.away[order[0]]:.2g} of the deviations "
+            f"away, and {found.by_errors:.2g} by the errors. The {outputs} these open along a "
+            "valley, and the deviations are those of one place in it; "
+        ),
+        remedy=Remedy.of(
+            "hold one with ",
+            Setting("fix", f"{of.names[order[0]]}=VALUE"),
+            ", or follow another output.",
+        ),
+    )
+
+
+def _searched(of: Judged) -> NDArray[np.bool_]:
+    """Parameters of the model, the law and the drive that were searched and are at no bound."""
+    return np.asarray((of.deviations > 0) & ~of.basis.of_start)
+
+
+def precise_check(of: Judged) -> Iterator[Check]:
+    """Every parameter that is searched, and shown, against its own deviation."""
+    slopes, weights = of.basis.best.slopes.jacobian, of.basis.left.weights
+    parts = np.abs(weights[:, None] * slopes * of.physical)
+    whole, peak = (np.divide(x, x.max() or 1.0) for x in (_norms(parts), parts.max(axis=0)))
+    chosen = (of.deviations > 0) & np.isfinite(of.deviations) & ~of.basis.of_start
+    if not chosen.any():
+        return
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = np.where(chosen, of.deviations / np.abs(of.physical), 0.0)
+        times, percent = 1 + 2 * relative, 100 * relative  # of what it may be, by what it is
+        small = (whole * times < NEGLIGIBLE_FORCE.value) & (
+            peak * times < NEGLIGIBLE_PEAK_FORCE.value
+        )
+    vague = percent > MAX_RELATIVE_DEVIATION.value
+    told = dict(zip(of.names, map(float, percent), strict=True))
+    unclear, minor = (
+        [of.names[int(j)] for j in np.flatnonzero(x)] for x in (vague & ~small, vague & small)
+    )
+    yield precision_check(
+        max(told.values()),
+        [
+            f"{name} is not identified by what is followed: its deviation is {told[name]:.3g} % of "
+            "it"
+            for name in unclear
+        ],
+        minor,
+        "largest part that a parameter has of the output",
+        "relative deviation in percent; a parameter that changes the output by less than 1 % of "
+        "what the largest does, deviation included, may be as vague as it is",
+    )
+
+
+def _norms(columns: Array) -> Array:
+    return np.asarray(np.linalg.norm(columns, axis=0))
+
+
+def bounds_check(of: Judged) -> Check:
+    """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
+    beyond, most = of.basis.beyond, MIN_DISTANCE_FROM_NOISE.value
+    if not beyond:
+        return Check(name="bounds", status="pass", meaning="no parameter is driven to a bound")
+    listed = ", ".join(f"{name} ({of.at_bound[name]})" for name in beyond)
+    said = (
+        f"at a bound: {listed}. The interval there is one-sided, and the others are what they "
+        "are with it"
+    )
+    worst = max(beyond, key=lambda name: beyond[name])
+    against = beyond[worst] > most
+    if against:
+        said += (
+            f"; without it {worst} would be {beyond[worst]:.2g} deviations beyond: check the "
+            "bound, the units and the signs, and what the model lacks"
+        )
+    return Check(
+        name="bounds",
+        status="fail" if against else "note",
+        figure=beyond[worst],
+        threshold=most,
+        source="deviations by which a parameter at a bound would be beyond it",
+        meaning=said,
+    )

@@ -1,0 +1,515 @@
+"""Where the searches of a fit ended: deviations, intervals, what noise and starts move."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr, ndtri_exp
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.freed import axis_at
+from axisid.estimation.predictions import (
+    Predictions,
+    WindowPredictions,
+    record_rows,
+    slopes_of,
+    whole_lanes,
+)
+from axisid.estimation.records import Record
+from axisid.estimation.regression import widened
+from axisid.estimation.searches import (
+    Elsewhere,
+    Found,
+    Search,
+    Unknowns,
+    Weighing,
+    least_within,
+    passed_as_low,
+)
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds.fitting import MIN_MOVED_BY_START
+from axisid.estimation.told_by_outputs import (
+    Colour,
+    Left,
+    Scattering,
+    Unseen,
+    unseen_directions,
+)
+from axisid.support.arrays import Array
+from axisid.support.deferred import Deferred
+from axisid.support.errors import EstimationError
+from axisid.support.remedy import Note
+
+from .basis import Asked, MovedByStart
+from .spread import (
+    Scores,
+    Shaken,
+    is_uneven,
+    moved_by_start,
+    scores_of,
+    shaken_by_noise,
+    twins_errors,
+    with_steps,
+)
+from .starting import FitStart, Searched
+
+_FEWEST_TWINS = 2
+_PARTS = 4  # of a window, that what the model lacks is asked of
+_EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ended:
+    """A fit at its end, before it is told."""
+
+    axis: GeneratedAxis
+    records: tuple[Record, ...]
+    whose: Searched
+    outputs: tuple[str, ...]
+    loss: str
+    unknowns: Unknowns
+    predictions: Predictions
+    start: FitStart
+    begun: Array
+    scale: Array
+    weighing: Weighing
+    remarks: tuple[Note, ...]
+    best: Found
+    ends: tuple[Found, ...]
+    bootstrap: int
+    seed: int
+    horizon: float | None
+    known: tuple[str, ...]
+    alone: Found | None = None
+
+    @property
+    def axes(self) -> tuple[GeneratedAxis, ...]:
+        """By record, under the law with the gains that were found."""
+        form, physical = self.whose.form, self.physical
+        return tuple(axis_at(axis, form, physical) for axis in self.whose.axes)
+
+    @property
+    def inner(self) -> NDArray[np.bool_]:
+        """Which parameters are free and not at a bound, (P,)."""
+        return np.asarray(self.unknowns.free & (self.at_bound == 0))
+
+    @cached_property
+    def rows(self) -> Array:
+        """Slopes of the weighted errors by all free parameters, (n, P)."""
+        return np.asarray(self.weighing.weights[:, None] * self.best.slopes.jacobian)
+
+    @cached_property
+    def scores(self) -> Scores:
+        """Of the parameters that are free and not at a bound."""
+        return self._scores(self.inner)
+
+    def _scores(self, chosen: NDArray[np.bool_]) -> Scores:
+        return scores_of(
+            self.best,
+            self.weighing,
+            self.unknowns,
+            self.predictions,
+            self.records,
+            chosen,
+            self.errors_by_noise,
+            bool(self.axis.states),
+        )
+
+    @cached_property
+    def errors_by_noise(self) -> Array | None:
+        """What noise of the position makes of the errors, (n, B), where it is of no one colour."""
+        if self.shaken is not None and self.shaken.twins is not None:
+            return self.shaken.twins
+        if not is_uneven(self.axis, self.outputs):
+            return None
+        return twins_errors(self.predictions, self.best.physical, self.seed)
+
+    @cached_property
+    def shaken(self) -> Shaken | None:
+        """What noise in the loop makes of the errors where that is no straight line of it.
+
+        Friction that remembers is not asked: noise of a dwell is not that of a swing.
+        """
+        if self.axis.states or self.horizon is not None:
+            return None
+        deviations = np.sqrt(np.maximum(np.diag(self.first_coloured.matrix), 0.0))
+        at = self.predictions, self.best.physical, self.seed
+        uneven = is_uneven(self.axis, self.outputs)
+        influence = self._influence(self.first_scores)
+        return shaken_by_noise(*at, influence, deviations, by_square=uneven)
+
+    @property
+    def errors_in_common(self) -> Array | None:
+        """What noise makes of the errors by its square, (n,), where that moves parameters."""
+        return None if self.shaken is None else self.shaken.common
+
+    @property
+    def moved(self) -> Array | None:
+        """What noise in the loop moves the parameters by, (P,), where that matters."""
+        return None if self.errors_in_common is None else self.best.physical - self.physical
+
+    @property
+    def physical(self) -> Array:
+        """The parameters less what noise in the loop moves them by, (P,)."""
+        return self._told_at[0]
+
+    @property
+    def at_bound(self) -> NDArray[np.int8]:
+        """Which of them are at a bound, -1 at the lower, 1 at the upper one, (P,)."""
+        return self._told_at[1]
+
+    @cached_property
+    def _told_at(self) -> tuple[Array, NDArray[np.int8]]:
+        """The parameters that are told, and which are at a bound.
+
+        What is taken off may lead one to its bound, or from there; the others are what they are
+        with it.
+        """
+        at, side, u = self.best.physical, self.best.at_bound, self.unknowns
+        common = self.errors_in_common
+        if common is None:
+            return at, side
+        scores = self.first_scores
+        uphill = scores.jacobian.T @ (scores.curvature * self.weighing.weights * common)
+        # The search stands still but for what a bound holds.
+        held = scores.jacobian.T @ scores.errors + scores.known.T @ u.known_errors(at)
+        downhill = -uphill - np.where(side[u.free] != 0, held, 0.0)
+        physical = at.copy()
+        physical[u.free] += scores.inverse @ downhill
+        if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
+            return physical, side
+        rows = np.vstack([np.sqrt(scores.curvature)[:, None] * scores.jacobian, scores.known])
+        physical, side = at.copy(), np.zeros_like(side)
+        physical[u.free], side[u.free] = least_within(u, at, rows, downhill)
+        return physical, side
+
+    @cached_property
+    def first_scores(self) -> Scores:
+        """Of every free parameter, by the errors alone."""
+        known = self.weighing, self.unknowns, self.predictions, self.records
+        return scores_of(self.best, *known, self.unknowns.free)
+
+    @cached_property
+    def first_coloured(self) -> Scattering:
+        """Of every free parameter, by the errors alone."""
+        return self.first_scores.coloured(self.first_scores.autoregressions)
+
+    @cached_property
+    def at_liberty(self) -> Scores:
+        """Of every free parameter, as if no bound were there.
+
+        What a bound holds is not known: the others are as unsure as its parameter lets them be. A
+        bounded estimate is nearer to whatever is within the bounds than the free one is, so that
+        the free one's deviations about it are enough.
+        """
+        if self.errors_by_noise is None:
+            return self.first_scores
+        return self._scores(self.unknowns.free)
+
+    @cached_property
+    def errors_left(self) -> Array:
+        """Weighted errors, (n,), less what noise makes of them by its square.
+
+        That comes at every reversal alike, so that it scatters nothing.
+        """
+        common, errors = self.errors_in_common, self.scores.errors
+        return errors if common is None else errors + self.weighing.weights * self._beside(common)
+
+    @cached_property
+    def autoregressions(self) -> tuple[Colour, ...]:
+        """Of the errors, by record."""
+        return replace(self.scores, errors=self.errors_left).autoregressions
+
+    @cached_property
+    def unseen(self) -> Unseen:
+        """What neither outputs nor what was known before show."""
+        chosen = self.unknowns.free
+        rows = np.vstack([self.rows, self.unknowns.known_rows])[:, chosen]
+        return unseen_directions(rows, self.scale[chosen]).among(chosen)
+
+    @cached_property
+    def covariances(self) -> dict[str, Array]:
+        """By name, (P, P) each; rows of what is at a bound are 0."""
+        return {name: self._told(matrix) for name, matrix in self.free_covariances.items()}
+
+    def _told(self, matrix: Array) -> Array:
+        inner = self.inner
+        return np.where(inner[:, None] & inner, self._whole(matrix, self.unknowns.free), 0.0)
+
+    @cached_property
+    def free_covariances(self) -> dict[str, Array]:
+        """Of every free parameter, as if no bound were there, by name, (k, k) each."""
+        scores = self.at_liberty
+        found = {
+            "coloured": self._with_steps(self.coloured.matrix, scores),
+            "iid": scores.independent(),
+        }
+        if self.bootstrap:
+            moved = np.cov(self._twins(scores)).reshape(found["iid"].shape)
+            found["bootstrap"] = moved + scores.by_known()
+            # Twins know nothing of what the model lacks, and an autoregression little of loops.
+            found["larger"] = widened(found["coloured"], np.diag(found["bootstrap"]))
+        return found
+
+    @property
+    def _told_free(self) -> Array:
+        return self.free_covariances[self.chosen]
+
+    @cached_property
+    def coloured(self) -> Scattering:
+        """By coloured errors, of every free parameter, as if no bound were there."""
+        scores = self.at_liberty
+        if self.errors_by_noise is not None:
+            return scores.coloured(self.autoregressions)
+        found = self.first_coloured
+        if self.horizon is None:
+            return found
+        # What the starts of windows take out of white noise has no one colour, and is no less sure.
+        return replace(found, matrix=widened(found.matrix, np.diag(scores.independent())))
+
+    @property
+    def freedom(self) -> Array:
+        """Degrees of freedom of each variance that is told, (P,)."""
+        found, freedom = np.full(len(self.scale), np.inf), self.coloured.freedom
+        if self.bootstrap:
+            coloured, twins = (
+                np.diag(self.free_covariances[name]) for name in ("coloured", "bootstrap")
+            )
+            freedom = np.where(twins > coloured, self.bootstrap - 1, freedom)
+        found[self.unknowns.free] = freedom
+        return found
+
+    def _with_steps(self, covariance: Array, scores: Scores) -> Array:
+        """Covariance of the parameters of scores with what the encoders' steps add.
+
+        And what the starts of the loops do, which no error of a record tells.
+        """
+        steps = self.errors_by_steps
+        if steps is not None:
+            covariance = with_steps(covariance, -self._influence(scores) @ steps)
+        moved = self._by_start(scores, covariance).moved
+        return covariance + np.outer(moved, moved)
+
+    def _by_start(self, scores: Scores, covariance: Array) -> MovedByStart:
+        """What other starts of the loops move the parameters of scores by, where that matters."""
+        moved = moved_by_start(scores, self.weighing.weights, self._slopes_by_start)
+        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)
+        matters = np.any(far > MIN_MOVED_BY_START.value)
+        return MovedByStart(moved=moved * matters, far=far * matters)
+
+    @cached_property
+    def _slopes_by_start(self) -> tuple[tuple[slice, Array], ...]:
+        with np.errstate(all="ignore"):
+            return self.predictions.slopes_by_start(self.best.physical)
+
+    @property
+    def by_start(self) -> MovedByStart:
+        """The same of all parameters, (P,)."""
+        found = self._by_start(self.at_liberty, self.coloured.matrix)
+        moved, far = np.zeros((2, len(self.scale)))
+        moved[self.unknowns.free], far[self.unknowns.free] = found.moved, found.far
+        return MovedByStart(moved=moved, far=far)
+
+    @cached_property
+    def errors_by_steps(self) -> Array | None:
+        """What the steps of the encoders make of the errors, (n, B); None without steps."""
+        with np.errstate(all="ignore"):
+            return self.predictions.by_steps(self.best.physical)
+
+    @cached_property
+    def left(self) -> Left:
+        """The errors, to be asked what the model lacks."""
+        s, weights, steps = self.scores, self.weighing.weights, self.errors_by_steps
+        return Left(
+            errors=self.errors_left,
+            weights=weights,
+            curvature=s.curvature,
+            jacobian=s.jacobian,
+            inverse=s.inverse,
+            known=s.known,
+            counted=s.counted,
+            spans=s.spans,
+            periods=s.periods,
+            outputs=s.outputs,
+            steps=None if steps is None else weights[:, None] * steps,
+            by_windows=self.horizon is not None,
+            twins=s.twins,
+            remembers=s.remembers,
+        )
+
+    @property
+    def elsewhere(self) -> Elsewhere | None:
+        """A place as good as the end that is claimed to be far from it."""
+        told, independent = (np.diag(self.covariances[name]) for name in (self.chosen, "iid"))
+        search = Search(self.predictions, self.unknowns, self.scale, self.weighing)
+        return passed_as_low(self.ends, told, independent, search)
+
+    @property
+    def told_alone(self) -> Mapping[str, tuple[float, float]]:
+        """What the records alone say of what was known before, with deviations, by name."""
+        if self.alone is None:
+            return {}
+        one, prior = self.alone, self.unknowns.has_prior
+        without = replace(
+            self, unknowns=self.unknowns.without_prior, best=one, ends=(one,), bootstrap=0
+        )
+        told = np.full(len(prior), np.inf)
+        told[self.unknowns.free] = np.diag(without.free_covariances[without.chosen])
+        return {
+            self.unknowns.names[j]: (float(without.physical[j]), math.sqrt(max(told[j], 0.0)))
+            for j in map(int, np.flatnonzero(prior))
+        }
+
+    @property
+    def asked(self) -> Deferred[Asked]:
+        """What is asked what the model lacks; of windows only once it is, as it is simulated."""
+        if isinstance(self.predictions, WindowPredictions):
+            return Deferred(partial(self._asked_in_parts, self.predictions))
+        return Deferred.of(self.as_asked)
+
+    @property
+    def as_asked(self) -> Asked:
+        """Its errors, and what made them."""
+        return Asked(predictions=self.predictions, left=self.left)
+
+    def _asked_in_parts(self, windows: WindowPredictions) -> Asked:
+        return self._in_parts(windows).as_asked
+
+    def _in_parts(self, windows: WindowPredictions) -> "Ended":
+        """The same end in windows of a quarter.
+
+        A force that is not the model's moves long windows by more than slopes tell, and their
+        starts and the parameters bend to it. The parts of a window count as one all the same, as
+        what moves an axis besides its control may last.
+        """
+        short, u = windows.in_parts(_PARTS), self.unknowns
+        try:
+            short.settle(self.best.physical)
+            slopes = slopes_of(
+                short, self.best.physical, self.scale, u.lower, u.upper, self.unknowns.free
+            )
+        except EstimationError:
+            return self
+        weights = [
+            np.full(there[-1].stop - there[0].start, self.weighing.weights[rows].max(initial=0.0))
+            for there, rows in zip(
+                short.spans, map(record_rows, self.predictions.spans), strict=True
+            )
+        ]
+        return replace(
+            self,
+            predictions=short,
+            best=replace(self.best, slopes=slopes),
+            weighing=replace(self.weighing, weights=np.concatenate(weights) * short.counted),
+        )
+
+    def _twins(self, scores: Scores) -> Array:
+        """What the noise of simulated twins moves the parameters of scores by, (k, B)."""
+        random = np.random.default_rng(self.seed)
+        noise = self.predictions.by_noise(self.best.physical, self.bootstrap, random)
+        errors = whole_lanes(noise)
+        if errors.shape[1] < _FEWEST_TWINS:
+            raise EstimationError(
+                f"{errors.shape[1]} of {self.bootstrap} twins could be simulated with the noise "
+                "of the record; leave the bootstrap out.",
+                code="bootstrap-lost",
+            )
+        return np.asarray(-self._influence(scores) @ errors)
+
+    def _beside(self, errors: Array) -> Array:
+        """Errors (n,) less what the parameters make of them."""
+        return errors - self.best.slopes.jacobian @ (self.influence @ errors)
+
+    @property
+    def chosen(self) -> str:
+        """The covariance that is told."""
+        return "larger" if self.bootstrap else "coloured"
+
+    def _whole(self, matrix: Array, chosen: NDArray[np.bool_]) -> Array:
+        """A covariance among all parameters; infinite variances of what is not shown."""
+        found = np.zeros((len(chosen), len(chosen)))
+        found[np.ix_(chosen, chosen)] = matrix
+        lost = np.flatnonzero(self.unseen.parts.any(axis=0))
+        found[lost, lost] = np.inf
+        return found
+
+    @cached_property
+    def influence(self) -> Array:
+        """Of the errors on the parameters, (P, n)."""
+        found = np.zeros((len(self.scale), len(self.weighing.weights)))
+        chosen = self.inner
+        if chosen.any():
+            found[chosen] = self._influence(self.scores)
+        return found
+
+    def _influence(self, scores: Scores) -> Array:
+        """Of the errors on the parameters of scores, (k, n)."""
+        weighed = scores.curvature[:, None] * scores.jacobian * self.weighing.weights[:, None]
+        return np.asarray(scores.inverse @ weighed.T)
+
+    @cached_property
+    def without_bounds(self) -> dict[int, tuple[float, float]]:
+        """What each parameter at a bound would be without it, with its deviation, by place."""
+        return {int(j): self._without_bound(int(j)) for j in np.flatnonzero(self.at_bound)}
+
+    def _without_bound(self, j: int) -> tuple[float, float]:
+        free = self.inner.copy()
+        free[j] = True
+        scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
+        covariance = self._with_steps(scores.coloured(self.autoregressions).matrix, scores)
+        off = self.unknowns.known_errors(self.physical)
+        errors, common = scores.errors, self.errors_in_common
+        if common is not None:
+            moved = self.rows @ (self.physical - self.best.physical)
+            errors = errors + scores.curvature * (self.weighing.weights * common + moved)
+        downhill = -(scores.jacobian.T @ errors + scores.known.T @ off)
+        centre = float(self.physical[j]) + float((scores.inverse @ downhill)[place])
+        return centre, float(np.sqrt(covariance[place, place]))
+
+    def one_sided(self, j: int) -> tuple[float, float]:
+        """Interval at a bound: of a normal about the estimate without it, cut off there.
+
+        Other parameters at bounds may be elsewhere, so that the normal is as wide as without any,
+        and as many deviations beyond as with the others at theirs.
+        """
+        at, side = float(self.physical[j]), int(self.at_bound[j])
+        centre, deviation = self.without_bounds[j]
+        free = np.flatnonzero(self.unknowns.free)
+        place = int(np.flatnonzero(free == j)[0])
+        wide = max(math.sqrt(self._told_free[place, place]), deviation)
+        beyond = (centre - at) / deviation if deviation > 0 else 0.0
+        return cut_interval(at, at + beyond * wide, wide, side)
+
+    @property
+    def beyond(self) -> dict[str, float]:
+        """How far beyond its bound each parameter at one would be, in deviations, by name."""
+        found = {}
+        for j, (centre, deviation) in self.without_bounds.items():
+            past = float(self.at_bound[j]) * (centre - float(self.physical[j]))
+            found[self.unknowns.names[j]] = max(past, 0.0) / deviation if deviation > 0 else 0.0
+        return found
+
+
+def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tuple[float, float]:
+    """95 % of a normal distribution that is cut off at a bound, from there on.
+
+    Parameters
+    ----------
+    bound, centre, deviation : float
+    side : {-1, 1}
+        Of a lower or of an upper bound.
+    """
+    if not deviation > 0:
+        return bound, bound
+    reach = side * (bound - centre) / deviation  # what lies beyond it, in deviations
+    outside = np.log(1 - INTERVAL_LEVEL.value)
+    if reach < -_EXPONENTIAL:
+        beside = outside / -reach
+    else:
+        beside = float(ndtri_exp(outside + log_ndtr(reach))) - reach
+    width = side * deviation * beside
+    return (bound, bound + width) if side < 0 else (bound + width, bound)

@@ -1,0 +1,25 @@
+"""Searches for parameters: what is searched, how errors count, and where bounds let it end.
+
+In: predictions, unknowns, weights. Out: `Found`.
+Knows nothing of records, of drives and of how sure its end is.
+"""
+
+from .losses import LOSSES as LOSSES
+from .losses import Loss as Loss
+from .losses import counting_for as counting_for
+from .losses import deviation_by_median as deviation_by_median
+from .search import MOST_STEPS as MOST_STEPS
+from .search import Elsewhere as Elsewhere
+from .search import FitStep as FitStep
+from .search import Found as Found
+from .search import Search as Search
+from .search import Weighing as Weighing
+from .search import best_of as best_of
+from .search import cost_of as cost_of
+from .search import passed_as_low as passed_as_low
+from .unknowns import End as End
+from .unknowns import Unknowns as Unknowns
+from .unknowns import by_name as by_name
+from .unknowns import check_enough as check_enough
+from .unknowns import least_within as least_within
+from .unknowns import unknowns_of as unknowns_of
