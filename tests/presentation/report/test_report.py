@@ -312,7 +312,7 @@ def test_arrays_are_stored_once(result: Identification) -> None:
 
 @pytest.mark.slow
 def test_what_cannot_be_drawn_is_said_in_its_place(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = identify(build(replace(emps2015.axis, control=None), native=False), twin)
+    result = identify(build(replace(emps2015.axis, control=None)), twin)
     page = Page(report_html(result, report_sweep(result)))
     drawn = [p["name"] for p in page.data["plots"]]
     assert drawn == [f for f in FIGURES if f not in ("convergence", "tracking")]
