@@ -199,8 +199,15 @@ def test_sweep(checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Rec
 
 
 @pytest.mark.slow
-def test_law(checker: Draft202012Validator, run: Any) -> None:
-    _, out, _ = run("law", "emps2015", "--json", "-")
+def test_law(
+    checker: Draft202012Validator,
+    run: Any,
+    emps2015: GeneratedAxis,
+    twin: Record,
+    tmp_path: Path,
+) -> None:
+    log = twin.windowed((0.0, 1.0)).write(tmp_path / "log.csv", emps2015)
+    _, out, _ = run("law", "emps2015", log, "--json", "-")
     written = json.loads(out)
     checker.validate(written)
     assert written["schema"] == "axisid.law/1"
