@@ -7,6 +7,7 @@ Knows nothing of how it is shown.
 from .diagnose import DIAGNOSTICS as DIAGNOSTICS
 from .diagnose import Belief as Belief
 from .diagnose import Diagnostic as Diagnostic
+from .diagnose import alignment_of as alignment_of
 from .diagnose import belief as belief
 from .diagnose import by_weight as by_weight
 from .diagnose import conclusion as conclusion

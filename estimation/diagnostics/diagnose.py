@@ -28,6 +28,7 @@ from axisid.estimation.diagnostics.estimates import (
 )
 from axisid.estimation.diagnostics.law import law_check
 from axisid.estimation.diagnostics.loop import (
+    Alignment,
     alignment_check,
     declared_lateness,
     following,
@@ -392,6 +393,13 @@ def diagnose(choice: Choice) -> Diagnosis:
         noise_biases=case.noise_biases,
         attenuation=case.attenuation,
     )
+
+
+def alignment_of(choice: Choice) -> Alignment | Missing:
+    """The delay of the force alone, as `diagnose` finds it with all else."""
+    case = Case.of(choice)
+    first = _first_failing(_of_parts(DIAGNOSTICS["alignment"], case))
+    return case.parts[first].alignment
 
 
 def _of_parts(diagnostic: Diagnostic, case: Case) -> list[Check | Missing | None]:
