@@ -57,6 +57,8 @@ class Autoregression:
         from scipy.fft import next_fast_len, rfft
 
         n = len(columns)
+        if not n:
+            return np.zeros((columns.shape[1], columns.shape[1]))
         size = next_fast_len(2 * n - 1, real=True)
         circle = np.zeros(size)
         circle[:n] = self.covariances_to(n)

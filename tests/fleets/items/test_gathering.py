@@ -33,6 +33,17 @@ def test_a_manifest_in_a_folder_tells_of_its_logs(folder: Path) -> None:
     assert found == {"a.csv": "", "b.csv": "17", "c.mat": ""}
 
 
+def test_a_log_is_one_however_a_manifest_names_it(folder: Path) -> None:
+    rows = f"{folder / 'a.csv'},1\ndeep/../b.csv,2\n"
+    (folder / "manifest.csv").write_text("log,serial\n" + rows)
+    found = gather_items(folder, folder / "out")
+    assert [(Path(item.log).name, item.serial) for item in found] == [
+        ("c.mat", ""),
+        ("a.csv", "1"),
+        ("b.csv", "2"),
+    ]
+
+
 def test_patterns_and_names_may_name_a_log_twice(folder: Path) -> None:
     assert names(folder, str(folder / "*.csv"), folder / "a.csv") == ["a.csv", "b.csv"]
     assert names(folder, folder / "missing.csv") == ["missing.csv"]  # told as its reason

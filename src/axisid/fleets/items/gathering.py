@@ -1,6 +1,7 @@
 """Logs by name, pattern, folder or manifest."""
 
 import glob
+import os
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -45,17 +46,22 @@ def gather_items(
         )
     listed = [logs] if isinstance(logs, (str, Path, FleetItem)) else list(logs)
     told = [each for place, one in enumerate(listed, 1) for each in _items(one, out, place)]
-    described = {item.log for item, by in told if by != _BY_PATH}
+    described = {_place(item) for item, by in told if by != _BY_PATH}
     found: dict[Hashable, tuple[FleetItem, str]] = {}
     for item, by in told:
-        if by == _BY_PATH and item.log in described:
+        if by == _BY_PATH and _place(item) in described:
             continue
-        before = found.setdefault((item.log, item.axis, item.columns_text), (item, by))
+        before = found.setdefault((_place(item), item.axis, item.columns_text), (item, by))
         _check_alike(before, (item, by))
     if not found:
         said = " and ".join(map(str, listed))
         raise UsageError(f"there is no log in {said or 'nothing'}; name some.", code="no-logs")
     return [item for item, _ in found.values()]
+
+
+def _place(item: FleetItem) -> str:
+    """Where a log is, however it is named."""
+    return os.path.abspath(item.log)
 
 
 def _check_alike(before: tuple[FleetItem, str], again: tuple[FleetItem, str]) -> None:
