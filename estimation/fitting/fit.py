@@ -72,6 +72,7 @@ from .starting import (
 from .timing import split_free, time_in, with_time_found
 
 _MOST_STARTS = 1000
+_HORIZONS = 3  # lengths of windows that a search goes on with
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
 
 
@@ -216,7 +217,40 @@ class _Asked:
     progress: Progress | None
 
     def ended(self, generated: GeneratedAxis, start: StartLike, time: Parameter | None) -> Ended:
-        """Search from a start with the loop of an axis, and about its time."""
+        """Search from a start with the loop of an axis, and about its time.
+
+        How long the windows of an open loop may be is told by parameters that are right. From a
+        poor start they are shorter, in which a search comes nearer, or too long; then it goes on
+        from its end with those that are steady there.
+        """
+        ended = began = self._searched(generated, start, time, self.horizon)
+        for _ in range(_HORIZONS):
+            horizon = None if time is not None else self._steadier(ended)
+            if horizon is None:
+                break
+            found = map(float, ended.best.physical)
+            start = dict(zip(ended.unknowns.names, found, strict=True))
+            ended = self._searched(generated, start, time, horizon)
+        return replace(ended, start=began.start, begun=began.begun, remarks=began.remarks)
+
+    def _steadier(self, ended: Ended) -> float | None:
+        """Another length of windows, s, in which the end of a search is steady."""
+        if self.horizon is not None or ended.horizon is None:
+            return None
+        whole = WindowPredictions(ended.whose.form, ended.whose.axes, ended.records, HORIZON.value)
+        try:
+            steady = whole.steady_horizon(ended.best.physical)
+        except EstimationError:  # which the check of the windows tells
+            return None
+        return None if steady == ended.horizon else steady
+
+    def _searched(
+        self,
+        generated: GeneratedAxis,
+        start: StartLike,
+        time: Parameter | None,
+        horizon: float | None,
+    ) -> Ended:
         default = Prefilter().at_rate_of(self.records[0].period)
         shared = shared_records(
             generated, self.records, default, self.local, self.known, self.gain, skip_bad=False
@@ -229,7 +263,7 @@ class _Asked:
             whose = replace(whose, form=FormByTime.of(whose.form, generated, time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
-        predictions, horizon = self._predictions(loops, records, begins[0])
+        predictions, horizon = self._predictions(loops, records, begins[0], horizon)
         if time is not None:
             predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
         check_enough(predictions.counted, predictions.spans, unknowns)
@@ -271,13 +305,13 @@ class _Asked:
         )
 
     def _predictions(
-        self, whose: Searched, records: Sequence[Record], begin: FitStart
+        self, whose: Searched, records: Sequence[Record], begin: FitStart, horizon: float | None
     ) -> tuple[Predictions, float | None]:
         """What is predicted; of an open loop with the length of its windows, s."""
         if OPEN_LOOP in self.outputs:
-            whole = self.horizon or HORIZON.value
+            whole = horizon or HORIZON.value
             windows = WindowPredictions(whose.form, whose.axes, records, whole)
-            if self.horizon is not None:
+            if horizon is not None:
                 return windows, whole
             try:
                 steady = windows.steady_horizon(begin.physical[: len(whose.form.start)])

@@ -187,6 +187,22 @@ def test_few_windows_are_said_to_hide_terms(
 
 
 @pytest.mark.slow
+def test_from_a_poor_start_an_open_loop_goes_on_with_the_windows_of_its_end() -> None:
+    """Without the friction that falls with the velocity, windows of a second look short enough."""
+    axis = build(load_axis(SLOW_SCREW))
+    record = twin_record(axis, seed=1)
+    experiment = axis.declared.experiment
+    assert experiment is not None
+    smooth = {**experiment.truth, "fs": 0.0}
+    found = fit(axis, record, "open-loop", start=smooth)
+    assert found.horizon == 0.0625
+    for name, value in found.parameters.items():
+        assert abs(value.value - experiment.truth[name]) < 3 * value.deviation
+    assert found.started == "given"
+    assert found.start[found.names.index("fs")] == 0.0
+
+
+@pytest.mark.slow
 def test_too_few_windows_are_told_with_what_makes_them_enough(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
