@@ -394,17 +394,18 @@ class Ended:
             )
         except EstimationError:
             return self
-        weights = [
-            np.full(there[-1].stop - there[0].start, self.weighing.weights[rows].max(initial=0.0))
-            for there, rows in zip(
-                short.spans, map(record_rows, self.predictions.spans), strict=True
-            )
-        ]
+        # Of each record all rows that count have one weight, and one share.
+        sizes = [there[-1].stop - there[0].start for there in short.spans]
+        before = [*map(record_rows, self.predictions.spans)]
+        weights, shares = self.weighing.weights, self.weighing.shares
+        most = np.repeat([weights[rows].max(initial=0.0) for rows in before], sizes)
+        if shares is not None:
+            shares = np.repeat([shares[rows][0] for rows in before], sizes)
         return replace(
             self,
             predictions=short,
             best=replace(self.best, slopes=slopes),
-            weighing=replace(self.weighing, weights=np.concatenate(weights) * short.counted),
+            weighing=replace(self.weighing, weights=most * short.counted, shares=shares),
         )
 
     def _twins(self, scores: Scores) -> Array:

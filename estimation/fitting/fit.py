@@ -39,7 +39,6 @@ from axisid.estimation.searches import (
     by_name,
     check_enough,
     cost_of,
-    counting_for,
     deviation_by_median,
     unknowns_of,
 )
@@ -495,11 +494,12 @@ class _Run:
                 own = errors[of_one][weights[of_one] > 0]
                 weights[of_one] *= self._weight(own) if np.isnan(given) else given
             shares[record_rows(spans)] = 1.0 if effects is None else 1 / effects[r]
-        tuning = 1.0 if self.loss == SQUARES else HUBER_TUNING.value
-        loss = LOSS_FUNCTIONS[self.loss]
-        if effects is not None:
-            weights, loss = weights * np.sqrt(shares), counting_for(loss, shares)
-        self.weighing = Weighing(weights=weights, loss=loss, tuning=tuning)
+        self.weighing = Weighing(
+            weights=weights * np.sqrt(shares),
+            loss=LOSS_FUNCTIONS[self.loss],
+            tuning=1.0 if self.loss == SQUARES else HUBER_TUNING.value,
+            shares=None if effects is None else shares,
+        )
 
     def _weight(self, errors: Array) -> float:
         """The inverse of the errors' deviation."""

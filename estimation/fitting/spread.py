@@ -330,7 +330,7 @@ def scores_of(
     """
     weighed = weighing.weights * found.slopes.errors
     z = (weighed / weighing.tuning) ** 2
-    _, first, second = weighing.loss(z)
+    _, first, second = weighing.counted(z)
     return Scores(
         jacobian=(weighing.weights[:, None] * found.slopes.jacobian)[:, chosen],
         errors=first * weighed,

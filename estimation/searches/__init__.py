@@ -6,7 +6,6 @@ Knows nothing of records, of drives and of how sure its end is.
 
 from .losses import LOSSES as LOSSES
 from .losses import Loss as Loss
-from .losses import counting_for as counting_for
 from .losses import deviation_by_median as deviation_by_median
 from .search import MOST_STEPS as MOST_STEPS
 from .search import Elsewhere as Elsewhere

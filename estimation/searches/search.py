@@ -18,7 +18,7 @@ from axisid.estimation.thresholds.fitting import AT_BOUND, MAX_FAR, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
-from .losses import Loss
+from .losses import Loss, counting_for
 from .unknowns import Unknowns
 
 MOST_STEPS = 60
@@ -54,11 +54,19 @@ class Weighing:
     loss : callable
     tuning : float
         Of the loss, in noise.
+    shares : (n,) array or None
+        By which each row counts for less beside what was known, its weight by the root; None for 1.
     """
 
     weights: Array
     loss: Loss
     tuning: float
+    shares: Array | None = None
+
+    def counted(self, z: Array) -> Array:
+        """Loss of squares (n,) with its slopes and curvatures, (3, n)."""
+        loss = self.loss if self.shares is None else counting_for(self.loss, self.shares)
+        return loss(z)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,7 +198,7 @@ class Search:
 
         def loss(z: Any) -> Any:
             found = np.array([z, np.ones_like(z), np.zeros_like(z)])
-            found[:, :rows] = self._weighing.loss(z[:rows])
+            found[:, :rows] = self._weighing.counted(z[:rows])
             return found
 
         return least_squares(
@@ -266,7 +274,7 @@ class Search:
         slopes, u = self._slopes_at(at), self._unknowns
         rows, jacobian = self._rows(at, slopes.errors), self._jacobian(at)
         n, c = len(self._weighing.weights), self._weighing.tuning
-        counts = self._weighing.loss((rows[:n] / c) ** 2)[1]
+        counts = self._weighing.counted((rows[:n] / c) ** 2)[1]
         left = np.sqrt(np.sum(counts * rows[:n] ** 2) / max(np.count_nonzero(rows[:n]), 1))
         rows[:n] *= counts
         downhill = -(jacobian.T @ rows)
@@ -288,7 +296,7 @@ def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighin
 def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> float:
     """What the search makes least, of parameters (P,) and the errors (n,) that they leave."""
     rows, c, n = weighed_rows(at, errors, unknowns, weighing), weighing.tuning, len(errors)
-    own = c * c * weighing.loss((rows[:n] / c) ** 2)[0]
+    own = c * c * weighing.counted((rows[:n] / c) ** 2)[0]
     return 0.5 * float(own.sum() + rows[n:] @ rows[n:])
 
 

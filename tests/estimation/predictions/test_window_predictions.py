@@ -203,6 +203,16 @@ def test_from_a_poor_start_an_open_loop_goes_on_with_the_windows_of_its_end() ->
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("loss", ["squares", "huber"])
+def test_what_was_known_counts_beside_windows_too(
+    emps2015: GeneratedAxis, twin: Record, loss: str
+) -> None:
+    found = fit(emps2015, twin, "open-loop", prior={"M": (100.2, 0.1)}, loss=loss)
+    assert found.believed
+    assert abs(found["M"].value - 100.2) < 3 * found["M"].deviation
+
+
+@pytest.mark.slow
 def test_too_few_windows_are_told_with_what_makes_them_enough(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
