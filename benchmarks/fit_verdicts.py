@@ -25,7 +25,7 @@ from typing import TypedDict
 
 import numpy as np
 from figures import give, parser_of
-from judged_cases import RIGHT, WRONG, Case, axis_of, reference_of
+from judged_cases import FIELD, RIGHT, WRONG, Case, axis_of, reference_of
 from machines import records
 from scipy.stats import beta
 
@@ -65,7 +65,7 @@ def _cases() -> dict[str, Case]:
         for name, case in WRONG.items()
         if case.has_reference and not case.logged_zero and case.methods is None
     }
-    return {name: case for name, case in (RIGHT | wrong).items() if name not in _LEFT_OUT}
+    return {name: case for name, case in (RIGHT | FIELD | wrong).items() if name not in _LEFT_OUT}
 
 
 def _made(name: str, runs: int, seed: int) -> tuple[GeneratedAxis, Iterator[Record]]:
@@ -74,7 +74,8 @@ def _made(name: str, runs: int, seed: int) -> tuple[GeneratedAxis, Iterator[Reco
         return axis, (twin_record(axis, seed=seed + i) for i in range(runs))
     case = _cases()[name]
     axis = axis_of(case)
-    columns = records(case.machine, reference_of(case.motion), runs, seed)
+    reference = reference_of(case.motion, case.machine.period)
+    columns = records(case.machine, reference, runs, seed)
     kept = ({n: v for n, v in each.items() if n != "injected"} for each in columns)
     return axis, (read_record(each, axis) for each in kept)
 

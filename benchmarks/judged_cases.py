@@ -1,26 +1,55 @@
 """Machines that are identified to count judgements, and what is declared of them.
 
-Right models of several noises, motions and logs; the same whose reversals are kept, of which least
-squares or DIDIM is asked for, and without a reference; and wrong models, each with what has to be
-said of it. `judgement.py` counts.
+Right models of several noises, motions and logs; machines of the field, which rest between moves,
+under laws with an integral, behind coarse encoders, at other periods; the same whose reversals are
+kept, of which least squares or DIDIM is asked for, and without a reference; and wrong models, each
+with what has to be said of it. `judgement.py` counts.
 """
 
 import math
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from machines import Array, Machine, autoregressive, white
+from scipy.signal import lfilter
 
 from axisid import Coordinate, Parameter, build, leave_out, newton
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.control import cascade_pd_difference
+from axisid.control import ControlLaw, cascade_p_pi, cascade_pd_difference, pid
 from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import back_and_forth
 
 #: What a drive is declared to do to commands, by the names of `Machine`.
 OF_DRIVE = ("lag", "delay", "rate_limit", "quantisation", "deadband")
+
+
+class Gains(NamedTuple):
+    """Of a law, as `Machine` has them."""
+
+    kp: float
+    kv: float
+    period: float
+    tn: float
+    ki: float | None
+    kd: float
+
+    @classmethod
+    def of(cls, machine: Machine) -> "Gains":
+        """Those of a machine."""
+        return cls(*(getattr(machine, name) for name in cls._fields))
+
+    @property
+    def law(self) -> ControlLaw:
+        """As it is declared."""
+        plain = {"kp": self.kp, "period": self.period}
+        if self.ki is not None:
+            return pid(**plain, ki=self.ki, kd=self.kd)
+        if math.isfinite(self.tn):
+            return cascade_p_pi(**plain, kv=self.kv, tn=self.tn)
+        return cascade_pd_difference(**plain, kv=self.kv)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +84,8 @@ class Case:
         Root mean square of what parts the stamps from even times, in periods.
     undeclared : str
         A parameter of the machine that is not declared, with its term; empty for none.
+    gains : Gains, optional
+        Of the law that is declared; the machine's by default.
     """
 
     machine: Machine
@@ -70,8 +101,10 @@ class Case:
     is_late: bool = False
     jitter: float = 0.0
     undeclared: str = ""
+    gains: Gains | None = None
 
 
+_PLAIN = Gains.of(Machine())
 _QUIET = Machine(resolution=5e-8, control_noise=white(2e-3))
 
 
@@ -107,6 +140,52 @@ RIGHT: dict[str, Case] = {
     "drive with a dead band": Case(machine=_with(deadband=0.1)),
     "drive with a rate, steps and a dead band": Case(
         machine=_with(rate_limit=300.0, quantisation=0.05, deadband=0.1, position_noise=white(1e-6))
+    ),
+}
+
+_P_PI = replace(Machine(), kp=25.0, kv=150.0, tn=0.05)
+
+#: Right models of machines as they stand in the field.
+FIELD: dict[str, Case] = {
+    "dwells, 2 um": Case(machine=Machine(resolution=2e-6), motion="dwells"),
+    "dwells, 2 um, force of 20 ms": Case(
+        machine=Machine(resolution=2e-6, force_noise=autoregressive(1.0, 0.02, 1e-3)),
+        motion="dwells",
+    ),
+    "dwells, white 5 um": Case(machine=Machine(position_noise=white(5e-6)), motion="dwells"),
+    "P-PI, dwells, 1 um": Case(
+        machine=replace(_P_PI, resolution=1e-6, force_noise=white(2.0)), motion="dwells"
+    ),
+    "P-PI, 850 kg, minimum jerk, 5 um": Case(
+        machine=replace(
+            _P_PI, mass=850.0, viscous=900.0, coulomb=120.0, gain=300.0, resolution=5e-6, kv=120.0
+        ),
+        motion="minimum jerk",
+    ),
+    "P-PI, PRBS, force": Case(
+        machine=replace(_P_PI, resolution=1e-6, force_noise=white(3.0)), motion="prbs"
+    ),
+    "PID, joystick, 20 um": Case(
+        machine=replace(
+            _P_PI, kp=1200.0, ki=4000.0, kd=80.0, resolution=2e-5, force_noise=white(1.0)
+        ),
+        motion="joystick",
+    ),
+    "0.25 ms, dwells, 0.5 um": Case(
+        machine=Machine(
+            period=2.5e-4, resolution=5e-7, force_noise=autoregressive(1.0, 0.02, 2.5e-4)
+        ),
+        motion="dwells",
+    ),
+    "5 ms, P-PI, dwells, 1 um": Case(
+        machine=replace(
+            _P_PI, period=5e-3, kp=15.0, kv=100.0, tn=0.1, resolution=1e-6, force_noise=white(2.0)
+        ),
+        motion="dwells",
+    ),
+    "P-PI, multisine, 10 um, rounded control": Case(
+        machine=replace(_P_PI, resolution=1e-5, control_step=0.01, force_noise=white(2.0)),
+        motion="multisine",
     ),
 }
 
@@ -241,8 +320,12 @@ WRONG: dict[str, Case] = {
     "test signal not recorded": Case(
         machine=replace(_STAGE, injected=_INJECTED), named=r"test signal"
     ),
-    "kp declared 10 % low": Case(machine=replace(_STAGE, kp=1.1 * 160.18), named=r"\bkp is 1\."),
-    "kv declared 10 % low": Case(machine=replace(_STAGE, kv=1.1 * 243.45), named=r"\bkv is 1\."),
+    "kp declared 10 % low": Case(
+        machine=replace(_STAGE, kp=1.1 * 160.18), gains=_PLAIN, named=r"\bkp is 1\."
+    ),
+    "kv declared 10 % low": Case(
+        machine=replace(_STAGE, kv=1.1 * 243.45), gains=_PLAIN, named=r"\bkv is 1\."
+    ),
     "log of 11 bit, no reference": Case(
         machine=_QUIET, has_reference=False, logged_step=0.09 / 2**11, named=r"M by about -\d"
     ),
@@ -265,12 +348,14 @@ WRONG: dict[str, Case] = {
     ),
 }
 
-CASES = RIGHT | KEPT | ALONE | FREE | LOGGED | OUTPUT_ERROR | WRONG
+CASES = RIGHT | FIELD | KEPT | ALONE | FREE | LOGGED | OUTPUT_ERROR | WRONG
 
 
-def _moves() -> Array:
-    moves = back_and_forth(speeds=(0.04, 0.08, 0.12), acceleration=0.8, seconds=0.75, repeat=3)
-    return np.asarray(trajectory(moves, 1e-3))
+def _moves(period: float = 1e-3, repeat: int = 3, dwell: float = 0.0) -> Array:
+    moves = back_and_forth(
+        speeds=(0.04, 0.08, 0.12), acceleration=0.8, seconds=0.75, repeat=repeat, dwell=dwell
+    )
+    return np.asarray(trajectory(moves, period))
 
 
 #: Amplitudes in m, frequencies in Hz.
@@ -288,9 +373,49 @@ def _sines(motion: str) -> Array:
     return np.asarray(begin * sum(a * np.sin(2 * math.pi * f * time) for a, f in waves))
 
 
+def _minimum_jerk(time: Array) -> Array:
+    """Moves of 40 to 90 mm in 0.9 s, there and back, with rests of 0.3 s."""
+    move, phase = np.divmod(time, 1.2)
+    part = np.minimum(phase / 0.9, 1.0)
+    shape = part**3 * (10 - 15 * part + 6 * part**2)
+    places = np.array([0.0, 0.04, -0.02, 0.07, 0.01, -0.05, 0.03])
+    begin, end = (places[(move.astype(int) + k) % len(places)] for k in (0, 1))
+    return np.asarray(begin + (end - begin) * shape)
+
+
+def _filtered_noise(time: Array, hold: float, smooth: float, levels: Array) -> Array:
+    """Random levels of a speed, held and smoothed by a second-order low-pass, as a position."""
+    period = float(time[1])
+    drawn = np.random.default_rng(7).choice(levels, size=int(time[-1] / hold) + 1)
+    speed = drawn[(time / hold).astype(int)]
+    kept = math.exp(-period / smooth)
+    for _ in range(2):
+        speed = lfilter([1 - kept], [1, -kept], speed)
+    return np.asarray(np.cumsum(speed) * period)
+
+
+def _multisine(time: Array) -> Array:
+    begin = np.minimum(1.0, time / 0.5)
+    of_each = range(1, 10, 2)
+    waves = (np.sin(2 * math.pi * 0.3 * k * time + k * k) / k for k in of_each)
+    return np.asarray(0.02 * begin * sum(waves))
+
+
 @cache
-def reference_of(motion: str) -> Array:
+def reference_of(motion: str, period: float = 1e-3) -> Array:
     """The commanded positions of a motion by its name."""
+    time = period * np.arange(round(13.0 / period))
+    match motion:
+        case "dwells":
+            return _moves(period, repeat=2, dwell=0.4)
+        case "minimum jerk":
+            return _minimum_jerk(time)
+        case "prbs":
+            return _filtered_noise(time, 0.25, 0.02, np.array([-0.1, 0.1]))
+        case "joystick":
+            return _filtered_noise(time, 0.6, 0.08, np.array([-0.12, -0.05, 0.0, 0.0, 0.05, 0.12]))
+        case "multisine":
+            return _multisine(time)
     if motion in _SINES:
         return _sines(motion)
     reference = _moves()
@@ -298,13 +423,14 @@ def reference_of(motion: str) -> Array:
 
 
 @cache
-def declared(*, has_offset: bool, **drive: float) -> GeneratedAxis:
+def declared(
+    *, has_offset: bool, gains: Gains = _PLAIN, gain: float = 35.15, **drive: float
+) -> GeneratedAxis:
     """The axis as it is declared, whatever the machine has besides."""
     q = Coordinate("q", unit="m")
     mass = Parameter("M", "kg", nominal=100.0, lower=0.0)
     fv, fc, f0 = Parameter("Fv", "N/(m/s)"), Parameter("Fc", "N"), Parameter("F0", "N")
     plain = Machine()
-    law = cascade_pd_difference(kp=plain.kp, kv=plain.kv, period=plain.period)
     return build(
         newton(
             "stage",
@@ -312,8 +438,8 @@ def declared(*, has_offset: bool, **drive: float) -> GeneratedAxis:
             parameters=(mass, fv, fc, *((f0,) if has_offset else ())),
             inertia=mass,
             resistance=(viscous(fv, q), coulomb(fc, q), *((offset(f0),) if has_offset else ())),
-            drive=Drive(gain=plain.gain, unit="V", limit=plain.limit, **drive),  # type: ignore[arg-type]
-            control=law,
+            drive=Drive(gain=gain, unit="V", limit=plain.limit, **drive),  # type: ignore[arg-type]
+            control=gains.law,
         )
     )
 
@@ -321,5 +447,6 @@ def declared(*, has_offset: bool, **drive: float) -> GeneratedAxis:
 def axis_of(case: Case) -> GeneratedAxis:
     """The axis as a case declares it."""
     drive = {} if case.is_late else {name: getattr(case.machine, name) for name in OF_DRIVE}
-    axis = declared(has_offset=case.has_offset, **drive)
+    gains = case.gains or Gains.of(case.machine)
+    axis = declared(has_offset=case.has_offset, gains=gains, gain=case.machine.gain, **drive)
     return build(leave_out(axis.axis, case.undeclared)) if case.undeclared else axis

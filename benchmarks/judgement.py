@@ -31,6 +31,7 @@ from figures import give, parser_of
 from judged_cases import (
     ALONE,
     CASES,
+    FIELD,
     FREE,
     KEPT,
     LOGGED,
@@ -150,7 +151,7 @@ def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures
     figures = Figures()
     for begin in range(0, runs, _AT_ONCE):
         batch = together * min(_AT_ONCE, runs - begin)
-        made = [*records(machine, reference_of(case.motion), batch, seed + begin)]
+        made = [*records(machine, reference_of(case.motion, machine.period), batch, seed + begin)]
         for first in range(0, batch, together):
             columns = made[first : first + together]
             try:
@@ -277,6 +278,7 @@ def main() -> None:
     options = parser.parse_args()
     tables = {
         "right": RIGHT,
+        "field": FIELD,
         "kept": KEPT,
         "alone": ALONE,
         "free": FREE,

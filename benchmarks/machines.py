@@ -1,8 +1,9 @@
 """Servo axes as they are: simulated by steps of their own, many runs at once, apart from axisid.
 
-A velocity loop on encoder differences moves a mass against friction, gravity, a spring or whatever
-`resistance` adds. Between samples the force is held and the axis takes midpoint steps of 0.2 ms;
-where the velocity changes its sign in one, the axis stops there or goes on in the other direction.
+A position loop over a velocity loop on encoder differences, with or without an integral, or a PID
+moves a mass against friction, gravity, a spring or whatever `resistance` adds. Between samples the
+force is held and the axis takes midpoint steps of 0.2 ms or less; where the velocity changes its
+sign in one, the axis stops there or goes on in the other direction.
 """
 
 import math
@@ -19,7 +20,7 @@ Resistance = Callable[[float, Array, Array], Array]
 #: A noise of so many runs and samples.
 Noise = Callable[[np.random.Generator, int, int], Array]
 
-_STEPS = 5  # a sample
+_LONGEST_STEP, _LEAST_STEPS = 2e-4, 5  # s; a sample
 
 
 def nothing(_time: float, position: Array, _velocity: Array) -> Array:
@@ -60,10 +61,17 @@ class Machine:
         Force per volt, and the largest control.
     kp, kv, period : float
         Of the cascade ``kv (kp (r - q) - (q[k] - q[k-1]) / period)``.
+    tn : float
+        Of the cascade's velocity error's integral, s; infinite for none.
+    ki, kd : float, optional
+        Of a PID ``kp e + ki I + kd (e[k] - e[k-1]) / period`` in place of the cascade.
     lag, delay : float
         Between a command and its force, s; the delay in steps of 0.2 ms.
     rate_limit, quantisation, deadband : float
-        What a command goes through before it acts, in this order: V/s, V, V.
+        What a command goes through before it acts, in this order: V/s, V, V. The log has the
+        command.
+    control_step : float
+        What the drive rounds its control to, and logs, V; 0 for nothing.
     has_tachometer : bool
         Whether the cascade takes the velocity itself in place of that difference.
     resolution : float
@@ -87,6 +95,10 @@ class Machine:
     kp: float = 160.18
     kv: float = 243.45
     period: float = 1e-3
+    tn: float = math.inf
+    ki: float | None = None
+    kd: float = 0.0
+    control_step: float = 0.0
     lag: float = 0.0
     delay: float = 0.0
     rate_limit: float = math.inf
@@ -100,6 +112,11 @@ class Machine:
     injected: Array | None = None
     injected_at: str = "control"
 
+    @property
+    def steps(self) -> int:
+        """Of the integration in a sample."""
+        return max(_LEAST_STEPS, round(self.period / _LONGEST_STEP))
+
 
 def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[dict[str, Array]]:
     """Columns of so many records with noises of their own; the reference is (N,)."""
@@ -112,19 +129,19 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
     phase = machine.resolution * rng.random(runs)
     q, v = np.full(runs, reference[0]), np.zeros(runs)
     positions, controls = np.empty((runs, n)), np.empty((runs, n))
-    last = _encoder(machine, q + of_position[:, 0], phase)
     added = np.zeros(n) if machine.injected is None else machine.injected[:n]
     to_control, to_reference = (
         added if machine.injected_at == place else 0 * added for place in ("control", "reference")
     )
     followed = reference + to_reference
-    drive = _Drive(machine, runs)
+    drive, law = _Drive(machine, runs), _Law(machine)
     for k in range(n):
         measured = _encoder(machine, q + of_position[:, k], phase)
-        speed = v if machine.has_tachometer else (measured - last) / machine.period
-        wanted = machine.kv * (machine.kp * (followed[k] - measured) - speed) + to_control[k]
+        wanted = law.control(followed[k], measured, v) + to_control[k]
         control = np.clip(wanted, -machine.limit, machine.limit)
-        positions[:, k], controls[:, k], last = measured, control, measured
+        if machine.control_step:
+            control = machine.control_step * np.round(control / machine.control_step)
+        positions[:, k], controls[:, k] = measured, control
         q, v = _sample(machine, k, q, v, drive.forces(control, of_force[:, k]))
     controls += of_control
     shared = {"time": machine.period * np.arange(n), "reference": reference}
@@ -134,11 +151,38 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
     ]
 
 
+class _Law:
+    """The control law, sample by sample, from rest where the first position is measured."""
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self._position: Array | None = None
+        self._error: Array | None = None
+        self._integral = np.zeros(1)
+
+    def control(self, reference: float, measured: Array, velocity: Array) -> Array:
+        """What is commanded of a measured position; the velocity is a tachometer's."""
+        m, error = self._machine, reference - measured
+        before = measured if self._position is None else self._position
+        error_before = error if self._error is None else self._error
+        self._position, self._error = measured, error
+        if m.ki is not None:
+            slope = (error - error_before) / m.period
+            control = m.kp * error + m.ki * self._integral + m.kd * slope
+            self._integral = self._integral + m.period * error
+            return np.asarray(control)
+        speed = velocity if m.has_tachometer else (measured - before) / m.period
+        of_speed = m.kp * error - speed
+        control = m.kv * (of_speed + self._integral / m.tn)
+        self._integral = self._integral + m.period * of_speed
+        return np.asarray(control)
+
+
 class _Drive:
     """What a machine's drive makes of commands, step by step."""
 
     def __init__(self, machine: Machine, runs: int) -> None:
-        self._step = machine.period / _STEPS
+        self._step, self._steps = machine.period / machine.steps, machine.steps
         self._gain, self._lag = machine.gain, machine.lag
         self._pending = [np.zeros(runs)] * round(machine.delay / self._step)
         self._now, self._slow = np.zeros(runs), np.zeros(runs)
@@ -147,9 +191,9 @@ class _Drive:
 
     def forces(self, control: Array, added: Array) -> list[Array]:
         """Mean forces of the steps of a sample, with what is added to each."""
-        steps = [*self._pending, *[self._gain * self._acting(control)] * _STEPS]
-        self._pending = steps[_STEPS:]
-        return [self._followed(target) + added for target in steps[:_STEPS]]
+        steps = [*self._pending, *[self._gain * self._acting(control)] * self._steps]
+        self._pending = steps[self._steps :]
+        return [self._followed(target) + added for target in steps[: self._steps]]
 
     def _acting(self, control: Array) -> Array:
         """What comes through of a command."""
@@ -180,7 +224,7 @@ def _sample(
     machine: Machine, k: int, q: Array, v: Array, forces: list[Array]
 ) -> tuple[Array, Array]:
     """From one sample to the next under the forces of its steps."""
-    h = machine.period / _STEPS
+    h = machine.period / machine.steps
     for step, force in enumerate(forces):
         time = k * machine.period + step * h
         mass = machine.mass if machine.mass_at is None else machine.mass_at(time)

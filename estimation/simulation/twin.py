@@ -38,7 +38,7 @@ _MOST_SAMPLES = 2e6
 
 
 def trajectory(moves: tuple[Move, ...], period: float) -> Array:
-    """Reference positions of moves with trapezoidal velocity, one after the other.
+    """Reference positions of moves with trapezoidal velocity and their dwells, one after the other.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
         ramp, cruise, speed = _phases(move)
-        end = begin + 2 * ramp + cruise
+        end = begin + 2 * ramp + cruise + move.dwell
         count = int(np.floor(end / period + 1e-9))
         time = period * np.arange(taken + 1, count + 1, dtype=np.float64) - begin
         pieces.append(start + np.sign(move.distance) * _travelled(time, ramp, cruise, speed))

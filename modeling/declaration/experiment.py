@@ -31,15 +31,20 @@ class Move:
         Signed, in the coordinate's unit.
     speed, acceleration : float
         Largest absolute values, per second and per second squared.
+    dwell : float
+        How long the command stays where the move ends, s.
     """
 
     distance: float
     speed: float
     acceleration: float
+    dwell: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("distance", "speed", "acceleration"):
+        for name in ("distance", "speed", "acceleration", "dwell"):
             object.__setattr__(self, name, number(getattr(self, name), f"the {name} of a move"))
+        if not self.dwell >= 0:
+            raise ModelError(f"{self}: give a dwell of 0 s or more.", code="move-dwell")
         if min(self.speed, self.acceleration) <= 0:
             raise ModelError(f"{self}: give a positive speed and a positive acceleration.")
         if not self.duration < _LONGEST:
@@ -50,14 +55,19 @@ class Move:
 
     @property
     def duration(self) -> float:
-        """From rest to rest, s; a short move never reaches its speed."""
+        """From rest to rest with its dwell, s; a short move never reaches its speed."""
         distance = abs(self.distance)
         speed = min(self.speed, math.sqrt(distance * self.acceleration))
-        return distance / speed + speed / self.acceleration if speed else 0.0
+        return self.dwell + (distance / speed + speed / self.acceleration if speed else 0.0)
 
 
 def back_and_forth(
-    *, speeds: tuple[float, ...], acceleration: float, seconds: float, repeat: int = 1
+    *,
+    speeds: tuple[float, ...],
+    acceleration: float,
+    seconds: float,
+    repeat: int = 1,
+    dwell: float = 0.0,
 ) -> tuple[Move, ...]:
     """Moves there and back at each speed, each long enough to cruise.
 
@@ -74,18 +84,22 @@ def back_and_forth(
         Distance of each move over its speed, s.
     repeat : int
         How often the whole programme is run.
+    dwell : float
+        How long the command rests after each move, s.
 
     Raises
     ------
     ModelError
-        A speed is not positive, or it is repeated without end.
+        A speed is not positive, a dwell is negative, or it is repeated without end.
     """
     if not (is_whole(repeat) and 1 <= repeat <= _MOST_REPEATS):
         raise ModelError(
             f"repeat is {quoted(repeat)}; give a whole number from 1 to {_MOST_REPEATS}."
         )
     once = (
-        Move(sign * speed * seconds, speed, acceleration) for speed in speeds for sign in (1, -1)
+        Move(sign * speed * seconds, speed, acceleration, dwell)
+        for speed in speeds
+        for sign in (1, -1)
     )
     return tuple(once) * repeat
 
@@ -97,7 +111,7 @@ class Experiment:
     Attributes
     ----------
     moves : tuple of Move
-        The commanded motion, one after the other without a pause.
+        The commanded motion, one after the other.
     truth : mapping of str to float
         The twin's parameters by name, SI; the nominal value where one is not named.
     position_noise : float

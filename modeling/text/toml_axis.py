@@ -380,13 +380,14 @@ def _moves(table: Table) -> tuple[Move, ...]:
         made = [_move(move) for move in table.tables("moves")]
         return tuple(move for move in made if move is not None)
     pattern = table.table("back_and_forth")
-    pattern.only("speeds", "acceleration", "seconds", "repeat")
+    pattern.only("speeds", "acceleration", "seconds", "repeat", "dwell")
     pattern.needs("speeds", "acceleration", "seconds")
     fields = {
         "speeds": tuple(pattern.numbers("speeds")),
         "acceleration": pattern.number("acceleration"),
         "seconds": pattern.number("seconds"),
         "repeat": pattern.whole("repeat", 1),
+        "dwell": pattern.number("dwell"),
     }
     neutral = {"speeds": (1.0,), "acceleration": 1.0, "seconds": 1.0}
     return pattern.made(back_and_forth, fields, neutral, apart=tuple(fields)) or ()
@@ -394,6 +395,6 @@ def _moves(table: Table) -> tuple[Move, ...]:
 
 def _move(table: Table) -> Move | None:
     keys = ("distance", "speed", "acceleration")
-    table.only(*keys)
+    table.only(*keys, "dwell")
     table.needs(*keys)
-    return table.made(Move, {key: table.number(key) for key in keys}, {})
+    return table.made(Move, {key: table.number(key) for key in (*keys, "dwell")}, {})

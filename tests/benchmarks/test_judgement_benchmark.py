@@ -32,6 +32,27 @@ def test_a_machine_moves_as_its_axis_is_simulated(weight: float) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "machine",
+    [
+        Machine(kp=25.0, kv=150.0, tn=0.05),
+        Machine(kp=1200.0, ki=4000.0, kd=80.0),
+        Machine(kp=15.0, kv=100.0, tn=0.1, period=5e-3),
+    ],
+    ids=["P-PI", "PID", "P-PI, 5 ms"],
+)
+def test_a_machine_under_each_law_moves_and_rests_as_its_axis_is_simulated(
+    machine: Machine,
+) -> None:
+    reference = cases.reference_of("dwells", machine.period)[: round(3.2 / machine.period)]
+    axis = cases.declared(has_offset=False, gains=cases.Gains.of(machine))
+    truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb}
+    loop = simulate(axis, [truth[name] for name in axis.names], reference, machine.period)
+    (columns,) = records(machine, reference, 1, seed=1)
+    np.testing.assert_allclose(columns["position"], loop.position, atol=1e-7)
+
+
+@pytest.mark.slow
 def test_what_a_machine_has_besides_moves_it() -> None:
     plain = Machine()
     others = (

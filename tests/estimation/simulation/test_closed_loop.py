@@ -18,7 +18,7 @@ from axisid.estimation.simulation.simulated import (
     signals_about,
 )
 from axisid.estimation.simulation.twin import trajectory
-from axisid.modeling.declaration.experiment import Move
+from axisid.modeling.declaration.experiment import Move, back_and_forth
 from tests.axes.bodies import body, c, k, m, x
 from tests.estimation.exact_axis import ExactAxis, closed_loop
 from tests.refusals import refuses
@@ -150,6 +150,16 @@ def test_axis_without_law_cannot_be_simulated(emps2015: GeneratedAxis) -> None:
         simulate(build(axis), np.array([1.0]), np.zeros(5), PERIOD)
     with refuses("no-experiment", says="experiment"):
         twin_record(axis)
+
+
+def test_a_trajectory_rests_as_long_as_each_move_dwells() -> None:
+    there = Move(0.05, 0.1, 1.0)
+    q = trajectory(back_and_forth(speeds=(0.1,), acceleration=1.0, seconds=0.5, dwell=0.25), PERIOD)
+    moving, resting = round(there.duration / PERIOD), round(0.25 / PERIOD)
+    np.testing.assert_allclose(q[: moving + 1], trajectory((there,), PERIOD), atol=1e-15)
+    np.testing.assert_allclose(q[moving : moving + resting + 1], 0.05, atol=1e-15)
+    assert q[moving + resting + 2] < 0.05
+    assert len(q) == 2 * (moving + resting) + 1
 
 
 def test_trajectory_keeps_its_speed_and_acceleration() -> None:

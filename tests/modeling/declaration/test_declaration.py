@@ -182,6 +182,7 @@ def test_axis_without_inertia_is_refused() -> None:
         lambda: Drive(gain=1.0, limit=-1.0),
         lambda: Drive(gain=1.0, unit="bananas"),
         lambda: Move(math.nan, 1.0, 1.0),
+        lambda: Move(1.0, 1.0, 1.0, dwell=-0.1),
         lambda: Move(1.0, 0.0, 1.0),
         lambda: Experiment(moves=()),
         lambda: Experiment(moves=("x",)),  # type: ignore[arg-type]

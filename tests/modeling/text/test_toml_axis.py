@@ -15,7 +15,7 @@ import axisid.elements
 from axisid import Coordinate, ModelError, Parameter, build, derive, fix, load_axis, newton
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.elements import State
-from axisid.modeling.declaration import ELEMENTS
+from axisid.modeling.declaration import ELEMENTS, Move
 from axisid.modeling.declaration.axis import Axis
 from axisid.support.errors import DeclarationError
 from tests.bounded import within
@@ -166,7 +166,7 @@ def test_every_feature_of_a_law_and_an_experiment_is_reachable(load: Loader) -> 
         (
             "back_and_forth = { speeds = [0.05, 0.1, 0.15], acceleration = 0.75, seconds = 0.3, "
             "repeat = 3 }",
-            "moves = [{ distance = 1, speed = 2, acceleration = 3 }]",
+            "moves = [{ distance = 1, speed = 2, acceleration = 3, dwell = 0.5 }]",
         ),
     )
     law, experiment = axis.control, axis.experiment
@@ -177,7 +177,7 @@ def test_every_feature_of_a_law_and_an_experiment_is_reachable(load: Loader) -> 
         ("total", "reference + total", "0.500000000000000"),
         ("old", "total", "2*measured_position"),
     ]
-    assert [(m.distance, m.speed, m.acceleration) for m in experiment.moves] == [(1, 2, 3)]
+    assert experiment.moves == (Move(1, 2, 3, dwell=0.5),)
     assert dict(axis.columns) == {"time": "t", "force": "F"}
     assert (axis.drive.relative_sd, axis.drive.limit) == (0.005, float("inf"))
     continuous = load(EMPS2015, ("period = 1e-3", "period = 1e-3\ncontinuous = true")).control

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from axisid.modeling.declaration import Move
     from axisid.twins import TwinMachines
 
-_MOTION = ("--acceleration", "--seconds", "--repeat")
+_MOTION = ("--acceleration", "--seconds", "--repeat", "--dwell")
 
 
 @click.command(
@@ -75,6 +75,7 @@ _MOTION = ("--acceleration", "--seconds", "--repeat")
 @click.option("--acceleration", type=float, metavar="A", help="Of that motion, per second squared.")
 @click.option("--seconds", type=float, metavar="S", help="Of each of its moves.  [default: 1]")
 @click.option("--repeat", type=int, metavar="N", help="How often it is made.  [default: 1]")
+@click.option("--dwell", type=float, metavar="S", help="Rest after each of its moves.")
 @click.option("--sample-period", type=float, metavar="S", help="Of the logs.  [default: the law's]")
 @click.option(
     "--format",
@@ -100,6 +101,7 @@ def twin(
     acceleration: float | None,
     seconds: float | None,
     repeat: int | None,
+    dwell: float | None,
     sample_period: float | None,
     form: str,
     seed: int,
@@ -122,7 +124,7 @@ def twin(
         check_targets([Target("--output", output, "twin")], [axis], force=force)
         _check_ending(output)
     scatters, drifts = shares_of(scatter, "--scatter"), shares_of(drift, "--drift")
-    moves, values = _moves(speeds, acceleration, seconds, repeat), truth_of(truth)
+    moves, values = _moves(speeds, acceleration, seconds, repeat, dwell), truth_of(truth)
     with ProgressLine(f"deriving {axis}"):
         from axisid.codegen.artefacts import build
         from axisid.estimation.monte_carlo import TwinNoise, twin_of
@@ -158,7 +160,11 @@ def _check_ending(output: str) -> None:
 
 
 def _moves(
-    speeds: tuple[float, ...], acceleration: float | None, seconds: float | None, repeat: int | None
+    speeds: tuple[float, ...],
+    acceleration: float | None,
+    seconds: float | None,
+    repeat: int | None,
+    dwell: float | None,
 ) -> "tuple[Move, ...] | None":
     """The motion in place of the experiment's, if there is one."""
     if not speeds:
@@ -172,6 +178,7 @@ def _moves(
         acceleration=acceleration,
         seconds=1.0 if seconds is None else seconds,
         repeat=1 if repeat is None else repeat,
+        dwell=dwell or 0.0,
     )
 
 
