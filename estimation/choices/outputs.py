@@ -41,3 +41,6 @@ LOSSES: Mapping[str, str] = MappingProxyType(
 INSTRUMENTS_START, LEAST_SQUARES_START, NOMINAL_START = "instruments", "least-squares", "nominal"
 #: Where a fit may start, first the one by default.
 FIT_STARTS = (INSTRUMENTS_START, LEAST_SQUARES_START, NOMINAL_START)
+
+#: What becomes of samples near rests and reversals, first the choice by default.
+RESTS = ("leave-out", "keep")

@@ -72,6 +72,7 @@ def assembled(ended: Ended) -> OutputFit:
             elsewhere=ended.elsewhere,
             loops=None if ended.shaken is None else ended.shaken.loops,
             of_start=are_starts(ended.whose.form),
+            rests_count=ended.rests.count,
         ),
     )
 
@@ -95,7 +96,7 @@ def _values(ended: Ended) -> dict[str, Value]:
 
 def _of_records(ended: Ended) -> tuple[RecordError, ...]:
     errors, measured = ended.best.slopes.errors, ended.predictions.measured
-    counted, found = ended.predictions.counted > 0, []
+    counted, found = ended.weighing.weights > 0, []
     for spans, model in zip(ended.predictions.spans, ended.autoregressions, strict=True):
         for place, output in enumerate(ended.outputs):
             rows = record_rows(spans, place, len(ended.outputs))

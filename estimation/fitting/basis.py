@@ -102,6 +102,8 @@ class FitBasis:
         A place as good as the end that is claimed to be far from it.
     of_start : (P,) array of bool
         Which parameters are first positions and velocities of loops.
+    rests_count : bool
+        Whether samples near rests count, as without them a parameter is hardly shown.
     """
 
     axes: tuple[GeneratedAxis, ...]
@@ -119,6 +121,7 @@ class FitBasis:
     by_start: MovedByStart
     elsewhere: Elsewhere | None
     of_start: NDArray[np.bool_]
+    rests_count: bool
 
     @property
     def without_twins(self) -> "FitBasis":
@@ -128,7 +131,7 @@ class FitBasis:
 
 
 def _without_twins(left: Left) -> Left:
-    return replace(left, twins=None, steps=None)
+    return replace(left, twins=None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,13 +25,13 @@ from axisid.estimation.thresholds.fitting import (
 from axisid.estimation.told_by_outputs import Lack, alike_by_outputs, others_in_records
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.remedy import Remedy, Setting
 
 from .basis import Judged
 
 
 def windows_check(of: Judged) -> Iterator[Check]:
-    """Whether windows of an open loop are so short that nothing drives the axis away in them."""
+    """Whether nothing drives the axis away in the windows of an open loop, and they are enough."""
     if not isinstance(of.basis.predictions, WindowPredictions) or of.horizon is None:
         return
     try:
@@ -39,9 +39,12 @@ def windows_check(of: Judged) -> Iterator[Check]:
     except EstimationError as lost:
         yield Check.not_evaluated("windows", Missing.of(lost.note))
         return
-    good, remedy = steady >= of.horizon, None
+    few = _few_windows(of)
+    good, remedy = steady >= of.horizon and not few, _shorter(of) if few else None
     said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
-    if not good:
+    if few:
+        said = f"{few} windows are too few to tell deviations, or what the model lacks; "
+    if steady < of.horizon:
         said = (
             f"errors grow more than {MAX_GROWTH.value:g} times in windows of {of.horizon:g} s, as "
             "where friction falls with the velocity; "
@@ -85,10 +88,8 @@ def simulation_check(of: Judged) -> Check:
 def missing_terms_check(of: Judged) -> Check:
     """Whether what is left goes with a force of the motion, or with a value that is held."""
     name, level = "missing terms", LACKING_LEVEL.value
-    few = _few_windows(of)
     if isinstance(of.lacks, Missing):
-        more = Note.of("; ", _shorter(of)) if few else None
-        return Check.not_evaluated(name, Missing.of(Note.of(of.lacks.note, more)))
+        return Check.not_evaluated(name, of.lacks)
     there = [lack for lack in of.lacks if lack.is_there]
     # What the model lacks moves the gains that are found with it.
     moved_gains = isinstance(of.law, LawCheck) and of.law.found_apart
@@ -109,19 +110,14 @@ def missing_terms_check(of: Judged) -> Check:
         )
     else:
         said = "what is left goes with no force of the motion that was looked for"
-    remedy, few = None, 0 if there else few
-    if few:
-        said += f"; {few} windows are few, in which one may go untold: "
-        remedy = _shorter(of)
     return Check(
         name=name,
-        status=passed(not (there or few), matters=not (wrong_law or bent or few)),
+        status=passed(not there, matters=not (wrong_law or bent)),
         figure=of.lacks[0].chance if of.lacks else None,
         threshold=level,
         p_value=of.lacks[0].chance if of.lacks else None,
         source=LACKING_LEVEL.source,
         meaning=said,
-        remedy=remedy,
     )
 
 
@@ -158,7 +154,7 @@ def _shorter(of: Judged) -> Remedy:
 
 def rows_check(of: Judged) -> Iterator[Check]:
     """Whether errors are enough to tell how sure the parameters are."""
-    rows = int(np.count_nonzero(of.basis.predictions.counted))
+    rows = int(np.count_nonzero(of.basis.left.counted))
     few = few_rows(rows, of.searched)
     if few:
         yield Check(
@@ -169,6 +165,25 @@ def rows_check(of: Judged) -> Iterator[Check]:
             source=MIN_ROWS_PER_PARAMETER.source,
             meaning=f"{few}; follow a longer part of the record",
         )
+
+
+def rests_check(of: Judged) -> Iterator[Check]:
+    """How many samples have no weight, as they are near rests."""
+    measured = np.count_nonzero(of.basis.predictions.counted)
+    share = 1 - np.count_nonzero(of.basis.left.counted) / measured
+    if share:
+        said = (
+            f"{100 * share:.2g} % of the samples have no weight: they are near rests or reversals "
+            "of the record or of its loop, where friction takes any force"
+        )
+    elif of.basis.rests_count:
+        said = (
+            "samples near rests and reversals count, as without them a parameter is hardly shown; "
+            "behind an encoder they mislead: record longer or faster moves"
+        )
+    else:
+        return
+    yield Check(name="samples near rests", status="note", figure=share, meaning=said)
 
 
 def repeated_records_check(of: Judged) -> Iterator[Check]:

@@ -44,6 +44,7 @@ from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
 from .basis import Asked, MovedByStart
+from .rests import Rests
 from .spread import (
     Scores,
     Shaken,
@@ -52,7 +53,6 @@ from .spread import (
     scores_of,
     shaken_by_noise,
     twins_errors,
-    with_steps,
 )
 from .starting import FitStart, Searched
 
@@ -83,6 +83,7 @@ class Ended:
     seed: int
     horizon: float | None
     known: tuple[str, ...]
+    rests: Rests
     alone: Found | None = None
 
     @property
@@ -244,7 +245,7 @@ class Ended:
         """Of every free parameter, as if no bound were there, by name, (k, k) each."""
         scores = self.at_liberty
         found = {
-            "coloured": self._with_steps(self.coloured.matrix, scores),
+            "coloured": self._with_starts(self.coloured.matrix, scores),
             "iid": scores.independent(),
         }
         if self.bootstrap:
@@ -264,11 +265,7 @@ class Ended:
         scores = self.at_liberty
         if self.errors_by_noise is not None:
             return scores.coloured(self.autoregressions)
-        found = self.first_coloured
-        if self.horizon is None:
-            return found
-        # What the starts of windows take out of white noise has no one colour, and is no less sure.
-        return replace(found, matrix=widened(found.matrix, np.diag(scores.independent())))
+        return self.first_coloured if self.horizon is None else scores.by_windows()
 
     @property
     def freedom(self) -> Array:
@@ -282,14 +279,11 @@ class Ended:
         found[self.unknowns.free] = freedom
         return found
 
-    def _with_steps(self, covariance: Array, scores: Scores) -> Array:
-        """Covariance of the parameters of scores with what the encoders' steps add.
+    def _with_starts(self, covariance: Array, scores: Scores) -> Array:
+        """Covariance of the parameters of scores with what the starts of the loops add.
 
-        And what the starts of the loops do, which no error of a record tells.
+        No error of a record tells that.
         """
-        steps = self.errors_by_steps
-        if steps is not None:
-            covariance = with_steps(covariance, -self._influence(scores) @ steps)
         moved = self._by_start(scores, covariance).moved
         return covariance + np.outer(moved, moved)
 
@@ -315,15 +309,9 @@ class Ended:
         return MovedByStart(moved=moved, far=far)
 
     @cached_property
-    def errors_by_steps(self) -> Array | None:
-        """What the steps of the encoders make of the errors, (n, B); None without steps."""
-        with np.errstate(all="ignore"):
-            return self.predictions.by_steps(self.best.physical)
-
-    @cached_property
     def left(self) -> Left:
         """The errors, to be asked what the model lacks."""
-        s, weights, steps = self.scores, self.weighing.weights, self.errors_by_steps
+        s, weights = self.scores, self.weighing.weights
         return Left(
             errors=self.errors_left,
             weights=weights,
@@ -335,11 +323,17 @@ class Ended:
             spans=s.spans,
             periods=s.periods,
             outputs=s.outputs,
-            steps=None if steps is None else weights[:, None] * steps,
             by_windows=self.horizon is not None,
-            twins=s.twins,
+            twins=s.twins if s.twins is not None else self._few_twins,
             remembers=s.remembers,
         )
+
+    @property
+    def _few_twins(self) -> Array | None:
+        """Weighted errors of a few twins behind encoders, whose steps no colour tells, (n, b)."""
+        if self.shaken is None or not self.predictions.step:
+            return None
+        return self.weighing.weights[:, None] * self.shaken.few
 
     @property
     def elsewhere(self) -> Elsewhere | None:
@@ -461,7 +455,7 @@ class Ended:
         free = self.inner.copy()
         free[j] = True
         scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
-        covariance = self._with_steps(scores.coloured(self.autoregressions).matrix, scores)
+        covariance = self._with_starts(scores.coloured(self.autoregressions).matrix, scores)
         off = self.unknowns.known_errors(self.physical)
         errors, common = scores.errors, self.errors_in_common
         if common is not None:

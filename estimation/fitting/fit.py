@@ -13,6 +13,7 @@ from axisid.estimation.choices.outputs import (
     LOSSES,
     OPEN_LOOP,
     OUTPUTS,
+    RESTS,
     SQUARES,
 )
 from axisid.estimation.diagnostics.law import LawCheck, first_law
@@ -24,6 +25,7 @@ from axisid.estimation.predictions import (
     Predictions,
     TimedPredictions,
     WindowPredictions,
+    default_horizon,
     record_rows,
     slopes_of,
 )
@@ -44,7 +46,7 @@ from axisid.estimation.searches import (
 )
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
-from axisid.estimation.thresholds.fitting import HORIZON, MAX_WEIGHT
+from axisid.estimation.thresholds.fitting import MAX_WEIGHT
 from axisid.estimation.told_by_outputs import unseen_directions
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
@@ -57,6 +59,7 @@ from axisid.support.user_values import is_among, quoted
 
 from .assembly import assembled
 from .ended import Ended
+from .rests import Rests
 from .result import OutputFit
 from .spread import is_uneven, scores_of, twins_errors
 from .starting import (
@@ -94,6 +97,7 @@ def fit(
     seed: int = 0,
     horizon: float | None = None,
     weights: Mapping[str, float] | None = None,
+    rests: str = RESTS[0],
     progress: Progress | None = None,
 ) -> OutputFit:
     """Fit the simulated loop's output to that of a record, or of several of them together.
@@ -145,10 +149,15 @@ def fit(
         Of further starts and of the bootstrap's noise.
     horizon : float, optional
         Length of the windows of an open loop, s; 1 s by default, or a half, a quarter and so on of
-        it where friction that falls with the velocity, or another force, lets errors grow.
+        it, so that there are 20, and where friction that falls with the velocity, or another force,
+        lets errors grow.
     weights : mapping of str to float
         Of an output, by which its errors count: the inverse of their deviation, in its unit. Each
         other output is weighted by what is left of it in each record.
+    rests : {"leave-out", "keep"}
+        Whether samples count that are near a rest or a reversal of a record or of its simulated
+        loop: left out as `identify` leaves out rows, where the others show every parameter. In an
+        open loop they count.
     progress : callable, optional
         Told before each step how many are done, of how many at most, and how far it is.
 
@@ -189,6 +198,7 @@ def fit(
         bootstrap=bootstrap,
         seed=seed,
         horizon=_horizon(horizon, outputs),
+        keeps_rests=_keeps_rests(rests, outputs),
         progress=progress,
     )
     return assembled(with_time_found(generated, time, start, asked.ended, given[0].period))
@@ -213,6 +223,7 @@ class _Asked:
     bootstrap: int
     seed: int
     horizon: float | None
+    keeps_rests: bool
     progress: Progress | None
 
     def ended(self, generated: GeneratedAxis, start: StartLike, time: Parameter | None) -> Ended:
@@ -236,7 +247,8 @@ class _Asked:
         """Another length of windows, s, in which the end of a search is steady."""
         if self.horizon is not None or ended.horizon is None:
             return None
-        whole = WindowPredictions(ended.whose.form, ended.whose.axes, ended.records, HORIZON.value)
+        horizon = default_horizon(ended.records)
+        whole = WindowPredictions(ended.whose.form, ended.whose.axes, ended.records, horizon)
         try:
             steady = whole.steady_horizon(ended.best.physical)
         except EstimationError:  # which the check of the windows tells
@@ -278,6 +290,7 @@ class _Asked:
             self.seed,
             is_uneven(whose.axes[0], self.outputs),
             self.progress,
+            Rests() if self.keeps_rests else Rests.of(loops.axes, records),
         )
         first, begun, lost = run.first(begins)
         ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))
@@ -300,6 +313,7 @@ class _Asked:
             seed=self.seed,
             horizon=horizon,
             known=tuple(self.known or ()),
+            rests=run.rests,
             alone=run.alone,
         )
 
@@ -308,7 +322,7 @@ class _Asked:
     ) -> tuple[Predictions, float | None]:
         """What is predicted; of an open loop with the length of its windows, s."""
         if OPEN_LOOP in self.outputs:
-            whole = horizon or HORIZON.value
+            whole = horizon or default_horizon(records)
             windows = WindowPredictions(whose.form, whose.axes, records, whole)
             if horizon is not None:
                 return windows, whole
@@ -336,13 +350,13 @@ class _Run:
     seed: int
     uneven: bool
     progress: Progress | None
+    rests: Rests
 
     def __post_init__(self) -> None:
         self.alone: Found | None = None
         self.scale = np.ones(len(self.unknowns.names))
-        self.weighing = Weighing(
-            weights=self.predictions.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0
-        )
+        self.counted = self.predictions.counted
+        self.weighing = Weighing(weights=self.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0)
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[Note]]:
         """The first start whose loops can be simulated, where that is, and why not the others."""
@@ -353,6 +367,7 @@ class _Run:
             lanes = self.predictions(at[None, :])
             if not lanes.failures:
                 self.scale = scale
+                self.counted = self.rests.counted(self.predictions, at)
                 self._weigh(lanes.errors[:, 0])
                 return begin, at, why
             why.append(Note(f"from {begin.named} values {lanes.failures[0]}"))
@@ -453,10 +468,12 @@ class _Run:
     def _settled(self, begun: Array) -> Found:
         found = Search(*self._searching).run(begun)
         for _ in range(_PASSES):
-            before = self.weighing.weights
+            before, counted = self.weighing.weights, self.counted
+            self.counted = self.rests.counted(self.predictions, found.physical)
             self._weigh(found.slopes.errors, self._effects(found))
             moved = np.abs(self.weighing.weights - before)
-            if not self._needs_weights or np.all(moved <= _SETTLED * before):
+            settled = not self._needs_weights or bool(np.all(moved <= _SETTLED * before))
+            if settled and np.array_equal(counted, self.counted):
                 return found
             inside = self.unknowns.inside(found.physical, self.scale * _SETTLED)
             again = Search(*self._searching).run(inside)
@@ -487,7 +504,7 @@ class _Run:
 
         Beside what was known before, a record whose errors follow one another counts for less.
         """
-        weights, shares = self.predictions.counted.copy(), np.ones(len(errors))
+        weights, shares = self.counted.copy(), np.ones(len(errors))
         for r, spans in enumerate(self.predictions.spans):
             for place, given in enumerate(self.given):
                 of_one = record_rows(spans, place, len(self.given))
@@ -507,6 +524,12 @@ class _Run:
         if self.loss != SQUARES:
             noise = deviation_by_median(errors) or noise
         return 1 / (noise or 1.0)
+
+
+def _keeps_rests(given: object, outputs: Sequence[str]) -> bool:
+    """Whether samples near rests count."""
+    _check_choice(given, RESTS, "choice of rests")
+    return given == RESTS[1] or OPEN_LOOP in outputs
 
 
 def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note | None:

@@ -24,7 +24,6 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.predictions import Predictions, whole_lanes
 from axisid.estimation.records import Record
-from axisid.estimation.regression import StepsError, beyond_shown
 from axisid.estimation.searches import Found, Unknowns, Weighing
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.fitting import (
@@ -40,6 +39,7 @@ from axisid.estimation.told_by_outputs import (
     added,
     autoregression_of,
     by_colour,
+    by_windows,
     larger,
     uneven,
 )
@@ -126,6 +126,13 @@ class Scores:
         else:
             found = added([self._by_colour(columns, model, r) for r, model in enumerate(models)])
         return found.beside(self.by_known())
+
+    def by_windows(self) -> Scattering:
+        """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
+        windows = [rows for spans in self.spans for rows in spans]
+        columns = self.jacobian @ self.inverse
+        taken = float(columns.shape[1])
+        return by_windows(columns, self.errors, windows, taken).beside(self.by_known())
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""
@@ -216,20 +223,24 @@ def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array 
 
 @dataclass(frozen=True, slots=True)
 class Shaken:
-    """What noise makes of the outputs where that is more than is told without.
+    """What noise makes of the outputs.
 
     Attributes
     ----------
+    few : (n, b) array
+        Of a few twins.
     twins : (n, B) array or None
-        Of each twin, where they tell more.
+        Of many, where they tell more than is told without.
     common : (n,) array or None
-        By the square of the noise, where that moves the parameters.
-    loops : NoisyLoops
+        What it makes in the mean, where that moves the parameters.
+    loops : NoisyLoops or None
+        Of the many, where they were asked.
     """
 
-    twins: Array | None
-    common: Array | None
-    loops: NoisyLoops
+    few: Array
+    twins: Array | None = None
+    common: Array | None = None
+    loops: NoisyLoops | None = None
 
 
 def shaken_by_noise(
@@ -240,12 +251,13 @@ def shaken_by_noise(
     deviations: Array,
     *,
     by_square: bool = False,
-) -> Shaken | None:
-    """What noise makes of the outputs, if it moves parameters by its square, or by more than told.
+) -> Shaken:
+    """What noise makes of the outputs, if it moves parameters in the mean, or by more than told.
 
     Noise goes round the loop and shakes the axis, whose friction is not that of its mean velocity
-    then. Twins and those with the opposite noise tell: what both have in common is no straight line
-    of the noise. A few of them say whether the others are asked.
+    then; an encoder's steps follow from the motion, and come again with it. Twins and those with
+    the opposite noise tell: what both have in common is no straight line of the noise. A few of
+    them say whether the others are asked.
 
     Parameters
     ----------
@@ -261,23 +273,24 @@ def shaken_by_noise(
     wider = np.inf if by_square else 1.0
     told = np.where(np.isfinite(deviations) & (deviations > 0), deviations, np.inf)
     common, straight = _common_and_straight(predictions, physical, seed, _FEW)
+    few = np.hstack([common + straight, common - straight])
     lost = common.shape[1] < _FEW  # what they would have told is not known
     if not (
         lost
         or _moves(influence @ common, told, surely=False)
         or _scatter(influence @ straight, told) > wider * MIN_WIDENED_BY_FEW.value
     ):
-        return None
+        return Shaken(few)
     asked = _many(predictions)
     common, straight = _common_and_straight(predictions, physical, seed, asked)
     loops = NoisyLoops(asked=asked, lost=asked - common.shape[1])
     if not loops.are_enough:
-        return Shaken(twins=None, common=None, loops=loops)
+        return Shaken(few, loops=loops)
     moves = _moves(influence @ common, told)
     if moves or _scatter(influence @ straight, told) > wider * MIN_WIDENED_BY_NOISE.value:
         mean = common.mean(axis=1) if moves else None
-        return Shaken(twins=common + straight, common=mean, loops=loops)
-    return Shaken(twins=None, common=None, loops=loops) if loops.lost else None
+        return Shaken(few, twins=common + straight, common=mean, loops=loops)
+    return Shaken(few, loops=loops if loops.lost else None)
 
 
 def _many(predictions: Predictions) -> int:
@@ -336,7 +349,7 @@ def scores_of(
         errors=first * weighed,
         curvature=np.maximum(first + 2 * z * second, 0.0),
         known=unknowns.known_rows[:, chosen],
-        counted=predictions.counted > 0,
+        counted=weighing.weights > 0,
         spans=predictions.spans,
         periods=tuple(record.period for record in records),
         outputs=len(predictions.units),
@@ -372,20 +385,3 @@ def moved_by_start(scores: Scores, weights: Array, starts: Sequence[tuple[slice,
     net = block_diag(*own) - np.hstack(together).T @ beside
     downhill = beside.T @ (scores.jacobian.T @ scores.errors) - np.concatenate(gained)
     return np.asarray(-beside @ (np.linalg.pinv(net, rcond=MIN_SHOWN.value) @ downhill))
-
-
-def with_steps(covariance: Array, moved: Array) -> Array:
-    """A covariance with what an encoder's steps add to it, as `StepsError` has it.
-
-    Their error follows from the motion and comes again with it, so that it biases an estimate, and
-    no autoregression shows how far it makes one scatter.
-
-    Parameters
-    ----------
-    covariance : (k, k) array
-    moved : (k, B) array
-        What steps that begin elsewhere move the parameters by.
-    """
-    missing = beyond_shown(moved.T, covariance)
-    steps = StepsError(bias=moved.mean(axis=1), missing=missing, loops=moved.shape[1])
-    return np.asarray(covariance + steps.covariance)

@@ -1,12 +1,13 @@
 """What is wrong with the measured position, and what that changes in a loop's output."""
 
+import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.loops import moved_start
-from axisid.estimation.regression import STEP_SHARES
 from axisid.estimation.simulation import simulate_lanes
 from axisid.support.arrays import Array
 
@@ -23,7 +24,10 @@ def changed_by_noise(
     substeps: int | None,
     factor: float = 1.0,
 ) -> Array:
-    """What white noise in the loop changes, (n, B), in so many twins.
+    """What errors of the measured position change in the loop, (n, B), in so many twins.
+
+    An encoder's are those of its steps, which begin anywhere: they are silent at rest, and shake
+    nothing there, as white noise of their size would. What a record has besides is white.
 
     A simulation begins at the first position as it was measured: a twin's axis is as far from there
     as its noise says, and its law reads that position.
@@ -37,22 +41,40 @@ def changed_by_noise(
     random : Generator
     substeps : int or None
     factor : float
-        Of the noise.
+        Of the noise, and of where the steps begin.
     """
-    noise = factor * random.normal(scale=stretch.noise, size=(stretch.samples, count + 1))
-    noise[:, -1] = 0.0
-    inputs, clocks = stretch.inputs, stretch.inputs.clocks
-    start = replace(inputs.start, position=float(inputs.start.position) - noise[0])
-    batch = simulate_lanes(
-        stretch.axis,
-        np.tile(own, (count + 1, 1)),
-        replace(inputs, start=start),
-        substeps=substeps,
-        wanted=stretch.outputs,
-        position_noise=noise if clocks is None else clocks.held(noise),
+    inputs, step = stretch.inputs, stretch.step
+    alone = partial(simulate_lanes, stretch.axis, substeps=substeps, wanted=stretch.outputs)
+    quiet = alone(own[None, :], inputs)
+    white = math.sqrt(max(stretch.noise**2 - step**2 / 12, 0.0))
+    noise = factor * random.normal(scale=white, size=(stretch.samples, count))
+    away = factor * step * random.uniform(-0.5, 0.5, size=count)
+    first = [float(values[0]) for values in inputs.signals]
+    starts = [
+        moved_start(stretch.axis, inputs.start, float(inputs.reference[0]), first, float(each))
+        for each in away
+    ]
+    start = LoopStart(
+        position=float(inputs.start.position) - noise[0],
+        velocity=inputs.start.velocity,
+        memory=None if inputs.start.memory is None else np.array([s.memory for s in starts]),
     )
-    out = stretch.rows(lambda name: batch[name] + (noise if name == "position" else 0.0))
-    return np.where(stretch.counted[:, None], out[:, :-1] - out[:, -1:], 0.0)
+    batch = alone(
+        np.tile(own, (count, 1)),
+        replace(inputs, reference=inputs.reference[:, None] + away, start=start),
+        position_noise=away + (noise if inputs.clocks is None else inputs.clocks.held(noise)),
+        resolution=step,
+    )
+
+    def changed(name: str) -> Array:
+        out = batch[name]
+        if name == "position":
+            out = out + noise
+            if step:
+                out = np.floor((out + away) / step + 0.5) * step - away
+        return out - quiet[name]
+
+    return np.where(stretch.counted[:, None], stretch.rows(changed), 0.0)
 
 
 def slopes_by_start(stretch: Stretch, own: Array, sizes: Array, *, substeps: int | None) -> Array:
@@ -79,44 +101,3 @@ def slopes_by_start(stretch: Stretch, own: Array, sizes: Array, *, substeps: int
     out[:, [*batch.failures]] = np.nan
     slopes = (out[:, ::2] - out[:, 1::2]) / (2 * step)
     return np.where(stretch.counted[:, None], slopes, 0.0)
-
-
-def changed_by_steps(stretch: Stretch, own: Array, *, substeps: int | None) -> Array:
-    """What the encoder's steps change, (n, B), begun at so many shares of one.
-
-    Parameters
-    ----------
-    stretch, own, substeps
-        As in `changed_by_noise`.
-    """
-    step, inputs = stretch.step, stretch.inputs
-    if not step:
-        return np.zeros((len(stretch.measured), len(STEP_SHARES)))
-    quiet = simulate_lanes(
-        stretch.axis, own[None, :], inputs, substeps=substeps, wanted=stretch.outputs
-    )
-    away = step * np.array(STEP_SHARES)
-    first = [float(values[0]) for values in inputs.signals]
-    starts = [
-        moved_start(stretch.axis, inputs.start, float(inputs.reference[0]), first, float(each))
-        for each in away
-    ]
-    memory = None if inputs.start.memory is None else np.array([s.memory for s in starts])
-    start = LoopStart(position=inputs.start.position, velocity=inputs.start.velocity, memory=memory)
-    batch = simulate_lanes(
-        stretch.axis,
-        np.tile(own, (len(away), 1)),
-        replace(inputs, reference=inputs.reference[:, None] + away, start=start),
-        substeps=substeps,
-        wanted=stretch.outputs,
-        position_noise=np.tile(away, (len(inputs.reference), 1)),
-        resolution=step,
-    )
-
-    def changed(name: str) -> Array:
-        out = batch[name]
-        if name == "position":
-            out = np.floor((out + away) / step + 0.5) * step - away
-        return out - quiet[name]
-
-    return np.where(stretch.counted[:, None], stretch.rows(changed), 0.0)

@@ -87,10 +87,6 @@ class TimedPredictions:
         """See `Predictions.by_noise`."""
         return self._of_model.by_noise(physical[:-1], count, random, factor)
 
-    def by_steps(self, physical: Array) -> Array | None:
-        """See `Predictions.by_steps`."""
-        return self._of_model.by_steps(physical[:-1])
-
     def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
         """See `Predictions.slopes_by_start`."""
         return self._of_model.slopes_by_start(physical[:-1])

@@ -78,13 +78,10 @@ class Predictions(Protocol):
     def by_noise(
         self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0
     ) -> Array:
-        """What white noise of the position, as the records have it, changes, (n, B).
+        """What errors of the measured position, as the records have them, change, (n, B).
 
         Times a factor: -1 with the same draws is the other half of antithetic pairs.
         """
-
-    def by_steps(self, physical: Array) -> Array | None:
-        """What the encoder's steps change, (n, B); None where nothing is known of any."""
 
     def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
         """Rows of each stretch that begins in motion, and slopes of its errors there, (n, 2).

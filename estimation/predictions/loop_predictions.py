@@ -29,7 +29,7 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import EstimationError
 
 from .added_slopes import Motion, motion_of, slopes_by_added
-from .disturbed import changed_by_noise, changed_by_steps, slopes_by_start
+from .disturbed import changed_by_noise, slopes_by_start
 from .lanes import Lanes
 from .law_slopes import slopes_by_law
 from .measured_output import MeasuredOutput, measured_output
@@ -133,7 +133,7 @@ class LoopPredictions:
     def by_noise(
         self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0
     ) -> Array:
-        """What white noise of the position, as the records have it, changes in the output, (n, B).
+        """What errors of the position, as the records have them, change in the output, (n, B).
 
         NaN of twins whose loop cannot be simulated.
         """
@@ -148,16 +148,6 @@ class LoopPredictions:
     def step(self) -> float:
         """Of the coarsest encoder; 0 where nothing is known of any."""
         return max(stretch.step for stretch in self.stretches)
-
-    def by_steps(self, physical: Array) -> Array | None:
-        """What the encoder's steps change in the output, (n, B), wherever they begin; else None.
-
-        None where no record has steps, or a loop cannot be simulated with them.
-        """
-        if not self.step:
-            return None
-        errors = self._changed(physical, changed_by_steps)
-        return errors if np.all(np.isfinite(errors)) else None
 
     def _changed(self, physical: Array, changed: Callable[..., Array]) -> Array:
         pieces = [

@@ -20,7 +20,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
-from axisid.estimation.thresholds.fitting import MAX_GROWTH
+from axisid.estimation.thresholds.fitting import ADVISED_WINDOWS, HORIZON, MAX_GROWTH
 from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
@@ -356,10 +356,6 @@ class WindowPredictions:
             pieces.append(_rows(state.projected(noise)))
         return np.concatenate(pieces)
 
-    def by_steps(self, physical: Array) -> Array | None:  # noqa: ARG002
-        """Nothing is known of what an encoder's steps do without a loop."""
-        return None
-
     def slopes_by_start(
         self,
         physical: Array,  # noqa: ARG002
@@ -397,6 +393,25 @@ class WindowPredictions:
             more, less = np.split(state.projected(errors), 2, axis=1)
             pieces.append(_rows((more - less) / (2 * ADDED_SHARE)))
         return np.concatenate(pieces)
+
+
+def default_horizon(records: Sequence[Record]) -> float:
+    """Length of windows of which records have enough that their scatter tells deviations, s."""
+    horizon = HORIZON.value
+    while horizon > _SHORTEST and _count(records, horizon) < ADVISED_WINDOWS.value:
+        horizon /= 2
+    return horizon
+
+
+def _count(records: Sequence[Record], horizon: float) -> int:
+    """How many windows records are cut into."""
+    sizes = [(last - first, record.period) for record in records for first, last in record.spans]
+    return sum(max(samples // _size(horizon, period), 1) for samples, period in sizes)
+
+
+def _size(horizon: float, period: float) -> int:
+    """Samples of a window."""
+    return max(round(horizon / period), _FEWEST)
 
 
 def _rows(errors: Array) -> Array:
@@ -491,8 +506,7 @@ def _windows(
     columns = recorded_signals(axis, record.provenance.source, record.signals)
     counted = (~covered(record.masked, len(record))).astype(float)
     for first, last in record.spans:
-        size = max(round(horizon / record.period), _FEWEST)
-        count = max((last - first) // size, 1)
+        count = max((last - first) // _size(horizon, record.period), 1)
         size = (last - first) // count
         every = (record.position, control, counted, *columns)
         cut = [v[first : first + count * size].reshape(count, size).T.copy() for v in every]

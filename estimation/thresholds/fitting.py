@@ -116,7 +116,7 @@ MAX_TIME_STEP = Threshold(
 ADVISED_WINDOWS = Threshold(
     20.0,
     "1",
-    "windows of an open loop below which it is noted that a missing term may go untold",
+    "windows of an open loop below which neither deviations nor a missing term are told for sure",
     "chosen: a Stribeck rise of half the Coulomb friction goes untold in 16, and is told in 28",
 )
 FEWEST_WINDOWS = Threshold(

@@ -20,7 +20,7 @@ from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS, MIN_OWN_SLOPE
 from axisid.support.arrays import Array
 
 from .colour import Colour, autoregression_of
-from .uneven import Scattering, added, by_colour, larger, uneven
+from .uneven import Scattering, added, by_colour, by_windows, larger, uneven
 
 _HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
 _FEWEST = 1.0  # degrees of freedom of slow errors, from which they tell what is chance
@@ -50,15 +50,13 @@ class Left:
         s, by record.
     outputs : int
         Whose rows of a sample are neighbours.
-    steps : (n, B) array or None
-        What the steps of an encoder make of the errors, weighted.
     by_windows : bool
         Whether the stretches are windows of an open loop. What moved the axis besides the recorded
         control is summed up twice there, as no autoregression of errors is; windows are
         independent, and their scores tell the variance.
     twins : (n, B) array or None
-        What noise makes of the errors, weighted, where their colour changes on the way: they tell
-        the variance then where it is more than by another way.
+        What errors of the measured position make of these, weighted, where no colour tells that:
+        they tell the variance then where it is more than by another way.
     remembers : bool
         Whether that way is neighbouring scores, as of friction that remembers, see `uneven`; else
         autoregressions.
@@ -74,7 +72,6 @@ class Left:
     spans: tuple[tuple[slice, ...], ...]
     periods: tuple[float, ...]
     outputs: int = 1
-    steps: Array | None = None
     by_windows: bool = False
     twins: Array | None = None
     remembers: bool = True
@@ -200,8 +197,6 @@ def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> 
     if freedom < (FEWEST_WINDOWS.value - 1 if left.by_windows else _FEWEST):
         return None
     variance = coloured * _inflation(whole, freedom) + float(np.sum((left.known @ made) ** 2))
-    if left.steps is not None:
-        variance += float(np.mean((net @ left.steps) ** 2))
     deviation = np.sqrt(max(variance, 0.0)) / size
     ratio = abs(told) / deviation if deviation > 0 else np.inf
     return Lacking(
@@ -250,6 +245,5 @@ def _by_twins(left: Left, errors: Array, column: Array) -> tuple[float, float]:
 def _of_windows(left: Left, errors: Array, column: Array) -> tuple[float, float]:
     """The same by the scores of windows, of which as many count as the column is alike in."""
     windows = [rows for spans in left.spans for rows in spans]
-    scores = np.array([column[rows] @ errors[rows] for rows in windows])
-    sizes = np.array([column[rows] @ column[rows] for rows in windows])
-    return float(scores @ scores), float(sizes.sum() ** 2 / (sizes @ sizes))
+    found = by_windows(column[:, None], errors, windows)
+    return float(found.matrix[0, 0]), float(found.freedom[0])

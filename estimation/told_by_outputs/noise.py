@@ -13,8 +13,8 @@ _TWINS, _SEED = 8, 0
 def noise_left(predictions: Predictions, physical: Array, left: Left) -> tuple[float, ...]:
     """Root mean square of what is noise in what is left, by record and output, in its unit.
 
-    What white noise of the position makes in the loop, or an encoder's steps, or what nothing
-    before it tells of an error: the most of them.
+    What errors of the measured position make in the loop, or what nothing before it tells of an
+    error: the more of both.
 
     Parameters
     ----------
@@ -37,9 +37,8 @@ def noise_left(predictions: Predictions, physical: Array, left: Left) -> tuple[f
             own = [np.sqrt(max(variance, 0.0)) / weight]
             if twins is not None and twins.shape[1]:
                 own.append(_size(twins[rows][used]))
-            own += [
-                _size(e[rows][used]) / weight for e in (left.twins, left.steps) if e is not None
-            ]
+            if left.twins is not None:
+                own.append(_size(left.twins[rows][used]) / weight)
             found.append(float(max(own)))
     return tuple(found)
 

@@ -107,6 +107,37 @@ def by_colour(
     whole = np.array(
         [2 / model.uncertainty([column[each] for each in spans], rows) for column in columns.T]
     )
+    return _less_taken(matrix, whole, taken)
+
+
+def by_windows(
+    columns: Array, errors: Array, windows: Sequence[slice], taken: float = 0.0
+) -> Scattering:
+    """Of columns (n, k) and errors of windows that are independent of each other, by their scores.
+
+    A sandwich clustered by window: what moves an axis besides its control is summed up twice in the
+    errors of an open loop, as no autoregression is. As many windows count for a column as it is
+    alike in.
+
+    Parameters
+    ----------
+    columns, taken
+        As in `by_colour`.
+    errors : (n,) array
+    windows : sequence of slice
+
+    References
+    ----------
+    [Wooldridge2010]_, chapter 20.
+    """
+    scores = np.array([columns[rows].T @ errors[rows] for rows in windows])
+    sizes = np.array([np.sum(columns[rows] ** 2, axis=0) for rows in windows])
+    whole = sizes.sum(axis=0) ** 2 / np.maximum(np.sum(sizes**2, axis=0), np.finfo(float).tiny)
+    return _less_taken(scores.T @ scores, whole, taken)
+
+
+def _less_taken(matrix: Array, whole: Array, taken: float) -> Scattering:
+    """A covariance of so many degrees of freedom (k,), of which a fit has taken some."""
     left = np.maximum(whole - taken, 1.0)
     more = np.divide(whole, left, out=np.ones_like(whole), where=np.isfinite(whole))
     return Scattering(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)

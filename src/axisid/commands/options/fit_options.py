@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS
+from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS, RESTS
 
 from .several_options import names_in
 
@@ -28,6 +28,7 @@ class Asked:
     starts: int
     bootstrap: int
     horizon: float | None
+    rests: str
     bound: tuple[str, ...]
     prior: tuple[str, ...]
     free: tuple[str, ...]
@@ -48,6 +49,7 @@ class Asked:
             "starts": self.starts,
             "bootstrap": self.bootstrap,
             "horizon": self.horizon,
+            "rests": self.rests,
             "bounds": dict(map(_bound, self.bound)),
             "prior": _priors(self.prior),
             "free": tuple(each for text in self.free for each in names_in(text)),
@@ -154,6 +156,14 @@ _OPTIONS = (
         help="Length of the windows of an open loop, s.  [default: 1, or as its motion allows]",
     ),
     click.option(
+        "--rests",
+        type=click.Choice(RESTS),
+        default=RESTS[0],
+        show_default=True,
+        help="Samples near rests and reversals of the record or of its loop. They are kept all the "
+        "same where the others show too little, and in an open loop.",
+    ),
+    click.option(
         "--bound",
         multiple=True,
         metavar="NAME=LOW..HIGH",
@@ -189,6 +199,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
         starts: int,
         bootstrap: int,
         horizon: float | None,
+        rests: str,
         bound: tuple[str, ...],
         prior: tuple[str, ...],
         free: tuple[str, ...],
@@ -202,6 +213,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
             starts=starts,
             bootstrap=bootstrap,
             horizon=horizon,
+            rests=rests,
             bound=bound,
             prior=prior,
             free=free,

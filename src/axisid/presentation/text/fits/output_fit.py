@@ -117,8 +117,8 @@ def _compared(fit: OutputFit) -> str:
             "fitted with the parameters; percent are of the way from there."
         )
     return (
-        f"Simulated less recorded {fit.output} at every sample that is a measurement; no filter, "
-        "no decimation, reversals and rests kept. The loop starts as the record does."
+        f"Simulated less recorded {fit.output} at every sample that is measured and counts; no "
+        "filter, no decimation. The loop starts as the record does."
     )
 
 
