@@ -113,18 +113,14 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | control law | the law's terms do not add up to the recorded control (5 % of its norm), one of its factors is off by more than 1 %, or it is late | the factors name the unit, sign, gain or delay; mend it first. Where none explains it, `axisid law` finds which ready law the control is of |
 # | instrument strength | the first-stage F of a column, given the others, is below 10 | the simulated loop does not move like the axis, or the motion is too poor |
 # | least squares against instruments | they differ by more than 3 deviations, or by more than 10 % where Durbin-Wu-Hausman rejects, or by more than 1 % and chance and the interval of least squares; a note where that holds the instruments' value | lower the cut-off, or believe the instruments |
-# | self-test | IDM-IV and DDM-IV differ | never, unless the loop does not satisfy the model |
 # | second opinion | IDM-IV without the filter's bias and DIDIM differ by more than chance (all differences at once, 1 %), half a deviation and 1 % of the value, beyond the interval of either; a note where less, or where IDM-IV is three times as vague | the sentence says which to believe: DIDIM where the control law passes its check, else the instruments |
 # | excitation | columns nearly repeat each other | another motion; the sentence says what it lacks |
 # | precision | a parameter's deviation exceeds 30 % of it, unless it is known to be small wherever the axis was | the sentence says why the record does not show it; `--leave-out` does without it |
 # | bounds | a value is outside its declared bounds | signs and units |
 # | coarse positions | without a reference, where the control does not answer to the steps of the logged position: they move a value by more than half a deviation; a note up to 1 % of the value | log the position as finely as the drive measures it, or record the reference |
-# | rests | more than 10 % of the samples of the fit are of an axis with friction at rest | leave the rests out |
 # | fixed values | what was fixed contradicts the record | the fixed value, or the model |
 # | delta method | the map from the direct model bends within the uncertainty | `--draws 10000` |
 # | simulation | the simulated loop leaves half of the force unexplained, or cannot be simulated with the estimate | law, signs, units; or the record is mostly noise |
-# | independent residuals | the residuals are autocorrelated, as those of filtered data are; a note with HAC deviations | believe the HAC deviations |
-# | runs of one sign | the residuals keep their sign for long; a note where they change it too often | something slow is missing, such as friction that depends on the position |
 # | residuals against the motion | something in the motion explains them, more than the loop's own noise or steps do | a missing term, a delay, or the filter at reversals; a note where another check names it |
 # | normal residuals | heavy tails; a note with 100 rows or more, unless a few rows decide, of the noise, of all that is left, and away from reversals, more than in loops with the same noise or steps | outliers |
 # | filter bias | the prefilter alone moves a value by more than its deviation; a note below 1 % of the value, or where the loop that is simulated with the corrected values confirms the correction | leave out the reversals, or raise the cut-off; the values `without filter bias` are free of it |

@@ -23,7 +23,6 @@ from axisid.estimation.diagnostics.estimates import (
     ls_against_iv,
     precision,
     second_opinion_check,
-    self_test,
     within_bounds,
 )
 from axisid.estimation.diagnostics.law import law_check
@@ -35,28 +34,23 @@ from axisid.estimation.diagnostics.loop import (
     force_check,
     limit_check,
     motion_check,
-    rest_check,
     timing_remedy,
     uneven_check,
 )
 from axisid.estimation.diagnostics.remainder import (
     changes_check,
     constant_check,
-    independence,
     lack_of_fit_check,
-    near_reversals,
-    near_reversals_check,
     normality,
     residuals_against_motion,
     ripple_check,
-    sign_runs,
     signals_check,
     tails_as_measured,
     terms_check,
 )
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
-from axisid.estimation.thresholds.diagnostics import GREAT_DELAY, LARGE_CONSTANT
+from axisid.estimation.thresholds.diagnostics import LARGE_CONSTANT
 from axisid.support.missing import Missing
 
 from .beside import without_instruments
@@ -136,10 +130,6 @@ def _forms(case: Case) -> Check | Missing:
     return forms_check(case.attenuation, by_instruments=by_instruments)
 
 
-def _self_test(case: Case) -> Check | Missing:
-    return self_test(case.estimates.get("idm-iv"), case.estimates.get("ddm-iv"))
-
-
 def _second_opinion(case: Case) -> Check | Missing | None:
     iv, didim = (case.estimates.get(method) for method in ("idm-iv", "didim"))
     laws = [part.law for part in case.parts]
@@ -164,20 +154,8 @@ def _delta_method(case: Case) -> Check | Missing:
     return delta_method_check(case.direct)
 
 
-def _rests(case: Case) -> Check:
-    return rest_check(case.data.rest, sticks=case.data.axis.has_direction)
-
-
 def _simulation(case: Case) -> Check | Missing:
     return following(case.preferred, case.data.rest)
-
-
-def _independence(case: Case) -> Check | Missing:
-    return independence(case.residuals, case.preferred.chosen)
-
-
-def _sign_runs(case: Case) -> Check | Missing:
-    return sign_runs(case.residuals, len(case.preferred.y), case.preferred.chosen)
 
 
 def _residuals_against_motion(case: Case) -> Check:
@@ -209,15 +187,6 @@ def _alignment(case: Case) -> Check | Missing:
 def _uneven_times(case: Case) -> Check | Missing | None:
     laws = [part.law for part in case.parts]
     return uneven_check(case.problem, case.preferred, case.estimates.get("idm-ls"), laws)
-
-
-def _near_reversals(case: Case) -> Check | Missing | None:
-    if case.data.prefilter.reversals != "leave-out":
-        return None
-    unit = case.data.axis.axis.coordinate.force_unit
-    found = near_reversals(case.data, case.quiet)
-    late = _is_late(case)
-    return near_reversals_check(found, str(unit), explained=case.is_explained, late=late)
 
 
 def _fixed_values(case: Case) -> Check | Missing | None:
@@ -282,14 +251,6 @@ def _is_declared_late(case: Case) -> bool:
     return early and declared_lateness(case.data) > 0
 
 
-def _is_late(case: Case) -> bool:
-    """Whether a delay of a sample or more is not as declared, which reversals show most."""
-    check = _alignment(case)
-    return (
-        isinstance(check, Check) and _fails(check) and abs(check.figure or 0.0) >= GREAT_DELAY.value
-    )
-
-
 def _fails(found: Check | Missing | None) -> bool:
     return isinstance(found, Check) and found.status == "fail"
 
@@ -324,18 +285,13 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
         Diagnostic(name="coarse positions", check=_coarse_positions, rank=9),
         Diagnostic(name="inverse against direct", check=_forms, rank=9),
-        Diagnostic(name="self-test", check=_self_test, rank=7, grave=True),
         Diagnostic(name="second opinion", check=_second_opinion, rank=8),
         Diagnostic(name="excitation", check=_excitation, rank=11),
         Diagnostic(name="precision", check=_precision, rank=13),
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
         Diagnostic(name="delta method", check=_delta_method),
-        Diagnostic(name="rests", check=_rests, rank=1, grave=True, by_record=True),
         Diagnostic(name="simulation", check=_simulation, rank=2, grave=True, by_record=True),
-        Diagnostic(name="independent residuals", check=_independence),
-        Diagnostic(name="runs of one sign", check=_sign_runs),
         Diagnostic(name="residuals against the motion", check=_residuals_against_motion, rank=14),
-        Diagnostic(name="near reversals", check=_near_reversals, rank=16, by_record=True),
         Diagnostic(name="normal residuals", check=_normality),
         Diagnostic(name="filter bias", check=_filter_bias, rank=15),
         Diagnostic(name="alignment", check=_alignment, rank=8, by_record=True),

@@ -1,9 +1,9 @@
 """Tests of an estimate's residuals, each with what a figure of it needs.
 
-Independence (Durbin-Watson, Ljung-Box, runs of one sign), shape (Jarque-Bera), and what of the
-motion is left in them (correlation with the instruments over lags). Neighbours are rows that follow
-each other in time; a row that is missing counts as one of zero in correlations over a lag, as in
-[Parzen1963]_, which keeps their deviations from growing.
+Likeness of neighbours (Durbin-Watson), shape (Jarque-Bera), and what of the motion is left in them
+(correlation with the instruments over lags). Neighbours are rows that follow each other in time; a
+row that is missing counts as one of zero in correlations over a lag, as in [Parzen1963]_, which
+keeps their deviations from growing.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,6 @@ from axisid.support.arrays import Array, Exact
 from .covariance import score_products
 
 _QUANTILES = 99
-_NO_VARIANCE = 1e-9  # of a number of changes of the sign
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,16 +29,10 @@ class ResidualTests(Exact):
     ----------
     durbin_watson : float
         Near 2 for uncorrelated neighbours, towards 0 for alike ones; NaN if no row follows another.
-    ljung_box, ljung_box_p : float
-        Over the lags of `autocorrelation`, chi-squared.
-    ljung_box_freedom : int
-        Its degrees of freedom: lags at which there are rows.
     jarque_bera, jarque_bera_p : float
         Normality, chi-squared with 2 degrees of freedom.
     skewness, excess_kurtosis : float
         0 for normal residuals.
-    runs_z, runs_p : float
-        Wald-Wolfowitz runs about zero, normal; negative for fewer runs than chance has.
     autocorrelation : (lags + 1,) array
         Of the residuals less their mean, from lag 0.
     bound : float
@@ -55,20 +48,13 @@ class ResidualTests(Exact):
         both for as many values as there are (Bonferroni).
     normal_quantiles, residual_quantiles : (q,) arrays
         Of a standard normal distribution and of the standardised residuals.
-    run_lengths : (r,) array of int
-        How many runs have 1, 2, ... r rows.
     """
 
     durbin_watson: float
-    ljung_box: float
-    ljung_box_p: float
-    ljung_box_freedom: int
     jarque_bera: float
     jarque_bera_p: float
     skewness: float
     excess_kurtosis: float
-    runs_z: float
-    runs_p: float
     autocorrelation: Array
     bound: float
     cross_correlation: Array
@@ -78,13 +64,12 @@ class ResidualTests(Exact):
     cross_p: float
     normal_quantiles: Array
     residual_quantiles: Array
-    run_lengths: NDArray[np.int64]
 
 
 def residual_tests(
     residuals: Array, W: Array, lags: int | None = None, neighbours: Neighbours | None = None
 ) -> ResidualTests:
-    """Test residuals for correlation, normality and sign changes.
+    """Test residuals for correlation and normality.
 
     Parameters
     ----------
@@ -105,13 +90,10 @@ def residual_tests(
     products = score_products(every, order, count)
     counts = np.rint(products[:, 0, 0]).astype(np.int64)
     sums = products[:, 1, 1] / products[0, 1, 1]
-    box, freedom = _ljung_box(sums[1:], counts[1:], n)
     standardised = (residuals - residuals.mean()) / residuals.std()
     skewness = float(np.mean(standardised**3))
     kurtosis = excess_kurtosis(residuals)
     bera = n / 6 * (skewness**2 + kurtosis**2 / 4)
-    lengths = _run_lengths(residuals > 0, order)
-    z = _runs_z(residuals > 0, order)
     crossed = _cross_correlation(products[:, 2:, 2:])
     own = np.diagonal(products[:, 3:, 3:], axis1=1, axis2=2)
     deviations = _unrelated_deviations(sums, own, counts, n)
@@ -119,15 +101,10 @@ def residual_tests(
     share = np.array([(i + 0.5) / _QUANTILES for i in range(_QUANTILES)])
     return ResidualTests(
         durbin_watson=_durbin_watson(residuals, order) / power,
-        ljung_box=box,
-        ljung_box_p=float(chdtrc(freedom, box)) if freedom else 1.0,
-        ljung_box_freedom=freedom,
         jarque_bera=bera,
         jarque_bera_p=float(chdtrc(2, bera)),
         skewness=skewness,
         excess_kurtosis=kurtosis,
-        runs_z=z,
-        runs_p=float(2 * ndtr(-abs(z))),
         autocorrelation=sums,
         bound=MAX_CHANCE_DEVIATION.value / float(np.sqrt(n)),
         cross_correlation=crossed,
@@ -137,7 +114,6 @@ def residual_tests(
         cross_p=min(1.0, 2 * crossed.size * float(ndtr(-largest))),
         normal_quantiles=np.asarray(ndtri(share), dtype=float),
         residual_quantiles=np.asarray(np.quantile(standardised, share), dtype=float),
-        run_lengths=np.bincount(lengths)[1:],
     )
 
 
@@ -145,12 +121,6 @@ def excess_kurtosis(values: Array) -> float:
     """Of values (n,) that are not all the same; 0 for normal ones."""
     about = values - values.mean()
     return float(np.mean(about**4) / np.mean(about**2) ** 2) - 3
-
-
-def _ljung_box(sums: Array, counts: NDArray[np.int64], n: int) -> tuple[float, int]:
-    """Statistic and degrees of freedom, of sums over lags and how many rows each is of."""
-    there = counts > 0
-    return n * (n + 2) * float(np.sum(sums[there] ** 2 / counts[there])), int(there.sum())
 
 
 def _durbin_watson(residuals: Array, order: Neighbours) -> float:
@@ -183,35 +153,3 @@ def _unrelated_deviations(sums: Array, own: Array, counts: NDArray[np.int64], ro
     weights = 2 * (1 - np.arange(1, lags + 1) / (lags + 1)) * correlations[1:]
     variance = 1 + weights @ (own[1:] / own[0])
     return np.asarray(np.sqrt(np.maximum(variance, 1.0) / rows), dtype=float)
-
-
-def _run_lengths(positive: NDArray[np.bool_], order: Neighbours) -> NDArray[np.int64]:
-    """Of each run of one sign; a run ends where a row is missing, too."""
-    changes = np.flatnonzero(positive[1:] != positive[:-1]) + 1
-    edges = np.union1d(changes, order.breaks)
-    return np.diff(np.concatenate([[0], edges, [len(positive)]]))
-
-
-def _runs_z(positive: NDArray[np.bool_], order: Neighbours) -> float:
-    """Standardised number of changes of the sign between rows that follow each other.
-
-    Its mean and variance are those over all orders of the signs, as those of Wald and Wolfowitz
-    are: two pairs of rows share a row, or none.
-    """
-    n, above = len(positive), int(positive.sum())
-    below = n - above
-    late, early = order.pairs(1)
-    pairs, threes = (int(np.sum(np.maximum(order.lengths - k, 0))) for k in (1, 2))
-    if not pairs:
-        return np.nan
-    if not above or not below:
-        return -np.inf
-    changes = int(np.sum(positive[late] != positive[early]))
-    chance = 2 * above * below / (n * (n - 1))
-    sharing = 2 * threes
-    apart = pairs * (pairs - 1) - sharing
-    fours = n * (n - 1) * max((n - 2) * (n - 3), 1)
-    both = 4 * above * (above - 1) * below * (below - 1) / fours
-    mean = pairs * chance
-    variance = mean + sharing * chance / 2 + apart * both - mean**2
-    return float((changes - mean) / np.sqrt(variance)) if variance > _NO_VARIANCE else np.nan

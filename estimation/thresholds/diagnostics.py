@@ -279,12 +279,6 @@ MAX_IDENTITY_ERROR = Threshold(
     "relative distance of the two inertias of least squares, by each other, from r^2",
     "chosen: the two are algebraically one",
 )
-MAX_FORM_DIFFERENCE = Threshold(
-    1e-6,
-    "1",
-    "relative difference of the instrumental estimates of the two forms, which are one",
-    "chosen: the two are algebraically one",
-)
 
 # Excitation and precision
 
@@ -338,12 +332,6 @@ NO_DELAY = Threshold(
     "share of a drive's declared delay and lag that the record leaves, below which none is there",
     "chosen",
 )
-GREAT_DELAY = Threshold(
-    1.0,
-    "samples",
-    "delay of the force that is not as declared, from which what reversals leave may be its own",
-    "chosen",
-)
 LARGE_CONSTANT = Threshold(
     0.1,
     "1",
@@ -382,25 +370,6 @@ MAX_CLOSE_SIMULATION_ERROR = Threshold(
     10.0,
     "%",
     "simulation error below which nothing is said of it",
-    "chosen",
-)
-MAX_NEAR_RATIO = Threshold(
-    2.2,
-    "1",
-    "what the simulated loop leaves of the force near reversals that were left out, by what it "
-    "leaves elsewhere",
-    "measured: at most 2.1 on right models with 20 such rows, 4 with a friction 4 N of 25 too low",
-)
-MAX_NEAR_EXCESS = Threshold(
-    0.03,
-    "1",
-    "the part of the force near reversals by which that is more",
-    "chosen",
-)
-MIN_LEFT_OUT_ROWS = Threshold(
-    20,
-    "rows",
-    "rows near reversals that were left out, below which nothing is said of them",
     "chosen",
 )
 NEGLIGIBLE_RESIDUAL = Threshold(

@@ -62,8 +62,8 @@ MIN_SEGMENTED_SHARE = Threshold(
 MAX_CHANCE_DEVIATION = Threshold(
     1.96,
     "deviations",
-    "distance from chance within which the runs of one sign, and a correlation of independent "
-    "series, stay in 95 % of cases; printed beside their tests and drawn",
+    "distance from chance within which a correlation of independent series stays in 95 % of "
+    "cases; drawn",
     "derived: the two-sided 5 % quantile of the normal distribution",
 )
 MIN_STEPS_SHIFT = Threshold(

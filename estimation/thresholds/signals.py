@@ -49,8 +49,8 @@ MAX_STEADY_ACCELERATION = Threshold(
 MAX_REST_SHARE = Threshold(
     0.1,
     "1",
-    "share of the samples of the fit at which an axis with friction rests, beyond which the check "
-    "of rests fails",
+    "share of the samples of the fit at which an axis rests, beyond which that is named as what "
+    "keeps a loop from following or an iteration from its end",
     "measured: an eighth moves friction by a tenth, a third by most of it",
 )
 

@@ -17,7 +17,6 @@ from axisid.estimation.thresholds.diagnostics import (
     CONTRADICTION_LEVEL,
     MAX_BIAS_DISTANCE,
     MAX_BIAS_IN_INTERVAL,
-    MAX_FORM_DIFFERENCE,
     MAX_IDENTITY_ERROR,
     MAX_RELATIVE_DEVIATION,
     MAX_UNSEEN_BIAS,
@@ -196,25 +195,6 @@ def _unseen(iv: Estimate) -> float:
     """Percent of bias that both rules would let pass, on the parameter known best."""
     relative = min(v.sd / abs(v.value) for v in iv.parameters.values() if v.value)
     return 100 * min(MAX_BIAS_DISTANCE.value * relative, NOTICEABLE_BIAS.value)
-
-
-def self_test(iv: Estimate | None, direct: Estimate | None) -> Check | Missing:
-    """The instrumental estimates of the two forms, which are one."""
-    if iv is None or direct is None:
-        return Missing("idm-iv and ddm-iv did not both give an estimate")
-    scale = np.maximum(np.abs(iv.physical), np.sqrt(np.diag(iv.covariances["iid"])))
-    apart = float(np.max(np.abs(iv.physical - direct.physical) / np.where(scale > 0, scale, 1.0)))
-    same = apart <= MAX_FORM_DIFFERENCE.value
-    return Check(
-        name="self-test",
-        status=passed(same),
-        figure=apart,
-        threshold=MAX_FORM_DIFFERENCE.value,
-        source="algebraic identity of the two",
-        meaning="idm-iv and ddm-iv are the same estimate"
-        if same
-        else "idm-iv and ddm-iv differ, which they cannot if the loop satisfies the model",
-    )
 
 
 def delta_method_check(direct: Estimate | None) -> Check | Missing:

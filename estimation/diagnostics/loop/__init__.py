@@ -20,5 +20,4 @@ from .measured_motion import compared_motion as compared_motion
 from .measured_motion import compared_motions as compared_motions
 from .measured_motion import motion_check as motion_check
 from .simulation import following as following
-from .simulation import rest_check as rest_check
 from .uneven_times import uneven_check as uneven_check

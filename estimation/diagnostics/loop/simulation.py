@@ -1,11 +1,10 @@
-"""Whether the axis moved, and the simulated loop with it, as checks."""
+"""Whether the simulated loop follows the record, as a check."""
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds.diagnostics import MAX_CLOSE_SIMULATION_ERROR
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
-from axisid.estimation.thresholds.signals import MAX_REST_SHARE
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note
 
@@ -14,21 +13,6 @@ _CAUSES = (
     "check the law, signs and units, or see whether the record is noise, or a motion that the "
     "model does not have"
 )
-
-
-def rest_check(rest: float, *, sticks: bool) -> Check:
-    """Whether the fit has rests of an axis that sticks; `rest` is their part of its samples."""
-    said = rests_first(rest) if sticks else None
-    return Check(
-        name="rests",
-        status=passed(not said),
-        figure=100 * rest,
-        threshold=100 * MAX_REST_SHARE.value,
-        source="percent of the samples that the fit has at which an axis with friction stands "
-        "still; an eighth moves friction by a tenth, a third by most of it",
-        meaning="the fit is of an axis in motion" if said is None else said.text,
-        remedy=None if said is None else said.remedy,
-    )
 
 
 def following(preferred: Estimate, rest: float) -> Check | Missing:

@@ -6,13 +6,9 @@ Knows nothing of other estimates.
 
 from .as_measured import following_as_measured as following_as_measured
 from .as_measured import tails_as_measured as tails_as_measured
-from .near_reversals import near_reversals as near_reversals
-from .near_reversals import near_reversals_check as near_reversals_check
 from .recorded_signals import signals_check as signals_check
-from .residuals import independence as independence
 from .residuals import normality as normality
 from .residuals import residuals_against_motion as residuals_against_motion
-from .residuals import sign_runs as sign_runs
 from .unexplained import changes_check as changes_check
 from .unexplained import constant_check as constant_check
 from .unexplained import lack_of_fit_check as lack_of_fit_check

@@ -4,10 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import COVARIANCES, Estimate
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import ResidualTests, excess_kurtosis, residual_tests
 from axisid.estimation.thresholds.diagnostics import (
     LARGE_SAMPLE,
@@ -16,9 +15,8 @@ from axisid.estimation.thresholds.diagnostics import (
     NEGLIGIBLE_RESIDUAL,
 )
 from axisid.estimation.thresholds.lacking import MIN_STEPS_EXCESS
-from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
+from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
 from .as_measured import is_apart, tails
@@ -27,59 +25,6 @@ _SHAKEN = (
     "; a fifth more than where the loop has the sensor's steps or the noise of the record, if that "
     "is more"
 )
-_ALONE = Missing("too few rows follow each other in time")
-
-
-def independence(tests: ResidualTests, chosen: str) -> Check | Missing:
-    """Whether neighbouring residuals are alike; no matter where the HAC covariance was chosen."""
-    if not tests.ljung_box_freedom:
-        return _ALONE
-    independent = tests.ljung_box_p >= SIGNIFICANCE_LEVEL.value
-    limit = float(chdtri(tests.ljung_box_freedom, SIGNIFICANCE_LEVEL.value))
-    return Check(
-        name="independent residuals",
-        status=passed(independent, matters=not COVARIANCES[chosen].allows_autocorrelation),
-        figure=tests.ljung_box,
-        threshold=limit,
-        p_value=tests.ljung_box_p,
-        source="Ljung-Box at 5 %",
-        meaning="the residuals look independent"
-        if independent
-        else f"the residuals are autocorrelated, as those of filtered data are (Ljung-Box "
-        f"{tests.ljung_box:.4g}, less than {limit:.3g} if not; Durbin-Watson "
-        f"{tests.durbin_watson:.2f}): believe the HAC deviations, not the i.i.d. ones",
-    )
-
-
-def sign_runs(tests: ResidualTests, rows: int, chosen: str) -> Check | Missing:
-    """Whether the residuals keep their sign longer than by chance."""
-    if np.isnan(tests.runs_z):
-        return _ALONE
-    by_chance = tests.runs_p >= SIGNIFICANCE_LEVEL.value
-    longest = len(tests.run_lengths)
-    return Check(
-        name="runs of one sign",
-        status=passed(by_chance, matters=not COVARIANCES[chosen].allows_autocorrelation),
-        figure=tests.runs_z if abs(tests.runs_z) < float("inf") else None,
-        threshold=MAX_CHANCE_DEVIATION.value,
-        p_value=tests.runs_p,
-        source="Wald-Wolfowitz runs about zero, in deviations from chance, at 5 %",
-        meaning="the residuals change their sign as often as by chance"
-        if by_chance
-        else (
-            f"the residuals keep their sign longer than by chance (for {longest} of {rows} rows at "
-            "most), as sluggish noise or what is not in the model makes them" + _allowed(chosen)
-        )
-        if tests.runs_z < 0
-        else "the residuals change their sign more often than by chance, as the edge of the "
-        "decimation filter or a vibration makes them" + _allowed(chosen),
-    )
-
-
-def _allowed(chosen: str) -> str:
-    """What HAC deviations make of neighbours that are alike or opposed."""
-    said = "; the HAC deviations allow for it"
-    return said + ", which were not chosen here" * (not COVARIANCES[chosen].allows_autocorrelation)
 
 
 def residuals_against_motion(

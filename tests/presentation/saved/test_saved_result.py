@@ -473,3 +473,22 @@ def test_what_repeats_and_the_bands_are_read_back(emps2015: GeneratedAxis, tmp_p
     assert (read.share, read.period, read.times) == (live.share, live.period, live.times)
     assert saved.diagnosis.bands == result.diagnosis.bands
     assert isinstance(saved.plot("repeats"), Figure)
+
+
+def test_a_file_with_checks_and_tests_that_are_no_longer_made_is_read(tmp_path: Path) -> None:
+    axis = load_axis("emps2015")
+    written = identify(axis, twin_record(axis), methods="idm-ls").to_dict()
+    written["verdict"] += [
+        {**written["verdict"][0], "name": name, "status": status}
+        for name, status in (("rests", "fail"), ("runs of one sign", "note"), ("self-test", "pass"))
+    ]
+    tests = written["estimates"][0]["residual_tests"]
+    tests["ljung_box"] = {"statistic": 90.0, "p_value": 0.001, "lags": 33}
+    tests["runs"] = {"z": -3.0, "p_value": 0.003, "lengths": [5, 3]}
+    file = tmp_path / "old.json"
+    file.write_text(json.dumps(written), encoding="utf-8")
+    saved = load_result(file)
+    found = {check.name: check.status for check in saved.verdict}
+    old = ("rests", "runs of one sign", "self-test")
+    assert [found[name] for name in old] == ["fail", "note", "pass"]
+    assert "runs of one sign" in saved.summary()

@@ -25,12 +25,10 @@ from axisid.presentation.schema import (
     WrittenInstruments,
     WrittenLackOfFit,
     WrittenLawCheck,
-    WrittenLjungBox,
     WrittenMotionComparison,
     WrittenNoiseBias,
     WrittenNormality,
     WrittenResidualTests,
-    WrittenRuns,
     WrittenSetting,
     WrittenStrength,
 )
@@ -162,11 +160,6 @@ def residual_document(tests: ResidualTests) -> WrittenResidualTests:
     lags = len(tests.autocorrelation) - 1
     return WrittenResidualTests(
         durbin_watson=finite(tests.durbin_watson),
-        ljung_box=WrittenLjungBox(
-            statistic=finite(tests.ljung_box),
-            p_value=finite(tests.ljung_box_p),
-            lags=tests.ljung_box_freedom,
-        ),
         autocorrelation=WrittenAutocorrelation(
             values=_finite(tests.autocorrelation), bound_95=finite(tests.bound)
         ),
@@ -185,11 +178,6 @@ def residual_document(tests: ResidualTests) -> WrittenResidualTests:
             lags=tuple(range(-lags, lags + 1)),
             columns=tuple(map(_finite, tests.cross_correlation.T)),
             deviations=_finite(tests.cross_deviations),
-        ),
-        runs=WrittenRuns(
-            z=finite(tests.runs_z),
-            p_value=finite(tests.runs_p),
-            lengths=tuple(tests.run_lengths.tolist()),
         ),
     )
 

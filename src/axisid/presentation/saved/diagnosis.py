@@ -172,15 +172,10 @@ def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
     w, normality, crossed = written, written.normality, written.cross_correlation
     return ResidualTests(
         durbin_watson=number(w.durbin_watson),
-        ljung_box=number(w.ljung_box.statistic),
-        ljung_box_p=number(w.ljung_box.p_value),
-        ljung_box_freedom=w.ljung_box.lags,
         jarque_bera=number(normality.jarque_bera),
         jarque_bera_p=number(normality.p_value),
         skewness=number(normality.skewness),
         excess_kurtosis=number(normality.excess_kurtosis),
-        runs_z=number(w.runs.z),
-        runs_p=number(w.runs.p_value),
         autocorrelation=_array(w.autocorrelation.values),
         bound=number(w.autocorrelation.bound_95),
         cross_correlation=frozen(np.array([_array(c) for c in crossed.columns]).T),
@@ -190,7 +185,6 @@ def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
         cross_p=number(crossed.p_value),
         normal_quantiles=_array(normality.normal_quantiles),
         residual_quantiles=_array(normality.residual_quantiles),
-        run_lengths=np.array(w.runs.lengths, dtype=np.int64),
     )
 
 

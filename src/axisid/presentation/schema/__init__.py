@@ -66,10 +66,8 @@ from .record import WrittenSignal as WrittenSignal
 from .record import WrittenStreamRecord as WrittenStreamRecord
 from .residuals import WrittenAutocorrelation as WrittenAutocorrelation
 from .residuals import WrittenCrossCorrelation as WrittenCrossCorrelation
-from .residuals import WrittenLjungBox as WrittenLjungBox
 from .residuals import WrittenNormality as WrittenNormality
 from .residuals import WrittenResidualTests as WrittenResidualTests
-from .residuals import WrittenRuns as WrittenRuns
 from .values import WrittenDirectValue as WrittenDirectValue
 from .values import WrittenDrawn as WrittenDrawn
 from .values import WrittenHeld as WrittenHeld

@@ -5,14 +5,6 @@ from typing import Annotated
 from .base import JsonObject, about
 
 
-class WrittenLjungBox(JsonObject, frozen=True, kw_only=True):
-    """Independence over so many lags."""
-
-    statistic: float | None
-    p_value: float | None
-    lags: int
-
-
 class WrittenAutocorrelation(JsonObject, frozen=True, kw_only=True):
     """Of the residuals, by lag."""
 
@@ -45,20 +37,10 @@ class WrittenCrossCorrelation(JsonObject, frozen=True, kw_only=True):
     deviations: Annotated[tuple[float | None, ...], about("Of each, by Bartlett's formula.")]
 
 
-class WrittenRuns(JsonObject, frozen=True, kw_only=True):
-    """Runs of one sign."""
-
-    z: Annotated[float | None, about("Deviations from chance; null for one run.")]
-    p_value: float | None
-    lengths: Annotated[tuple[int, ...], about("How many runs have 1, 2, ... rows.")]
-
-
 class WrittenResidualTests(JsonObject, frozen=True, kw_only=True):
     """Tests of the residuals with the data of their plots."""
 
     durbin_watson: Annotated[float | None, about("2 for independent neighbours.")]
-    ljung_box: WrittenLjungBox
     autocorrelation: WrittenAutocorrelation
     normality: WrittenNormality
     cross_correlation: WrittenCrossCorrelation
-    runs: WrittenRuns

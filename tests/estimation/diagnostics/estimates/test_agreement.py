@@ -12,7 +12,6 @@ from axisid.estimation.diagnostics.estimates.agreement import (
     delta_method_check,
     fixed_check,
     ls_against_iv,
-    self_test,
 )
 from axisid.estimation.diagnostics.estimates.instruments import NO_ENDOGENEITY, Endogeneity
 from axisid.estimation.estimates import Estimate
@@ -95,19 +94,6 @@ def test_a_bias_of_a_tenth_counts_within_three_deviations_if_the_test_rejects(
 def test_nothing_is_compared_without_both_estimates_or_with_weak_instruments(iv: Estimate) -> None:
     for ls, other, weak in ((None, iv, False), (iv, None, False), (iv, iv, True)):
         assert isinstance(ls_against_iv(ls, other, SURE, weak=weak), Missing)
-    assert isinstance(self_test(iv, None), Missing)
-    assert isinstance(self_test(None, iv), Missing)
-
-
-@pytest.mark.parametrize(("apart", "status"), [(0.0, "pass"), (9e-7, "pass"), (2e-6, "fail")])
-def test_both_forms_of_the_instruments_are_one_estimate_to_a_millionth(
-    iv: Estimate, apart: float, status: str
-) -> None:
-    moved = replace(iv, physical=iv.physical * np.array([1.0, 1.0 - apart, 1.0]))
-    check = self_test(iv, moved)
-    assert isinstance(check, Check)
-    assert check.status == status
-    assert check.figure == pytest.approx(apart, abs=1e-9)
 
 
 @pytest.mark.parametrize(("relative", "status"), [(0.01, "pass"), (0.9, "fail")])

@@ -135,7 +135,6 @@ def test_a_declared_delay_that_is_not_there_is_said_to_be_too_long(
     assert verdict["alignment"].status == "fail"
     assert re.search(says, str(verdict["alignment"].remedy))
     assert verdict["missing terms"].status != "fail"
-    assert verdict["near reversals"].status != "fail"
 
 
 @pytest.mark.slow

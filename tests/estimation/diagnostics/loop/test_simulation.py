@@ -6,7 +6,7 @@ from typing import cast
 import pytest
 
 from axisid.estimation.checks.check import Check
-from axisid.estimation.diagnostics.loop.simulation import following, rest_check
+from axisid.estimation.diagnostics.loop.simulation import following
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.support.missing import Missing
@@ -61,14 +61,3 @@ def test_an_estimate_that_cannot_be_simulated_fails_and_one_without_a_loop_is_no
     assert failed.meaning.endswith(": it is too stiff")
     untold = NotSimulated("it has no law")
     assert following(judged(None, untold), 0.0) == untold, "with the reason"
-
-
-@pytest.mark.parametrize(
-    ("rest", "sticks", "status"),
-    [(0.0, True, "pass"), (0.1, True, "pass"), (0.11, True, "fail"), (0.9, False, "pass")],
-)
-def test_rests_count_where_friction_sticks(rest: float, sticks: bool, status: str) -> None:
-    check = rest_check(rest, sticks=sticks)
-    assert check.status == status
-    assert check.figure == pytest.approx(100 * rest)
-    assert check.threshold == pytest.approx(10.0)
