@@ -18,9 +18,7 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_BIAS_DISTANCE,
     MAX_BIAS_IN_INTERVAL,
     MAX_IDENTITY_ERROR,
-    MAX_RELATIVE_DEVIATION,
     MAX_UNSEEN_BIAS,
-    NEGLIGIBLE_BIAS,
     NOTICEABLE_BIAS,
 )
 from axisid.estimation.thresholds.estimates import MAX_CURVATURE
@@ -44,8 +42,8 @@ def ls_against_iv(
 ) -> Check | Missing:
     """Whether noise has biased least squares; nothing is told where the instruments are weak.
 
-    What it has moved noticeably is a note. An interval that does not hold the instruments' value
-    for it is a failure from 1 % of the value on; or where it is all that was asked for, `alone`.
+    What it has moved is marked in its column, and a note where another estimate is judged. Where
+    least squares is all that was asked for, `alone`, it is a failure.
     """
     if ls is None or iv is None:
         return Missing("idm-ls and idm-iv did not both give an estimate")
@@ -54,22 +52,20 @@ def ls_against_iv(
     shifted = {name: bias for name, bias in (biases or {}).items() if bias.moved}
     missing = [name for name, bias in shifted.items() if bias.misses]
     far = biased_parameters(ls, iv, endogeneity)
-    large = {*far, *(name for name in missing if _is_large(ls, iv, name))}
-    moved = [name for name in iv.parameters if name in large or name in shifted]
+    moved = [name for name in iv.parameters if name in far or name in shifted]
     figure, threshold = _bias_figure(ls, iv, far, [*shifted.values()])
     return Check(
         name="least squares against instruments",
-        status=passed(not moved, matters=bool(large or (alone and missing))),
+        status=passed(not moved, matters=alone and bool(far or missing)),
         figure=figure,
         threshold=threshold,
         p_value=None if isinstance(endogeneity, Missing) else endogeneity.p_value,
         source="largest difference in i.i.d. deviations of the instrumental estimate, at most 3 as "
-        "in the paper where it is more than 1 %; fails too where Durbin-Wu-Hausman (regression "
-        "form, the p-value) rejects at 1 % and a parameter differs by more than 10 %, which is "
-        "then the figure, or where a HAC Hausman test of the difference rejects at 1 % and the "
-        "interval of least squares does not hold the instruments' value, then in deviations of "
-        "least squares; from half a deviation on, and up to 1 % of the value where instruments "
-        "were asked for too, that is a note",
+        "in the paper where it is more than 1 %; or where Durbin-Wu-Hausman (regression form, the "
+        "p-value) rejects at 1 % and a parameter differs by more than 10 %, which is then the "
+        "figure, or where a HAC Hausman test of the difference rejects at 1 % and the interval of "
+        "least squares does not hold the instruments' value, then in deviations of least squares; "
+        "a note where that holds it from half a deviation on, and where another method is judged",
         meaning=_biased(ls, iv, moved, [n for n in moved if n in shifted], missing, alone=alone)
         if moved
         else "least squares and instruments differ by less than the rules allow; a bias below "
@@ -108,12 +104,6 @@ def _percent(ls: Estimate, iv: Estimate) -> dict[str, float]:
         name: 100 * apart / value if value else float("inf")
         for (name, apart), value in zip(_apart(ls, iv).items(), map(float, other), strict=True)
     }
-
-
-def _is_large(ls: Estimate, iv: Estimate, name: str) -> bool:
-    """Whether a parameter that instruments know has moved by more than nobody would notice."""
-    precise = iv.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-    return precise and abs(_percent(ls, iv)[name]) / 100 > NEGLIGIBLE_BIAS.value
 
 
 def _biased(

@@ -51,7 +51,9 @@ def test_least_squares_may_differ_by_three_deviations_of_the_instruments(
     iv: Estimate, deviations: float, status: str, parameter: int
 ) -> None:
     wide = widened(iv, 0.01)
-    check = ls_against_iv(shifted(wide, deviations, parameter), wide, UNSURE, weak=False)
+    check = ls_against_iv(
+        shifted(wide, deviations, parameter), wide, UNSURE, weak=False, alone=True
+    )
     assert check.status == status
     assert check.figure == pytest.approx(abs(deviations))
     assert check.threshold == 3.0
@@ -67,8 +69,15 @@ def test_what_nobody_would_notice_is_no_failure_however_significant(iv: Estimate
     noted = ls_against_iv(shifted(close, 50.0), close, SURE, {"M": bias}, weak=False)
     assert noted.status == "note"
     assert (noted.figure, noted.threshold) == (50.0, 1.96)
-    failed = ls_against_iv(shifted(close, 200.0), close, SURE, {"M": bias}, weak=False)
-    assert failed.status == "fail"
+
+
+def test_what_noise_does_to_least_squares_fails_where_that_is_judged_alone(iv: Estimate) -> None:
+    off = shifted(widened(iv, 0.01), 20.0)
+    bias = NoiseBias(difference=20.0, deviation=1.0, p_value=0.0, joint_p_value=0.0, shift=20.0)
+    for alone, status in ((False, "note"), (True, "fail")):
+        check = ls_against_iv(off, widened(iv, 0.01), SURE, {"M": bias}, weak=False, alone=alone)
+        assert check.status == status
+        assert "M by +20" in check.meaning
 
 
 @pytest.mark.parametrize(
@@ -84,7 +93,7 @@ def test_a_bias_of_a_tenth_counts_within_three_deviations_if_the_test_rejects(
     iv: Estimate, percent: float, tested: Endogeneity | Missing, status: str
 ) -> None:
     wide = widened(iv, 0.1)
-    check = ls_against_iv(shifted(wide, percent / 10), wide, tested, weak=False)
+    check = ls_against_iv(shifted(wide, percent / 10), wide, tested, weak=False, alone=True)
     assert check.status == status
     if status == "fail":
         assert check.figure == pytest.approx(percent, rel=1e-3)  # of the corrected value
