@@ -12,6 +12,7 @@ from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Elsewhere, Found
+from axisid.estimation.thresholds.diagnostics import NOTICEABLE_BIAS
 from axisid.estimation.thresholds.fitting import FEWEST_TWINS
 from axisid.estimation.told_by_outputs import Lack, Left
 from axisid.support.arrays import Array
@@ -161,6 +162,30 @@ class Judged:
 
     @property
     def law_check(self) -> Check:
-        """What the declared law is against the recorded control."""
+        """What the declared law is against the recorded control.
+
+        What factors of the law tell counts once, by what they move the parameters by.
+        """
         found = law_check(self.law)
-        return found if isinstance(found, Check) else Check.not_evaluated("control law", found)
+        if not isinstance(found, Check):
+            return Check.not_evaluated("control law", found)
+        return replace(found, status="note") if self.is_law_nearly_right else found
+
+    @property
+    def is_law_wrong(self) -> bool:
+        """Whether the recorded control is not the declared law's."""
+        return isinstance(self.law, LawCheck) and not self.law.passed
+
+    @property
+    def is_law_nearly_right(self) -> bool:
+        """Whether factors explain a control that is not the law's, and move nothing by much.
+
+        Nor would the scale of the recorded control, from which the law does not tell factors.
+        """
+        law = self.law
+        if not isinstance(law, LawCheck) or self.law_move is None:
+            return False
+        most = np.maximum(NOTICEABLE_BIAS.value * np.abs(self.physical), self.deviations)
+        near = (np.abs(self.law_move[0]) <= most) | self.basis.of_start
+        small = all(abs(each - 1) <= NOTICEABLE_BIAS.value for each in law.factors.values())
+        return not law.passed and law.is_told_by_factors and small and bool(near.all())

@@ -93,7 +93,7 @@ def missing_terms_check(of: Judged) -> Check:
     there = [lack for lack in of.lacks if lack.is_there]
     # What the model lacks moves the gains that are found with it.
     moved_gains = isinstance(of.law, LawCheck) and of.law.found_apart
-    wrong_law = of.law_check.status == "fail" and not moved_gains
+    wrong_law = of.is_law_wrong and not moved_gains
     most = MIN_DISTANCE_FROM_NOISE.value
     refuted = [name for name, beyond in of.basis.beyond.items() if beyond > most]
     bent = bool(refuted) and not wrong_law

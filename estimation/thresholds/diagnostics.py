@@ -244,7 +244,8 @@ NOTICEABLE_BIAS = Threshold(
     0.1,
     "1",
     "distance of least squares from the instruments, as a share of these, from which a significant "
-    "one is worth a warning",
+    "one is worth a warning; of a fit, what factors of the law move a parameter by, as a share of "
+    "it, beyond which nothing is believed",
     "chosen",
 )
 NEGLIGIBLE_BIAS = Threshold(

@@ -109,6 +109,17 @@ class LawCheck:
         """The whole sentence, to be worded later."""
         return Note(self.meaning, self.remedy)
 
+    @property
+    def is_told_by_factors(self) -> bool:
+        """Whether the control is the law's but for its factors, which are all there is to mend."""
+        left = self.fitted_residual_percent
+        explained = (
+            left is not None
+            and left < MAX_LAW_RESIDUAL.value
+            and not (self.delay or self.found_apart)
+        )
+        return explained and bool(self.factors) and min(self.factors.values()) > 0
+
 
 def first_law(records: Sequence[tuple[GeneratedAxis, Record]]) -> LawCheck | Missing:
     """The check of the first of several records that fails it, else that of the first of all.
@@ -119,9 +130,9 @@ def first_law(records: Sequence[tuple[GeneratedAxis, Record]]) -> LawCheck | Mis
 
 
 def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
-    """The first check that fails its record, else that of the first record."""
-    failing = (each for each in laws if isinstance(each, LawCheck) and not each.passed)
-    return next(failing, laws[0])
+    """The first check that fails its record, those before that factors tell; else the first."""
+    failing = [each for each in laws if isinstance(each, LawCheck) and not each.passed]
+    return min(failing, key=lambda each: each.is_told_by_factors, default=laws[0])
 
 
 def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
