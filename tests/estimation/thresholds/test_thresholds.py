@@ -87,7 +87,6 @@ IMPLEMENTATION = {
     "steps._DIRECTIONS": "sides of a motion, beside that at rest",
     "twin._MOST_SAMPLES": "what there is memory for",
     "propagation._STEP": "step of a difference",
-    "residual_tests._NO_VARIANCE": "rounding of a variance",
     "variable_projection._SPREAD": "starts of a search",
     "known_spread._STEP": "step of a difference",
     "layout._SAME": "rounding of a column",
