@@ -64,7 +64,7 @@ from .repeated_samples import repeated_check
 Belief = Literal["believed", "with care", "not believed"]
 
 _LAST, _BEFORE_SIMULATION = 100, 1
-#: Checks of what an axis declares; the first is of every axis.
+#: Checks of what an axis declares.
 _OF_THE_MODEL = ("missing terms", "control law")
 #: Checks of fits alone by which no number is to be believed, with their rank among the others.
 _GRAVE_OF_FITS = {"any parameter shown": 3, "one end": 3, "what was known": 4}
@@ -420,14 +420,17 @@ def conclusion(checks: Sequence[Check]) -> str:
         case "not believed":
             return f"Do not believe these numbers before this is mended: {failed[0]}."
         case "with care":
-            return f"Believe these numbers with care; to look at: {', '.join(failed)}."
+            return (
+                "Believe these numbers with care; to look at: "
+                f"{', '.join(failed)}{_unchecked(checks)}."
+            )
 
 
 def _unchecked(checks: Sequence[Check]) -> str:
-    """What could not be asked of the model, where that is what it lacks; with the law, if so."""
+    """What could not be asked of the model: what it lacks, and whether the law is the drive's."""
     skipped = [check.name for check in checks if check.status == "not evaluated"]
     names = [name for name in _OF_THE_MODEL if name in skipped]
-    return f"; not checked: {', '.join(names)}" if _OF_THE_MODEL[0] in names else ""
+    return f"; not checked: {', '.join(names)}" if names else ""
 
 
 def belief(failing: Iterable[str]) -> Belief:

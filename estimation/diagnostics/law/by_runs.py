@@ -126,11 +126,14 @@ class GainsBeside:
     def unless_rounded(self) -> "GainsBeside":
         """The same without a rounding that the record refutes.
 
-        A reference that its maker computes in whole steps looks like one that the log rounded. By
-        any gains the law would then leave of the control what such steps do.
+        A reference that its maker computes in whole steps looks like one that the log rounded, and
+        the law reads the steps of an encoder as they are. By any gains it would else leave of the
+        control what such steps do, which jumps from sample to sample as no other fault does.
         """
-        least = self._changed(tuple(range(len(self.along.law.gains)))).percent
-        refuted = least < self.open_percent / MIN_DISTANCE_FROM_NOISE.value
+        best = self._changed(tuple(range(len(self.along.law.gains)))).point
+        sizes = [np.linalg.norm(np.diff(each)) for each in self.left_open(best)]
+        jumps = np.linalg.norm(np.diff(self.left(best)))
+        refuted = jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value
         return replace(self, rounded=()) if refuted else self
 
     def left_open(self, point: LawPoint) -> list[Array]:

@@ -38,7 +38,11 @@ def check(name: str, status: Status) -> Check:
         ),
         (
             (check("control law", "not evaluated"), check("delta method", "not evaluated")),
-            "Nothing that was checked speaks against these numbers.",
+            "Nothing that was checked speaks against these numbers; not checked: control law.",
+        ),
+        (
+            (check("control law", "not evaluated"), check("alignment", "fail")),
+            "Believe these numbers with care; to look at: alignment; not checked: control law.",
         ),
         (
             (check("control law", "not evaluated"), check("missing terms", "not evaluated")),

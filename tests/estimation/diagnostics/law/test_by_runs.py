@@ -11,6 +11,9 @@ from axisid import Record, build, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import ControlLaw
 from axisid.estimation import LawCheck, check_law
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+from tests.axes.cascaded import cascaded
 from tests.axes.ready_laws import LAWS, with_law
 
 P_PI = "cascade_p_pi, clamped"
@@ -151,3 +154,52 @@ def test_a_flipped_control_is_said_to_have_the_other_sign() -> None:
     assert "its sign is opposite to the law's" in check.meaning
     assert "% of the control" in check.meaning
     assert "no change of its gains" not in check.meaning
+
+
+@cache
+def _behind_encoder(step: float) -> tuple[GeneratedAxis, Record]:
+    axis = cascaded()
+    assert axis.experiment is not None
+    experiment = replace(axis.experiment, position_noise=0.0, resolution=step)
+    found = build(replace(axis, experiment=experiment), native=False)
+    return found, twin_record(found)
+
+
+def _with_test_signal(record: Record, share: float) -> Array:
+    assert record.control is not None
+    size = share * np.sqrt(2 * np.mean(record.control**2))
+    return np.asarray(record.control + size * np.sin(2 * np.pi * 11 * record.time))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("step", [1e-6, 5e-6, 2e-5])
+def test_steps_of_an_encoder_excuse_no_other_control(step: float) -> None:
+    """What they leave open of the control is that of a log which rounds, and this one does not."""
+    axis, record = _behind_encoder(step)
+    assert record.control is not None
+    right = check_law(axis, record)
+    assert isinstance(right, LawCheck)
+    assert right.passed
+    for control, said in (
+        (-record.control, "its sign is opposite"),
+        (np.roll(record.control, -1), "1 sample before"),
+        (_with_test_signal(record, 0.2), "off by 19"),
+        (_with_test_signal(record, 0.1), "off by "),
+    ):
+        found = check_law(axis, replace(record, control=control))
+        assert isinstance(found, LawCheck)
+        assert not found.passed
+        assert said in found.meaning
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("coarser", [5, 20])
+def test_a_right_law_behind_a_log_that_rounds_is_not_refused(coarser: int) -> None:
+    axis, record = _behind_encoder(1e-6)
+    step = coarser * 1e-6
+    found = check_law(axis, replace(record, position=step * np.round(record.position / step)))
+    assert isinstance(found, Missing) or found.passed
+    assert record.control is not None
+    flipped = check_law(axis, replace(record, control=-record.control))
+    assert isinstance(flipped, LawCheck)
+    assert not flipped.passed
