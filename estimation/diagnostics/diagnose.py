@@ -25,9 +25,10 @@ from axisid.estimation.diagnostics.estimates import (
     second_opinion_check,
     within_bounds,
 )
-from axisid.estimation.diagnostics.law import law_check
+from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.diagnostics.loop import (
     Alignment,
+    ForceTiming,
     alignment_check,
     declared_lateness,
     following,
@@ -180,8 +181,17 @@ def _filter_bias(case: Case) -> Check | Missing:
 
 
 def _alignment(case: Case) -> Check | Missing:
-    remedy = timing_remedy(case.timing, case.data.axis.axis.control)
-    return alignment_check(case.preferred, case.alignment, case.data, weak=case.weak, remedy=remedy)
+    law, timing = case.law, case.timing
+    remedy = timing_remedy(timing, case.data.axis.axis.control)
+    both = isinstance(law, LawCheck) and isinstance(timing, ForceTiming) and remedy is not None
+    return alignment_check(
+        case.preferred,
+        case.alignment,
+        case.data,
+        weak=case.weak,
+        remedy=remedy,
+        by_log=both and timing.role == "control" and law.delay == -timing.samples,
+    )
 
 
 def _uneven_times(case: Case) -> Check | Missing | None:

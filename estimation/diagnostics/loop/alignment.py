@@ -329,10 +329,12 @@ def alignment_check(
     *,
     weak: bool,
     remedy: Remedy | None = None,
+    by_log: bool = False,
 ) -> Check | Missing:
     """The delay that fits best against the one that the hold takes; `weak` are the instruments.
 
-    The `remedy` is for a force that acts whole samples after it is recorded.
+    The `remedy` is for a force that acts whole samples after it is recorded. It is the only one
+    `by_log`, where the control law too says that the log wrote it at another time.
     """
     if isinstance(profile, Missing):
         return profile
@@ -351,11 +353,13 @@ def alignment_check(
     )
     by_ls = "" if profile.by_instruments else " (by least squares, which noise may bias)"
     fits = (
-        f"the force fits the motion best {_delay(profile)} earlier than it is recorded; "
-        f"hold {hold} takes it {used:g} samples earlier{by_ls}"
+        f"the force fits the motion best {_delay(profile)} {_side(profile.best)} it is recorded; "
+        f"hold {hold} supposes {abs(used):g} samples {_side(used)}{by_ls}"
     )
     other, moves = _other_hold(profile, data), f"A sample of delay moves {moved}"
-    advice = _of_drive(profile, data, remedy) if other is None else Remedy.of("Try ", other)
+    advice = Remedy.of("Try ", other) if other is not None else remedy
+    if not by_log and other is None:
+        advice = _of_drive(profile, data, remedy)
     aligned = (
         abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
         and not profile.at_the_end
@@ -367,7 +371,9 @@ def alignment_check(
         threshold=MAX_MISALIGNMENT.value,
         source="samples between the delay of least equation error and the one that is used, unless "
         "two deviations of it are more; a drive that holds its force is half a sample late",
-        meaning=fits if aligned else f"{fits}. {moves}" if advice is None else f"{fits}. ",
+        meaning=fits
+        if aligned
+        else f"{fits}{_early(data, apart)}. {moves if advice is None else ''}",
         remedy=None if aligned or advice is None else Remedy.of(advice, f". {moves}"),
     )
 
@@ -422,6 +428,20 @@ def _other_hold(profile: Alignment, data: FilteredRecord) -> Setting | None:
 
 
 def _delay(profile: Alignment) -> str:
+    size = abs(profile.best)
     if profile.at_the_end:
-        return f"{profile.best:g} samples, the end of the range that was tried, or more"
-    return f"{profile.best:.2f} +- {profile.deviation:.2g} samples"
+        return f"{size:g} samples, the end of the range that was tried, or more"
+    return f"{size:.2f} +- {profile.deviation:.2g} samples"
+
+
+def _side(delay: float) -> str:
+    return "before" if delay < 0 else "after"
+
+
+def _early(data: FilteredRecord, apart: float) -> str:
+    """Which column is early or late beside the other."""
+    column, way = (
+        "control" if data.record.force is None else "force",
+        "early" if apart > 0 else "late",
+    )
+    return f", so that the {column} is {abs(apart):.2g} samples {way} beside the position"

@@ -117,6 +117,31 @@ def test_delay_beyond_the_range_is_said_to_be_there(emps2015: GeneratedAxis) -> 
     assert "best 3 samples, the end" in check.meaning
 
 
+@pytest.mark.parametrize(
+    ("rows", "says"),
+    [
+        (
+            -1,
+            r"1\.\d+ \+- .* samples after it.*the control is .* samples early beside the position",
+        ),
+        (
+            1,
+            r"0\.\d+ \+- .* samples before it.*the control is .* samples late beside the position",
+        ),
+    ],
+)
+def test_the_column_that_is_early_is_said(
+    emps2015: GeneratedAxis, twin: Record, rows: int, says: str
+) -> None:
+    assert twin.control is not None
+    moved = replace(twin, control=np.roll(twin.control, rows))
+    (check,) = (
+        c for c in identify(emps2015, moved, methods="idm-ls").verdict if c.name == "alignment"
+    )
+    assert check.status == "fail"
+    assert re.search(says, check.meaning)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("declared", "says"),

@@ -1,5 +1,6 @@
 """A control that is logged before it acts is told from a law of another delay."""
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -82,7 +83,10 @@ def test_a_control_logged_as_it_is_computed_is_to_be_shifted_not_the_delay() -> 
     assert law.startswith("fail")
     assert "--shift control=1" in law
     assert "delay=" not in law
-    assert "--shift control=1" in said(found, "alignment")
+    alignment = said(found, "alignment")
+    assert "--shift control=1" in alignment
+    assert "the drive's delay" not in alignment
+    assert re.search(r"so that the control is (0.9|1)\d* samples early beside", alignment)
 
 
 @pytest.mark.slow
