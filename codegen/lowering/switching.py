@@ -15,6 +15,7 @@ from functools import partial, reduce
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
+from axisid.modeling.algebra import multiplied_out
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import Signal, signals_in, with_numbers
 
@@ -167,7 +168,7 @@ class _Sides:
         if not value.free_symbols & self._motion:
             return None
         slope = value.diff(self._velocity)
-        rest = sympy.expand(value - slope * self._velocity)
+        rest = multiplied_out(value - slope * self._velocity)
         if rest == 0 and not slope.free_symbols & self._motion:
             return None
         if -value in self._sides:
@@ -199,7 +200,7 @@ def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple
     """Wave numbers of everything in the expressions that is no polynomial of the position."""
     found: dict[sympy.Expr, None] = {}
     for value in values:
-        for node in sympy.preorder_traversal(value):
+        for node in dict.fromkeys(sympy.preorder_traversal(value)):
             if position in node.free_symbols:
                 found.update(dict.fromkeys(_of_node(node, position)))
     return tuple(number for number in found if number != 0)

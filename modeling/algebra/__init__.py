@@ -19,6 +19,7 @@ from .independence import without as without
 from .kernel import Polynomial as Polynomial
 from .kernel import TooManyProductsError as TooManyProductsError
 from .kernel import kernel as kernel
+from .multiplied_out import multiplied_out as multiplied_out
 from .point_value import CANNOT as CANNOT
 from .point_value import value_at as value_at
 from .point_value import vanishes as vanishes
@@ -26,4 +27,5 @@ from .products import Algebra as Algebra
 from .products import Number as Number
 from .products import Product as Product
 from .products import Sum as Sum
+from .products import TooLargeError as TooLargeError
 from .products import modulus_of as modulus_of

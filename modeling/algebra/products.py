@@ -23,7 +23,7 @@ Product: TypeAlias = tuple[tuple[int, Number], ...]
 Sum: TypeAlias = dict[Product, Number]
 
 #: Products of two terms that may be formed for one expression.
-MOST_PRODUCTS = 50_000
+MOST_PRODUCTS = 100_000
 
 HALF = Fraction(1, 2)
 _LOST = Fraction(1, 10**30)  # share of two numbers below which their sum is what rounding left

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import sympy
 
+from axisid.modeling.algebra import multiplied_out
 from axisid.modeling.quantities import (
     BALANCED,
     LIMITED_OUTPUT,
@@ -201,7 +202,7 @@ class ControlLaw:
         """
         gains = tuple(gain(name) for name in self.gains)
         factors: dict[sympy.Expr, None] = {}  # in their order
-        for term in sympy.Add.make_args(sympy.expand(self.output)):
+        for term in sympy.Add.make_args(multiplied_out(self.output)):
             signal, factor = term.as_independent(*gains, as_Add=False)
             if signal.free_symbols & set(gains) or not factor.is_polynomial(*gains):
                 return ((sympy.S.One, self.output),)

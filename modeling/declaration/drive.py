@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import sympy
 
+from axisid.modeling.algebra import multiplied_out
 from axisid.modeling.quantities import (
     CONTROL,
     DIRECTION,
@@ -279,7 +280,7 @@ class Drive:
     def is_times_gain(self) -> bool:
         """Whether the force is the gain times what the gain has no part in."""
         off = self.force_by_gain - self.force
-        return bool(sympy.expand(off.replace(sympy.Abs, lambda x: x * sympy.sign(x))) == 0)
+        return multiplied_out(off.replace(sympy.Abs, lambda x: x * sympy.sign(x))) == sympy.S.Zero
 
     @property
     def inverse(self) -> sympy.Expr:

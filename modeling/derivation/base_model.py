@@ -13,7 +13,14 @@ import sympy
 
 from axisid.modeling.algebra import Coefficients
 from axisid.modeling.declaration import Axis
-from axisid.modeling.quantities import Parameter, fresh_name, parse_unit, rounded, with_numbers
+from axisid.modeling.quantities import (
+    Parameter,
+    check_size,
+    fresh_name,
+    parse_unit,
+    rounded,
+    with_numbers,
+)
 from axisid.support.errors import ModelError
 
 from .base_terms import Exponents, Row, force_terms, reduced_rows
@@ -191,8 +198,10 @@ def _reduced(
     for p, lead in zip(parameters, leads, strict=True):
         if p.symbol not in nonlinear:
             terms.append(p * coefficients[tuple(lead[j] for j in places)])
+    force = sympy.Add(*terms)
+    check_size(force, "the equation of motion in base parameters")
     truth = axis.experiment and replace(axis.experiment, truth=_truth(base, parameters))
-    return replace(axis, parameters=parameters, force=sympy.Add(*terms), experiment=truth)
+    return replace(axis, parameters=parameters, force=force, experiment=truth)
 
 
 def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]:

@@ -17,9 +17,11 @@ from axisid.modeling.algebra import (
     Number,
     Product,
     Sum,
+    TooLargeError,
     modulus_of,
     value_of,
 )
+from axisid.modeling.quantities import rounded
 from axisid.support.errors import ModelError
 
 #: Share of what was added up below which a weight is what rounding left of nothing.
@@ -27,6 +29,7 @@ _ROUNDING = Fraction(1, 10**12)
 _LONG, _KEPT = 2000, 400  # binary digits from which a weight is rounded, and to which
 _LEAST = Fraction(1, 10**300)  # share of a row that stands for any smaller one
 _MOST_STEPS = 300_000  # weights that are worked out in reducing rows
+_SHOWN = 120  # letters of a term
 
 Exponents = tuple[int, ...]
 Row = list[Fraction]
@@ -74,7 +77,7 @@ def force_terms(
         It has too many terms once it is multiplied out, or a part that is no real number.
     """
     expansion = Expansion(velocity)
-    parts = [expansion(term) for term in sympy.Add.make_args(force)]
+    parts = [_expanded(term, expansion) for term in sympy.Add.make_args(force)]
     return _terms(parts, expansion.algebra, parameters)
 
 
@@ -91,6 +94,15 @@ def column_terms(
         for term in sympy.Add.make_args(column)
     ]
     return _terms(parts, expansion.algebra, tuple(columns))
+
+
+def _expanded(term: sympy.Expr, expansion: Expansion) -> Sum:
+    try:
+        return expansion(term)
+    except TooLargeError as error:
+        text = str(rounded(term))
+        shown = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+        raise TooLargeError(f"{error} What takes long is the term {shown}") from error
 
 
 def _terms(parts: Iterable[Sum], algebra: Algebra, parameters: Sequence[sympy.Symbol]) -> Terms:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from axisid.modeling.algebra import intercept, vanishes, without
+from axisid.modeling.algebra import intercept, multiplied_out, vanishes, without
 from axisid.modeling.quantities import DIRECTION, FORCE, Coordinate
 from axisid.support.errors import ModelError
 from axisid.support.missing import Missing
@@ -54,8 +54,8 @@ def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
     if inertia is None:
         raise ModelError(
             f"the force is not linear in the acceleration {coordinate.acceleration}: its "
-            f"derivative is {sympy.expand_mul(found)}. A mechanical axis has one inertia times one "
-            "acceleration."
+            f"derivative is {multiplied_out(found, powers=False)}. A mechanical axis has one "
+            "inertia times one acceleration."
         )
     for motion in (coordinate.symbol, coordinate.velocity, DIRECTION):
         constant = without(inertia, {motion})

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import sympy
 
-from axisid.modeling.algebra import vanishes, where_zero, without
+from axisid.modeling.algebra import multiplied_out, vanishes, where_zero, without
 from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.quantities import Coordinate, Parameter, fresh_name, number, with_numbers
 from axisid.support.errors import ModelError
@@ -101,7 +101,7 @@ def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr
     linear = {p for p in inside if vanishes(term.diff(p, 2))}
     rest = where_zero(term, linear)
     if rest is None or rest.free_symbols & parameters:
-        rest = sympy.expand_mul(term if rest is None else rest)
+        rest = multiplied_out(term if rest is None else rest, powers=False)
         return sympy.Add(
             *(part for part in sympy.Add.make_args(rest) if not part.free_symbols & parameters)
         )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import sympy
 
-from axisid.modeling.algebra import intercept, slope, without
+from axisid.modeling.algebra import intercept, multiplied_out, slope, without
 from axisid.support.errors import ModelError
 
 _LEAST = sympy.Float(1e-300)
@@ -70,7 +70,7 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
     slopes = {p: column for p, column in zip(parameters, row, strict=True) if p in linear}
     free = None if None in row else intercept(force, slopes)
     if free is None:
-        raise _not_linear(sympy.expand_mul(force), parameters)
+        raise _not_linear(multiplied_out(force, powers=False), parameters)
     bends = (p * column for p, column in zip(parameters, row, strict=True) if p in nonlinear)
     return Regressor(
         columns=row, intercept=sympy.Add(free, *(-bend for bend in bends)), nonlinear=nonlinear

@@ -33,9 +33,7 @@ from .signal import SignalSymbol as SignalSymbol
 from .signal import declared_signals as declared_signals
 from .signal import signals_in as signals_in
 from .size import MOST_NODES as MOST_NODES
-from .size import MOST_TERMS as MOST_TERMS
 from .size import check_size as check_size
-from .size import most_terms as most_terms
 from .state import State as State
 from .state import StatePart as StatePart
 from .state import StateSymbol as StateSymbol

@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from axisid.modeling.algebra import CANNOT, joined_exponential
-from axisid.modeling.quantities import MOST_NODES, MOST_TERMS, most_terms, with_numbers
+from axisid.modeling.quantities import MOST_NODES, with_numbers
 from axisid.support.errors import ModelError
 
 from .constant_values import LARGEST, ConstantValues, small
@@ -115,14 +115,6 @@ class ExpressionReader:
                     0,
                     code=_CONSTANTS_TOO_LARGE,
                 )
-        if max(most_terms(result), most_terms(with_numbers(result))) > MOST_TERMS:
-            raise TextError(
-                f"multiplied out it may have more than {MOST_TERMS} terms; write less of it, "
-                "smaller powers of sums, or fewer sines and cosines in a product.",
-                self._text,
-                0,
-                code="text-too-many-terms",
-            )
 
     def _check_number(self, number: sympy.Expr) -> None:
         """Refuse a number that floating point does not hold."""

@@ -42,6 +42,16 @@ LAWS: Mapping[str, Callable[[], ControlLaw]] = {
     "cascade_p_pi, clamped": lambda: cascade_p_pi(
         kp=60.0, kv=KV, tn=0.03, period=PERIOD, anti_windup="clamping"
     ),
+    "cascade_p_pi, phase-locked loop, filter, clamped": lambda: cascade_p_pi(
+        kp=40.0,
+        kv=KV,
+        tn=0.05,
+        period=PERIOD,
+        velocity="pll",
+        pll_bandwidth=500.0,
+        velocity_filter=1e-3,
+        anti_windup="clamping",
+    ),
     "cascade_p_pi, back-calculation": lambda: cascade_p_pi(
         kp=60.0,
         kv=KV,

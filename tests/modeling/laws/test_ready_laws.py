@@ -126,6 +126,9 @@ def _dynamixel(r: Array, q: Array, _: float) -> list[float]:
 
 
 BY_HAND: dict[str, Callable[[Array, Array, float], list[float]]] = {
+    "cascade_p_pi, phase-locked loop, filter, clamped": lambda r, q, limit: _cascade_p_pi(
+        r, q, limit, kp=40.0, tn=0.05, bandwidth=500.0, smooth=1e-3, windup="clamping"
+    ),
     "cascade_pd_averaged": _cascade_pd_averaged,
     "cascade_p_pi": _cascade_p_pi,
     "cascade_p_pi, feed-forward": lambda r, q, limit: _cascade_p_pi(

@@ -58,6 +58,8 @@ def read(text: str) -> sympy.Expr:
             sympy.prod(sympy.sin(i * x) for i in range(1, 9)),
         ),
         (".5*x + 1.e-3", 0.5 * x + sympy.Float(1e-3)),
+        ("1/((x + b + c)**15 + 1)", 1 / ((x + b + c) ** 15 + 1)),
+        ("((x + 1)**20 + b)**20", ((x + 1) ** 20 + b) ** 20),
     ],
 )
 def test_text_means_what_it_means_in_python(text: str, expected: sympy.Expr) -> None:
@@ -102,16 +104,6 @@ def test_quotient_of_whole_numbers_is_the_one_of_floating_point(above: int, belo
         ("(x**20)**20", "column 10", "text-power-too-large", "400 is beyond 20"),
         ("exp(999999999*log(9*x))", "column 1", "text-logarithm-multiplied", ""),
         ("exp(x)**(999999999*log(9*b)/x)", "column 10", "text-logarithm-multiplied", ""),
-        ("((x + 1)**20 + b)**20", "column 1", "text-too-many-terms", "500"),
-        ("(x + b + c + m + 1)**20", "column 1", "text-too-many-terms", "500"),
-        ("1/((x + b + c)**15 + 1)", "column 1", "text-too-many-terms", "500"),
-        (
-            "*".join(f"sin({i}.{i}*x)" for i in range(1, 15)),
-            "column 1",
-            "text-too-many-terms",
-            "500",
-        ),
-        ("((1 + sin(x))*(b + cos(3*x)))**9", "column 1", "text-too-many-terms", "500"),
         ("sin(" * 7 + "x" + ")" * 7, "column 25", "text-calls-nested", "6"),
         ("-" * 1500 + "x", "column 16", "text-nested", "15"),
         ("(" * 1000, "column 46", "text-nested", "15"),
@@ -153,7 +145,6 @@ pi, G, h, s, k, a = CONSTANTS.values()
         ("exp(x + h)*exp(-x)", "column 1", "text-constants-too-large", "1e[+]100"),
         ("exp(exp(x + h)*exp(-x))", "column 1", "text-constants-too-large", "1e[+]100"),
         ("x**(3*s)", "column 5", "text-power-too-large", r"3\*s is beyond 20"),
-        ("(x + b + c + m + 1)**s", "column 1", "text-too-many-terms", "500"),
         ("exp(s*s*log(9*x))", "column 1", "text-logarithm-multiplied", ""),
         ("sqrt(1 - pi)", "column 1", "text-no-value", ""),
         ("asin(pi)", "column 1", "text-no-value", ""),
