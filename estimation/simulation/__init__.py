@@ -7,9 +7,6 @@ Knows nothing of filters and estimates.
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
 from .closed_loop import (
-    measured_positions as measured_positions,
-)
-from .closed_loop import (
     run_loop as run_loop,
 )
 from .closed_loop import (
@@ -30,6 +27,7 @@ from .runaway import widened_distance as widened_distance
 from .simulated import SIMULATED as SIMULATED
 from .simulated import Simulation as Simulation
 from .simulated import logged_control as logged_control
+from .simulated import measured_positions as measured_positions
 from .simulated import signals_about as signals_about
 from .steps import MOST_SUBSTEPS as MOST_SUBSTEPS
 from .steps import check_inertia as check_inertia

@@ -187,7 +187,9 @@ def simulate_batch(
     recorded = lines(axis, given_signals, period)
     at_first = first_values(recorded)
     by_lane = gains_by_lane(axis, gains, lanes)
-    first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory, at_first, by_lane)
+    first = lane_starts(
+        axis, theta, ref[0], off, resolution, start, start_velocity, memory, at_first, by_lane
+    )
     check_threads(threads)
     fixed = has_constant_substeps(axis) or substeps is not None
     looked_at = () if fixed else visited_signals(axis)

@@ -28,7 +28,7 @@ from .lane_arguments import in_order
 from .loop_start import single_start
 from .recorded import at_law, checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance
-from .simulated import Simulation
+from .simulated import Simulation, measured_positions
 from .steps import (
     bounds_refusal,
     check_inertia,
@@ -375,7 +375,9 @@ def _loop(
     off = 0.0 if noise is None else float(noise[0])
     recorded = lines(axis, signals, period)
     at_first = first_values(recorded)
-    first = single_start(axis, theta, float(ref[0]), off, start, start_velocity, memory, at_first)
+    first = single_start(
+        axis, theta, float(ref[0]), off, resolution, start, start_velocity, memory, at_first
+    )
     held = check_inertia(axis, theta, first.position, at_first)
     return _Loop(
         axis=axis,
@@ -424,9 +426,3 @@ def _vector(values: ArrayLike, what: str) -> Array:
             f"{what}: the shape is {vector.shape}; give one row of numbers.", code="not-one-row"
         )
     return vector
-
-
-def measured_positions(position: Array, noise: Array | None, resolution: float) -> Array:
-    """Positions with their noise, as an encoder of a resolution has them; 0 for none."""
-    measured = position if noise is None else position + noise
-    return np.floor(measured / resolution + 0.5) * resolution if resolution > 0 else measured

@@ -16,6 +16,7 @@ from axisid.support.real_numbers import is_real, real_array
 from axisid.support.user_values import quoted
 
 from .lane_arguments import axes_by_gains
+from .simulated import measured_positions
 
 _STEPS = 20  # of Newton's method; a law that is linear in its memory takes one
 _CLOSE = 1e-14  # of the control
@@ -25,7 +26,8 @@ def single_start(
     axis: GeneratedAxis,
     parameters: Array,
     reference: float,
-    error: float,
+    noise: float,
+    resolution: float,
     start: float | None,
     velocity: float,
     memory: ArrayLike | None,
@@ -40,8 +42,8 @@ def single_start(
     parameters : (p,) array
     reference : float
         The first.
-    error : float
-        Of the first measured position.
+    noise, resolution : float
+        Of the first measured position, and of the encoder.
     start, velocity, memory
         As `simulate` takes them.
     recorded : (s,) array
@@ -57,8 +59,9 @@ def single_start(
     position = float(reference if start is None else start)
     remembered = _remembered(axis, memory, None)
     if remembered is None and _law(axis).balanced:
+        measured = float(measured_positions(position, noise, resolution))
         remembered = balanced_memory(
-            axis, parameters, position, float(velocity), reference, position + error, *recorded
+            axis, parameters, position, float(velocity), reference, measured, *recorded
         )
     return LoopStart(position=position, velocity=float(velocity), memory=remembered)
 
@@ -67,7 +70,8 @@ def lane_starts(
     axis: GeneratedAxis,
     parameters: Array,
     reference: Array,
-    error: Array,
+    noise: Array,
+    resolution: float,
     start: ArrayLike | None,
     velocity: ArrayLike | None,
     memory: ArrayLike | None,
@@ -86,7 +90,8 @@ def lane_starts(
     remembered = _remembered(axis, memory, lanes)
     if remembered is None and _law(axis).balanced:
         signals = [np.broadcast_to(values, lanes) for values in recorded]
-        each = zip(parameters, position, moving, first, position + error, *signals, strict=True)
+        measured = measured_positions(position, noise, resolution)
+        each = zip(parameters, position, moving, first, measured, *signals, strict=True)
         owners = axes_by_gains(axis, gains, lanes)
         pairs = zip(owners, each, strict=True)
         remembered = np.array([balanced_memory(own, *lane) for own, lane in pairs])
@@ -142,15 +147,20 @@ def balanced_memory(
     held = force(position, velocity, 0.0, np.sign(velocity), *recorded, parameters)
     state = axis.functions["control_start"](reference, measured, *recorded).full().ravel()
     wanted = float(control(held, position, velocity, *recorded))
-    response = axis.axis.response
+    response, path = axis.axis.response, axis.axis.drive.path
     count = len(state) - (0 if response is None else len(response.remembered))
     signals = (reference, measured, velocity, *recorded)
-    law = balance(axis, state[:count], signals, axis.axis.drive.path.command(wanted))
-    by_control = response is not None and response.holds_control
-    drive = np.full(len(state) - count, wanted if by_control else float(held))
-    if axis.axis.drive.path.is_limited:
-        drive[:1] = axis.axis.drive.path.command(wanted)
-    return np.concatenate([law, drive])
+    law = balance(axis, state[:count], signals, path.command(wanted))
+    if response is None:
+        return law
+    # The drive has what comes of the law's command, which may be rounded or limited.
+    command = float(_computed(axis)[0](*signals, law))
+    acting = path.end(command)
+    made = float(axis.functions["drive_force"](acting, position, velocity, *recorded))
+    last = [command] * path.is_limited
+    forces = np.full(len(response.forces), acting if response.holds_control else made)
+    forces[len(forces) - response.keeps_force :] = made
+    return np.concatenate([law, last, forces])
 
 
 def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float) -> Array:
@@ -184,7 +194,8 @@ def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], contr
         if not 0 < size < math.inf:
             break
         state[free] += off / size * along
-    state[count:] = control if law.delay else state[count:]
+    if law.delay:
+        state[count:] = float(computed(*signals, state))
     return state
 
 

@@ -82,6 +82,14 @@ class Simulation(Exact):
         )
 
 
+def measured_positions(
+    position: Array | float, noise: Array | float | None, resolution: float
+) -> Array:
+    """Positions with their noise, as an encoder of a resolution has them; 0 for none."""
+    measured = np.asarray(position if noise is None else position + noise)
+    return np.floor(measured / resolution + 0.5) * resolution if resolution > 0 else measured
+
+
 def signals_about(
     axis: GeneratedAxis, parameters: Array, simulation: Simulation
 ) -> tuple[Signals, Signals]:

@@ -89,6 +89,7 @@ class CarriedLoop:
             parameters,
             extent.first,
             0.0,
+            0.0,
             extent.start.position,
             extent.start.velocity,
             extent.start.memory,

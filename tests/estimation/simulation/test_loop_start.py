@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from axisid import ModelError, UsageError, build, load_axis, newton, simulate
+from axisid import ModelError, UsageError, build, load_axis, newton, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import (
     BALANCED,
@@ -20,6 +20,7 @@ from axisid.control import (
 )
 from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation import simulate_batch
+from axisid.modeling.declaration import Experiment, back_and_forth
 from tests.axes.simulated import AXES, F0, Fc, Fv, M, q
 from tests.refusals import refuses
 
@@ -172,6 +173,45 @@ def test_an_integral_in_balance_holds_the_load(delay: int, native: bool) -> None
     lanes = np.array([THETA, THETA * [1, 1, 1, -2]])
     batch = simulate_batch(vertical(BALANCED, delay, native=native), lanes, reference, T)
     assert np.all(batch["position"] == 0.1)
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_a_law_between_two_counts_remembers_what_its_encoder_measured(native: bool) -> None:
+    axis, count, reference = vertical(BALANCED, native=native), 1e-4, np.full(20, 0.1 + 4e-5)
+    loop = simulate(axis, THETA, reference, T, resolution=count)
+    batch = simulate_batch(
+        axis, [THETA], reference, T, resolution=count, wanted=("control", "position")
+    )
+    for control in (loop.control, batch["control"][:, 0]):
+        assert control[0] == pytest.approx(300.0 / 35.15, rel=1e-12)
+        # From there the integral follows the part of a count that is measured: 6.4 mA a sample.
+        assert np.diff(control[:5]) == pytest.approx(40.0 * 4e-5 * 4000.0 * T, rel=1e-6)
+
+
+def test_a_twin_behind_an_encoder_starts_in_balance() -> None:
+    twin = twin_record(
+        replace(
+            vertical(BALANCED).declared,
+            experiment=Experiment(
+                moves=back_and_forth(speeds=(0.05,), acceleration=1.0, seconds=0.2),
+                truth=dict(zip(("M", "Fv", "Fc", "F0"), THETA, strict=True)),
+                position_noise=2e-5,
+                resolution=1e-4,
+            ),
+        )
+    )
+    assert twin.control is not None
+    assert twin.control[0] == pytest.approx(300.0 / 35.15, rel=1e-12)
+
+
+@pytest.mark.parametrize("path", [{"lag": 2e-3}, {"delay": 1.5e-3}, {"rate_limit": 1e3}])
+def test_a_drive_that_rounds_begins_with_the_force_of_a_command(path: dict[str, float]) -> None:
+    drive = Drive(gain=35.15, limit=100.0, quantisation=0.5, **path)
+    axis = build(replace(vertical(BALANCED).declared, drive=drive))
+    loop = simulate(axis, THETA, np.full(20, 0.1), T)
+    # 300 N are 8.53 A, and the nearest command that acts 8.5 A.
+    assert loop.control[0] == pytest.approx(300.0 / 35.15)
+    assert loop.force[:3] == pytest.approx(8.5 * 35.15)
 
 
 @pytest.mark.slow
