@@ -135,6 +135,33 @@ class NativeLibrary:
         )
         return accelerations, rates
 
+    def later(
+        self, motion: tuple[Array, Array], held: Array, span: Array, step: float, parameters: Array
+    ) -> tuple[Array, Array, Array]:
+        """Motions some time after a law was evaluated, before it is again.
+
+        Parameters
+        ----------
+        motion : tuple of (n,) array
+            Positions and velocities at the evaluations, contiguous.
+        held : (n, h) array
+            The force since then, and value and rate of each recorded signal; contiguous.
+        span : (n,) array
+            Times since then, s, contiguous.
+        step : float
+            The longest, s.
+        parameters : (p,) array
+
+        Returns
+        -------
+        tuple of (n,) array
+            Positions, velocities and friction directions; NaN where a motion comes to no end.
+        """
+        found = np.empty((3, len(span)))
+        self._call("later_rows", len(span), *motion, held, span, float(step), parameters, *found)
+        position, velocity, direction = found
+        return position, velocity, direction
+
     def simulate(
         self,
         reference: Array,

@@ -69,7 +69,7 @@ def check_library(library: "NativeLibrary", functions: Mapping[str, Any], text: 
         _check_rest(library, functions)
     if "void simulate_batch(" in text:
         for substeps in (1, 3):
-            _check_loop(library, functions, substeps)
+            _check_loop(library, functions, substeps, later="void later_rows(" in text)
 
 
 def _check_function(library: "NativeLibrary", name: str, function: Any) -> None:
@@ -189,7 +189,9 @@ class _Lanes:
         )
 
 
-def _check_loop(library: "NativeLibrary", functions: Mapping[str, Any], substeps: int) -> None:
+def _check_loop(
+    library: "NativeLibrary", functions: Mapping[str, Any], substeps: int, *, later: bool
+) -> None:
     """Compare unlike lanes with the same simulations one by one, native and virtual."""
     lanes, rates = _lanes(functions, substeps), _rates(functions["held_acceleration"])
     for cut in range(_MOST_CUTS + 1):
@@ -216,6 +218,8 @@ def _check_loop(library: "NativeLibrary", functions: Mapping[str, Any], substeps
         for got in (one, (int(statuses[lane]), int(ends[lane]), beside)):
             if not _same(got, *pair):
                 raise WrongLibraryError("the compiled time loop computes wrong values")
+        if later and not _is_later(library, lanes, lane, *pair):
+            raise WrongLibraryError("the compiled motion between samples computes wrong values")
 
 
 def _lanes(functions: Mapping[str, Any], substeps: int) -> _Lanes:
@@ -372,6 +376,32 @@ def _near_sides(switching: Any, parameters: Array, start: Array, recorded: Array
     return near
 
 
+def _is_later(
+    library: "NativeLibrary", lanes: _Lanes, lane: int, expected: _Result, shaken: _Result
+) -> bool:
+    """Whether the first sample's motion, a period later, is the second's."""
+    status, end, signals = expected
+    if shaken[:2] != expected[:2] or (end if status else _LOOP_SAMPLES) <= 1:
+        return True
+    recorded, settings = lanes.recorded_of(lane), lanes.settings
+    lines = np.zeros(0) if recorded is None else recorded[0]
+    motion = (signals["position"][:1].copy(), signals["velocity"][:1].copy())
+    held = np.concatenate([signals["force"][:1], lines])[None, :]
+    period, step = np.array([settings.period]), settings.period / settings.substeps
+    found = library.later(motion, held, period, step, lanes.parameters[lane])
+    later = dict(zip(("position", "velocity"), found[:2], strict=True))
+    return all(
+        abs(float(later[name][0]) - signals[name][1]) <= _allowed(size, moved)
+        for name, size, moved in _moves(expected, shaken)
+        if name in later
+    )
+
+
+def _allowed(size: float, moved: float) -> float:
+    """How much a signal may differ, from its size and how far it moves."""
+    return MAX_LOOP_DIFFERENCE.value * size + MAX_MAGNIFIED_DIFFERENCE.value * moved
+
+
 def _same(got: _Result, expected: _Result, shaken: _Result) -> bool:
     """Whether two results agree as far as rounding lets them; `shaken` shows how far that is."""
     status, end, signals = expected
@@ -381,9 +411,7 @@ def _same(got: _Result, expected: _Result, shaken: _Result) -> bool:
         return False
     until = end if status else _LOOP_SAMPLES
     for name, size, moved in _moves(expected, shaken):
-        allowed = MAX_LOOP_DIFFERENCE.value * size + MAX_MAGNIFIED_DIFFERENCE.value * moved
-        if not np.allclose(
-            got[2][name][:until], signals[name][:until], rtol=0, atol=allowed, equal_nan=True
-        ):
+        wanted, atol = signals[name][:until], _allowed(size, moved)
+        if not np.allclose(got[2][name][:until], wanted, rtol=0, atol=atol, equal_nan=True):
             return False
     return True

@@ -32,7 +32,7 @@ _HELPERS = {
     "select": "(double c, double a, double b) { return c != 0.0 ? a : b; }",
 }
 #: Parts of the time loop in the order of its text, each of which calls those before it.
-_LOOP = ("modes.c", "events.c", "sample.c", "batch.c", "start.c")
+_LOOP = ("modes.c", "events.c", "sample.c", "batch.c", "between.c", "start.c")
 #: How C writes a program.
 C = Language(
     calls={
@@ -143,6 +143,7 @@ def print_c_loop(
     parts |= {} if "SIGNALS" in sizes else {"SIGNALS": False}
     parts |= {name: name in sizes for name in ("MOVING", "STATES", "FIRST_LIMIT", "WAVES")}
     parts["RATES"] = rates
+    parts["HOLDS_FORCE"] = not (continuous or response or "STATES" in sizes)
     for name in ("MOVING", "STATES"):
         text = _with_arguments(text, name, there=parts[name])
     return "\n".join([lines, _decided(text, parts)])

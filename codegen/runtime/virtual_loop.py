@@ -84,10 +84,7 @@ class VirtualLoop:
         injected = np.zeros(samples) if injected is None else injected
         recorded = np.zeros((samples, 0)) if recorded is None else recorded
         q, dq, end = float(start.position), float(start.velocity), 0.0
-        mode = Mode(float(np.sign(dq)), (0.0,) * self._plant.sides, self._plant.start_states)
-        if self._plant.moving:
-            mode = self._plant.shifted(q, dq, mode, recorded[0])
-        mode = self._plant.slipping(q, self._plant.beyond(q, dq, mode, 0))
+        mode = self._first_mode(q, dq, recorded[0])
         state = start.memory
         if state is None:
             measured = q + self._encoder(q, noise[0])
@@ -116,6 +113,38 @@ class VirtualLoop:
             if k == 0:  # nothing was held before
                 signals["before"][0] = signals["direction"][0]
         return _DONE, samples - 1, signals
+
+    @np.errstate(all="ignore")
+    def later(
+        self, motion: tuple[Array, Array], held: Array, span: Array, step: float
+    ) -> tuple[Array, Array, Array]:
+        """Motions some time after a law was evaluated; as `NativeLibrary.later`."""
+        rows = zip(*motion, held, span, strict=True)
+        found = np.array([self._later(*each, step) for each in rows]).reshape(-1, 3)
+        return found[:, 0], found[:, 1], found[:, 2]
+
+    def _later(
+        self, q: float, dq: float, held: Array, span: float, step: float
+    ) -> tuple[float, float, float]:
+        mode = self._first_mode(q, dq, held[1:])
+        self._plant.hold((held[0],), held[1:])
+        steps = math.ceil(span / step)
+        try:
+            for _ in range(steps):
+                if dq == 0:
+                    mode = self._plant.chosen_at_rest(q, mode)
+                q, dq, mode = self._advance(q, dq, mode, span / steps)
+        except _StoppedError:
+            return math.nan, math.nan, math.nan
+        return q, dq, mode.direction
+
+    def _first_mode(self, q: float, dq: float, recorded: Array) -> Mode:
+        """The mode of a motion that begins, beside value and rate of each signal."""
+        mode = Mode(float(np.sign(dq)), (0.0,) * self._plant.sides, self._plant.start_states)
+        if self._plant.moving:
+            self._plant.hold((0.0,), np.zeros(len(recorded)))
+            mode = self._plant.shifted(q, dq, mode, recorded)
+        return self._plant.slipping(q, self._plant.beyond(q, dq, mode, 0))
 
     def _encoder(self, q: float, noise: float) -> float:
         """Error of the measurement: noise, and rounding to the encoder's counts."""

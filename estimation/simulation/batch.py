@@ -26,6 +26,7 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.real_numbers import real_array
 
+from .between import at_log_samples
 from .lane_arguments import (
     aligned,
     check_lanes,
@@ -56,7 +57,7 @@ from .steps import (
     too_stiff,
     visited_signals,
 )
-from .two_clocks import TwoClocks, at_log_samples, clocks_of
+from .two_clocks import TwoClocks, clocks_of
 
 #: What is needed between the evaluations of a law.
 _OF_THE_LAW = ("position", "velocity", "acceleration", "force", "direction", "before")

@@ -24,6 +24,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.real_numbers import real_array
 
+from .between import at_log_samples
 from .lane_arguments import in_order
 from .loop_start import single_start
 from .recorded import at_law, checked_signals, first_values, lines
@@ -38,7 +39,7 @@ from .steps import (
     further_substeps,
     pushes,
 )
-from .two_clocks import TwoClocks, at_log_samples, clocks_of
+from .two_clocks import TwoClocks, clocks_of
 
 
 def simulate(

@@ -10,6 +10,7 @@ from axisid.codegen.lowering import SIGNALS
 from axisid.support.arrays import Array
 
 from .batch import BatchSimulation, simulate_batch
+from .between import at_log_samples
 from .loop_inputs import LoopInputs
 from .recorded import lines
 from .steps import (
@@ -19,7 +20,6 @@ from .steps import (
     substeps_at_start,
     visited_signals,
 )
-from .two_clocks import at_log_samples
 
 #: What a batch calls the signals of the generated code.
 _GIVEN = {name: "direction_before" if name == "before" else name for name in SIGNALS}

@@ -1,9 +1,4 @@
-"""A law and a log with a clock each: simulated as the law runs, sampled as the log is.
-
-Between two evaluations of the law the force is held, so that the motion is smooth but where the
-axis reverses: it is taken there by cubics through the velocities and accelerations at both. They
-err by (rate of the plant times period)^2 / 384 of the way that an acceleration makes in a period.
-"""
+"""A law and a log with a clock each: simulated as the law runs, sampled as the log is."""
 
 import math
 from collections.abc import Callable
@@ -13,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import is_same_period
 from axisid.estimation.thresholds.simulation import MAX_CLOCK_RATIO
 from axisid.modeling.declaration import ControlLaw
@@ -145,81 +139,3 @@ def clocks_of(law: ControlLaw | None, samples: int, period: float) -> TwoClocks 
         law_period=law.period,
         between=law.reference_between or "spline",
     )
-
-
-def at_log_samples(
-    axis: GeneratedAxis,
-    parameters: Array,
-    signals: dict[str, Array],
-    clocks: TwoClocks,
-    recorded: Array | None = None,
-) -> dict[str, Array]:
-    """Signals of a simulation at the law's evaluations, (M,), at the samples of the log, (N,).
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    parameters : (p,) array
-    signals : dict of str to (M,) array
-        By the names of `SIGNALS`.
-    clocks : TwoClocks
-    recorded : (M, 2 s) array, optional
-        Value and rate of each recorded signal.
-
-    Returns
-    -------
-    dict of str to (N,) array
-        The same, and ``held``: the force just before a sample.
-    """
-    last, since = clocks.elapsed
-    force = signals["force"]
-    earlier = np.concatenate([force[:1], force[:-1]])
-    out = {name: values[last] for name, values in signals.items()}
-    out["held"] = np.where(since > 0, force[last], earlier[last])
-    apart = np.flatnonzero(since > 0)
-    if not apart.size:
-        return out
-    if axis.states:
-        raise UsageError(
-            f"the log of axis {axis.axis.name!r} is sampled between the evaluations of its law, "
-            "where what its friction remembers is not known; give the law's period, or whole "
-            "multiples of it.",
-            code="clocks-and-states",
-        )
-    begin, share = last[apart], since[apart] / clocks.law_period
-    end = begin + 1
-    values = [] if recorded is None else list(recorded[begin, ::2].T)
-    rates = [] if recorded is None else list(recorded[begin, 1::2].T)
-    there = [v + clocks.law_period * rate for v, rate in zip(values, rates, strict=True)]
-    then = [v + since[apart] * rate for v, rate in zip(values, rates, strict=True)]
-    (arriving,) = axis.evaluate(
-        "direct_dynamics",
-        *(signals[name][end] for name in ("position", "velocity")),
-        force[begin],
-        signals["before"][end],
-        *there,
-        parameters,
-    )
-    moves = clocks.law_period
-    position, velocity, slope = (signals[n] for n in ("position", "velocity", "acceleration"))
-    out["position"][apart] = _cubic(
-        position[begin], position[end], velocity[begin] * moves, velocity[end] * moves, share
-    )
-    dq = _cubic(velocity[begin], velocity[end], slope[begin] * moves, arriving[:, 0] * moves, share)
-    stays = (velocity[begin] == 0) & (velocity[end] == 0)
-    dq = np.where(stays, 0.0, dq)
-    out["velocity"][apart] = dq
-    direction = np.where(dq == 0, signals["direction"][begin], np.sign(dq))
-    out["direction"][apart] = out["before"][apart] = direction
-    (acceleration,) = axis.evaluate(
-        "direct_dynamics", out["position"][apart], dq, force[begin], direction, *then, parameters
-    )
-    out["acceleration"][apart] = np.where(stays, 0.0, acceleration[:, 0])
-    return out
-
-
-def _cubic(first: Array, last: Array, rate: Array, end_rate: Array, share: Array) -> Array:
-    """Hermite's cubic, some share of the way between two points."""
-    rest = 1 - share
-    bend = rest * (rate - (last - first)) + share * ((last - first) - end_rate)
-    return np.asarray(rest * first + share * last + share * rest * bend)

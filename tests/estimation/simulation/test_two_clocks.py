@@ -9,12 +9,15 @@ from axisid import (
     UsageError,
     build,
     identify,
+    load_axis,
     simulate,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import check_law, simulate_batch
 from axisid.estimation.diagnostics.law.control_law import LawCheck
+from axisid.estimation.simulation import SIMULATED, TwoClocks, lines, twin_plan
+from axisid.estimation.simulation.between import at_log_samples
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.recorded import PERIOD_S, recorded_axis
 from tests.estimation.loops.test_two_clocks import LOG, by_events, cascade, cascade_p_pi, stage
@@ -42,6 +45,46 @@ def test_a_loop_of_another_period_follows_an_independent_integrator(ratio: float
     expected = by_events(np.interp(times, np.arange(160), WAVE), law.period, LOG * np.arange(160))
     assert np.allclose(loop.time, LOG * np.arange(160))
     assert np.abs(loop.position - expected).max() < (2e-9 if ratio > 1 else 2e-7)
+
+
+RESTS = np.concatenate([np.linspace(0, 0.01, 40), np.full(60, 0.01), np.linspace(0.01, 0, 40)])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("native", [True, False])
+def test_a_log_between_evaluations_knows_of_every_stop(native: bool) -> None:
+    law = replace(cascade_p_pi(10 * LOG), reference_between="held")
+    axis = build(stage(law).declared, native=native)
+    times = LOG * np.arange(10 * len(RESTS))
+    expected = by_events(RESTS, law.period, times)
+    loop = simulate(axis, THETA, np.repeat(RESTS, 10), LOG, start=0.0)
+    assert np.abs(loop.position - expected).max() < 1e-7 * np.ptp(expected)
+    still = np.diff(expected) == 0
+    rests = np.flatnonzero(still[:-1] & still[1:]) + 1
+    assert len(rests) > 50
+    assert np.all(loop.velocity[rests] == 0)
+    assert np.all(loop.acceleration[rests] == 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["crank", "linear_motor", "balanced_slide", "valve"])
+@pytest.mark.parametrize("native", [True, False])
+def test_just_before_an_evaluation_an_axis_is_where_it_is_found_then(
+    name: str, native: bool
+) -> None:
+    plan = twin_plan(build(load_axis(name), native=native))
+    rows, period = slice(2000 if native else 600), plan.period
+    recorded = {key: np.asarray(values)[rows] for key, values in plan.signals.items()}
+    loop = simulate(plan.axis, plan.truth, plan.reference[rows], period, signals=recorded)
+    count = len(loop.time) - 2
+    clocks = TwoClocks(samples=count, log_period=period, law_period=period, first=-0.9999 * period)
+    names = {"direction_before": "before"}
+    signals = {names.get(each, each): getattr(loop, each) for each in SIMULATED}
+    held = lines(plan.axis, loop.recorded, period)
+    between = at_log_samples(plan.axis, plan.truth, signals, clocks, held)
+    left = 1e-4 * period * loop.velocity[1 : count + 1]
+    assert np.ptp(loop.position) > 0
+    assert np.allclose(between["position"] + left, loop.position[1 : count + 1], rtol=0, atol=1e-9)
 
 
 @pytest.mark.slow
