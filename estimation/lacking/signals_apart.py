@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord, about_samples
@@ -129,6 +128,8 @@ class _Rows:
 
     def _finest(self, index: int, delays: Array, best: int) -> float:
         """The delay between the neighbours of the best of those that are tried."""
+        from scipy.optimize import minimize_scalar
+
         low, high = delays[max(best - 1, 0)], delays[min(best + 1, len(delays) - 1)]
         found = minimize_scalar(
             lambda late: -self._gain(self._moved(index, late)),

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
@@ -122,6 +121,8 @@ def law_ticks(
 
 def between(values: Array, times: Array) -> Array:
     """A signal between its samples, by a cubic spline; beyond them as at the first or last."""
+    from scipy.interpolate import CubicSpline
+
     spline = CubicSpline(np.arange(len(values)), values)
     return np.asarray(spline(np.clip(times, 0, len(values) - 1)))
 
@@ -132,6 +133,8 @@ def _velocity(law: ControlLaw, position: Array, period: float, *, noisy: bool) -
         return np.zeros_like(position)
     if not noisy:
         return measured_velocity(position, period)
+    from scipy.interpolate import CubicSpline
+
     samples = np.arange(len(position))
     return np.asarray(CubicSpline(samples, position)(samples, 1)) / period
 

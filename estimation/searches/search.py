@@ -7,11 +7,10 @@ is held there, and the others are searched on, so that they are what they are wi
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, least_squares
 
 from axisid.estimation.predictions import Predictions, Slopes, slopes_of
 from axisid.estimation.thresholds.fitting import AT_BOUND, MAX_FAR, MIN_FAR
@@ -20,6 +19,9 @@ from axisid.support.progress import Progress
 
 from .losses import Loss, counting_for
 from .unknowns import Unknowns
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 MOST_STEPS = 60
 _TOLERANCE = 1e-8
@@ -176,7 +178,7 @@ class Search:
         noise = best.cost / max(int(np.count_nonzero(self._weighing.weights)), 1)
         return (cost_of(at, lanes.errors[:, 0], *known) - best.cost) / (noise or 1.0)
 
-    def _ended(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, OptimizeResult | None]:
+    def _ended(self, at: Array, bound: NDArray[np.int8]) -> "tuple[Array, OptimizeResult | None]":
         """Where a search ends with what is at a bound held there; no search if all is held."""
         searched = self._free & (bound == 0)
         if not searched.any():
@@ -184,8 +186,10 @@ class Search:
         ended = self._searched(at, searched)
         return self._whole(at, searched, ended.x), ended
 
-    def _searched(self, at: Array, chosen: NDArray[np.bool_]) -> OptimizeResult:
+    def _searched(self, at: Array, chosen: NDArray[np.bool_]) -> "OptimizeResult":
         """Trust regions in the chosen parameters, in units of their scales."""
+        from scipy.optimize import least_squares
+
         scale, u = self._scale[chosen], self._unknowns
         bounds = u.lower[chosen] / scale, u.upper[chosen] / scale
         rows = len(self._weighing.weights)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from axisid.estimation.records import is_same_period
 from axisid.estimation.thresholds.simulation import MAX_CLOCK_RATIO
@@ -72,6 +71,8 @@ class TwoClocks:
         return self._smooth[0][1]
 
     def _splined(self, values: Array) -> Array:
+        from scipy.interpolate import CubicSpline
+
         samples = np.arange(len(values))
         smooth = CubicSpline(samples, values)
         found = np.asarray(smooth(np.clip(self.times, 0, samples[-1])), dtype=float)

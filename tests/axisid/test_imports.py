@@ -35,11 +35,12 @@ def test_the_command_line_starts_without_the_stages() -> None:
 
 
 @pytest.mark.slow
-def test_the_stages_leave_signal_processing_and_figures_to_their_use() -> None:
-    rooms = ("modeling.wording", "modeling.text", "codegen.artefacts", "estimation.studies")
+def test_the_stages_and_saved_results_leave_searches_signals_and_figures_to_their_use() -> None:
+    rooms = ("modeling.wording", "estimation.studies", "presentation.saved", "exports.export")
     modules = imported_by("import " + ", ".join(f"axisid.{room}" for room in rooms))
     assert "axisid.estimation.records.reading" in modules
-    assert not modules & {"scipy.signal", "scipy.io", "matplotlib", "pytest"}
+    heavy = ("scipy.signal", "scipy.io", "scipy.stats", "scipy.interpolate", "scipy.optimize")
+    assert not modules & {*heavy, "matplotlib", "pytest"}
 
 
 @pytest.mark.slow

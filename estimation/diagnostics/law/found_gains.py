@@ -6,11 +6,11 @@ the gains that the control itself asks for; what was found must then be those, a
 known.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import gammaln, ndtri_exp
-from scipy.stats import chi2
+from scipy.special import chdtrc, gammaln, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
@@ -137,9 +137,9 @@ def _log_chance(square: float, number: int) -> float:
 
     Beyond what SciPy tells apart from no chance, the first term of the tail.
     """
-    found = float(chi2.logsf(square, number))
-    if np.isfinite(found):
-        return found
+    found = float(chdtrc(number, square))
+    if found > 0:
+        return math.log(found)
     half = 0.5 * number
     return float((half - 1) * np.log(0.5 * square) - 0.5 * square - gammaln(half))
 

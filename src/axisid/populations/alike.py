@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2, f
+from scipy.special import fdtrc, fdtri, gammaincinv
 
 from axisid.support.arrays import Array, Exact
 
@@ -83,7 +83,7 @@ def alike_points(values: Array, covariances: Array, level: float) -> Alike:
     robust = _usual(centre, scatter, covariances).distances(values, covariances)
     order = np.argsort(-robust, kind="stable")
     near = max(1 - _LOOKED_AT / len(values), _NEAR)
-    far = int(np.count_nonzero(robust > chi2.ppf(near, size)))
+    far = int(np.count_nonzero(robust > 2 * gammaincinv(size / 2, near)))
     most = min(far, (len(values) - size) // 2)
     count = _outlying(values[order], covariances[order], most, level)
     alike = order[count:]
@@ -146,10 +146,10 @@ def of_a_new_point(distance: Any, count: int, size: int) -> Any:
         How many other points there are, and in how many dimensions.
     """
     scaled = distance * count * (count - size) / ((count + 1) * (count - 1) * size)
-    return f.sf(scaled, size, count - size)
+    return fdtrc(size, count - size, scaled)
 
 
 def limit_of_a_new_point(probability: float, count: int, size: int) -> float:
     """The squared distance that has a probability by `of_a_new_point`."""
-    scaled = float(f.isf(probability, size, count - size))
+    scaled = float(fdtri(size, count - size, 1 - probability))
     return scaled * (count + 1) * (count - 1) * size / (count * (count - size))

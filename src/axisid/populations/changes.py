@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from operator import itemgetter
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from axisid.support.arrays import Array, Exact
 
@@ -153,6 +152,8 @@ def _criterion(values: Array, variances: Array, columns: Array, chosen: int) -> 
 
 def _between(values: Array, variances: Array, columns: Array) -> float:
     """The scatter between true values that is the most likely, as a variance."""
+    from scipy.optimize import minimize_scalar
+
     most = float(np.var(values)) or 1.0
     found = minimize_scalar(
         lambda share: _misfit(share * most, values, variances, columns),

@@ -11,7 +11,7 @@ concentration steps from random starts, of many points first among some of them 
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from axisid.support.arrays import Array
 
@@ -51,7 +51,8 @@ def robust_scatter(points: Array) -> tuple[Array, Array]:
     chosen = _closest(scaled)
     centre, covariance = _moments(scaled[chosen])
     distances = squared_distances(scaled, centre, covariance)
-    covariance = covariance * (np.median(distances) / chi2.median(points.shape[1]))
+    usual = 2 * gammaincinv(points.shape[1] / 2, 0.5)  # the median of chi-squared
+    covariance = covariance * (np.median(distances) / usual)
     return middle + scale * centre, covariance * np.outer(scale, scale)
 
 
