@@ -32,6 +32,9 @@ _VALUES: tuple[Any, ...] = (
 #: Text that is put in as it is, JSON or not.
 _TEXTS = ("NaN", "Infinity", "-Infinity", "1e400", "1E5", "0x10", "[" * 2000, "{", "}", ",", "\x00")
 
+_ALIKE_NUMBERS = (None, 0, -1, 1, 2, 7, 0.5, 1e5, 1e308, -1e308, 1e200, 1e-300, 5e-324, 2**63)
+_ALIKE_TEXTS = ("", "x", "%", "kg m^2", "é", "idm-ls", "hac", "iid", "position")
+
 
 def changed_result(whole: Any, rng: np.random.Generator) -> str:
     """Draw the text of a result with something in it changed."""
@@ -73,6 +76,36 @@ def _places(value: Any, level: int = 1) -> Iterator[tuple[int, Any, Any]]:
         yield level, value, key
         if isinstance(value[key], (dict, list)):
             yield from _places(value[key], level + 1)
+
+
+def altered_result(whole: Any, rng: np.random.Generator) -> str:
+    """Draw the text of a result whose members keep their kinds, as an editor would leave them."""
+    tree = deepcopy(whole)
+    for _ in range(int(rng.choice([1, 1, 2]))):
+        places = list(_places(tree))
+        depth = int(rng.integers(1, max(level for level, *_ in places) + 1))
+        _, holder, key = one_of(rng, [place for place in places if place[0] == depth])
+        holder[key] = _alike(holder[key], rng)
+    return json.dumps(tree)
+
+
+def _alike(value: Any, rng: np.random.Generator) -> Any:
+    """Another value of the same kind; of a list or an object one that lost or won a member."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, str):
+        return one_of(rng, _ALIKE_TEXTS)
+    if not isinstance(value, (dict, list)):
+        return one_of(rng, _ALIKE_NUMBERS)
+    members = list(value.items()) if isinstance(value, dict) else list(value)
+    if not members or rng.random() < 0.2:
+        return type(value)()
+    one = one_of(rng, members)
+    if rng.random() < 0.5:
+        members.remove(one)
+    else:
+        members.append(("another", one[1]) if isinstance(value, dict) else one)
+    return type(value)(members)
 
 
 def smaller_results(text: str) -> Iterator[str]:

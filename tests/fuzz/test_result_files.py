@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import build, identify, load_axis, twin_record
+from axisid import build, fit, identify, load_axis, load_result, monte_carlo, twin_record
 from benchmarks.random_axes import RandomAxis, random_axis
 from tests.fuzz.cases import Fuzz, WrongError, one_of
 from tests.fuzz.commands import kept_to
-from tests.fuzz.result_files import changed_result, smaller_results
+from tests.fuzz.result_files import altered_result, changed_result, smaller_results
 
 TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
 
@@ -77,6 +77,35 @@ def test_changed_results_are_exported_or_refused(
         check=check,
         smaller=lambda case: ((text, case[1]) for text in smaller_results(case[0])),
         shown=lambda case: f"--to {case[1]}\n{_text(case[0])}",
+    ).run()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["identify", "fit", "monte_carlo"])
+def test_altered_results_are_read_and_told_or_refused(
+    kind: str, result: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / "altered.json"
+    if kind != "identify":
+        emps = load_axis("emps2015")
+        made = fit(emps, twin_record(emps)) if kind == "fit" else monte_carlo(emps, 3)
+        made.save(file)
+        result = json.loads(file.read_text(encoding="utf-8"))
+
+    def check(text: str) -> None:
+        file.write_text(text, encoding="utf-8")
+        saved = load_result(file)
+        saved.summary()
+        saved.to_dict()
+        saved._repr_html_()
+
+    Fuzz(
+        name=f"results of {kind} read",
+        count=100,
+        draw=lambda rng: altered_result(result, rng),
+        check=check,
+        smaller=smaller_results,
+        shown=_text,
     ).run()
 
 

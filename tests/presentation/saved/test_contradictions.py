@@ -97,6 +97,10 @@ CONTRADICTIONS = {
     "too few rows": (_ls("rows", value=3), "has 3 rows for 3 parameters"),
     "more rows than samples": (_ls("rows", value=10**10), "there are 10000000000 rows of"),
     "no samples": (_set("record", "samples", value=-5), "rows of -5 samples"),
+    "residuals' columns of unlike lengths": (
+        _ls("residual_tests", "cross_correlation", "columns", 0, value=[1.0]),
+        "no summary can be made of it",
+    ),
     "no period": (_set("record", "sample_period", value=0.0), "the sample period is 0 s"),
     "a segment of nothing": (_set("record", "segments", value=[[5, 5]]), "rows 5 to 5 are not of"),
     "a mask beyond": (_set("record", "masked", value=[[0, 10**9]]), "rows 0 to 1000000000 are not"),

@@ -1,6 +1,7 @@
 """What a result's file may hold by its schema, and a result cannot be."""
 
 import math
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 
 from axisid.estimation.estimates import COVARIANCES
@@ -88,6 +89,8 @@ def _identified(document: WrittenIdentification) -> Iterator[str]:
         except ModelError as error:
             yield f"its drive cannot be: {error}"
     yield from _several(document)
+    if not 0 < document.record.samples <= sys.maxsize:
+        yield f"its record has {document.record.samples} samples"
     for first, end in (*document.record.segments, *document.record.masked):
         if not 0 <= first < end <= document.record.samples:
             yield f"the rows {first} to {end} are not of its {document.record.samples} samples"

@@ -1,6 +1,6 @@
 """An identification as a file has it: read, checked, and joined with its axis."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import overload
@@ -31,8 +31,9 @@ from axisid.support.user_values import quoted
 from .contradictions import contradiction, refuse_contradictions
 from .drive import refuse_other_drive
 from .identification import SavedIdentification
-from .output_fit import SavedOutputFit, read_output_fit
+from .output_fit import SavedOutputFit, read_output_fit, saved_fit_document
 from .study import SavedMonteCarlo
+from .views import saved_document
 
 _REFUSED = {
     schema_of(WrittenStream): Note(
@@ -84,13 +85,26 @@ def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification
     """Refuse what does not belong together, and what cannot be computed from."""
     refuse_contradictions(document, str(file))
     saved = SavedIdentification(file=str(file), document=document)
-    try:
-        _ = saved.prefilter, saved.requested, saved.physical, saved.diagnosis
-        _ = [estimate.residual_tests for estimate in saved.estimates.values()]
-    except (AxisidError, ArithmeticError, ValueError) as error:
-        problem = " ".join(str(error).split()).removesuffix(".")
-        raise contradiction(str(file), problem) from error
+    estimates = saved.estimates.values()
+    _told(str(file), lambda: (saved_document(saved, full=True), saved.requested))
+    _told(str(file), lambda: [(each.residual_tests, each.iterates) for each in estimates])
     return saved
+
+
+def _told(file: str, tell: Callable[[], object]) -> None:
+    """Refuse figures that a file may have by its schema, and of which no page can be made.
+
+    Raises
+    ------
+    DataError
+    """
+    try:
+        tell()
+    except AxisidError as error:
+        raise contradiction(file, str(error).removesuffix(".")) from error
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        kind = type(error).__name__
+        raise contradiction(file, f"no summary can be made of it ({kind}: {error})") from error
 
 
 @overload
@@ -141,9 +155,13 @@ def load_result(
         file, WrittenIdentification, WrittenOutputFit, WrittenMonteCarlo, refused=_REFUSED
     )
     if isinstance(document, WrittenOutputFit):
-        return read_output_fit(str(file), document)
+        fitted = read_output_fit(str(file), document)
+        _told(str(file), lambda: saved_fit_document(fitted))
+        return fitted
     if isinstance(document, WrittenMonteCarlo):
-        return SavedMonteCarlo(file=str(file), document=document)
+        study = SavedMonteCarlo(file=str(file), document=document)
+        _told(str(file), study.summary)
+        return study
     return _joined(_checked(file, document), axis)
 
 
