@@ -31,9 +31,9 @@ class TwinMachines:
         With an experiment and its true values.
     count, days : int
     scatter : mapping of str to float
-        By parameter, the relative deviation between machines.
+        By parameter, the relative deviation between machines, at most 1.
     drift : mapping of str to float
-        By parameter, the share of its value that it changes by a day.
+        By parameter, the share of its value that it changes by a day, from -1 to 1.
     noise : TwinNoise
     seed : int
         Of all: machines and days that are added change none that were there.
@@ -139,9 +139,10 @@ def _check_share(what: str, name: str, share: object, true: Mapping[str, float])
             f"{', '.join(true)}.",
             code="twin-share-name",
         )
-    if not (is_real(share) and math.isfinite(share)):
+    if not (is_real(share) and abs(share) <= 1):
         raise UsageError(
-            f"the {what} of {name} is {quoted(share)}; give a number, 0.02 for 2 % of its value.",
+            f"the {what} of {name} is {quoted(share)}; give a share of its value, at most 1, such "
+            "as 0.02 for 2 %.",
             code="twin-share",
         )
     if share and not true[name]:

@@ -66,6 +66,7 @@ def test_only_logs_of_twins_are_written_over(run: Run, tmp_path: Path) -> None:
         (["--output", "logs", "--count", "2", "--drift", "M=1%"], "nothing without --days"),
         (["--output", "logs", "--count", "2", "--scatter", "M=x"], "write NAME=SHARE"),
         (["--output", "logs", "--count", "2", "--scatter", "m=1%"], "does not declare"),
+        (["--output", "logs", "--count", "2", "--scatter", "1e9%"], "a share of its value"),
         (["--output", "t.csv", "--speed", "0.1"], "--acceleration"),
         (["--output", "t.csv", "--repeat", "2"], "nothing without --speed"),
         (["--output", "t.csv", "--dwell", "0.2"], "nothing without --speed"),
