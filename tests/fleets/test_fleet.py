@@ -150,6 +150,13 @@ def test_a_name_of_two_units_has_them_in_its_rows(tmp_path: Path) -> None:
     assert "condition.load [kg],condition.shift,M,M.sd,M.low,M.high,M.unit," in heads
 
 
+def test_a_serial_number_is_no_formula_of_the_table(tmp_path: Path) -> None:
+    rows = [FleetRow(name="a", log="a.csv", axis="s", status="failed", serial='=HYPERLINK("x")')]
+    assert _csv(write_table(rows, (), tmp_path, tmp_path / "t.csv"))["serial"] == [
+        '\'=HYPERLINK("x")'
+    ]
+
+
 def test_the_text_tells_counts_and_reasons(made: Fleet) -> None:
     said = made.summary()
     assert "2 identified, 1 without a result" in said

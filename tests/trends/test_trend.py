@@ -188,9 +188,9 @@ def test_values_in_several_units_are_refused_by_the_names_of_their_results(
 ) -> None:
     document = json.loads((folder / "r00.json").read_text())
     (tmp_path / "a.json").write_text(json.dumps(document))
-    document["estimates"][0]["parameters"]["M"]["unit"] = "g"
+    document["estimates"][0]["parameters"]["M"]["unit"] = "kg m"
     (tmp_path / "b.json").write_text(json.dumps(document))
-    with pytest.raises(DataError, match="M of emps2015 is in 'kg' in a and in 'g' in b"):
+    with pytest.raises(DataError, match="M of emps2015 is in 'kg' in a and in 'kg m' in b"):
         trend(tmp_path)
 
 

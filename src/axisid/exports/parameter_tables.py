@@ -4,8 +4,6 @@
 intervals are of the covariance that was chosen, ``interval_covariance``.
 """
 
-import csv
-import io
 import json
 import math
 from collections.abc import Sequence
@@ -14,6 +12,7 @@ from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.formulas import decimals, symbol_latex, unit_latex
 from axisid.presentation.saved import FittedAxis
+from axisid.support.files.csv_text import csv_text
 from axisid.support.files.json_text import json_text
 
 _HEADER = (
@@ -54,16 +53,12 @@ def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """One row for each method and parameter."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_HEADER)
+    rows: list[Sequence[object]] = [_HEADER]
     for method in methods:
         for name, v in fitted.values(method).items():
-            others = ["" if x is None else repr(x) for x in (v.sd_gain, v.filter_bias)]
-            numbers = [repr(x) for x in (v.value, v.sd_hac, *v.interval, v.sd)]
-            row = [fitted.model.axis.name, method, name, v.unit, *numbers, *others, v.chosen]
-            writer.writerow(row)
-    return text.getvalue()
+            numbers = (v.value, v.sd_hac, *v.interval, v.sd, v.sd_gain, v.filter_bias)
+            rows.append([fitted.model.axis.name, method, name, v.unit, *numbers, v.chosen])
+    return csv_text(rows)
 
 
 def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:

@@ -1,6 +1,5 @@
 """The table of a fleet: a row for each log, as Parquet, CSV or NumPy's arrays."""
 
-import csv
 import io
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,6 +13,7 @@ from axisid.codegen.artefacts import replace_file
 from axisid.estimation.tables import UNITS_ENTRY, parquet_bytes, split_labels
 from axisid.presentation.schema import schema_of
 from axisid.support.errors import UsageError
+from axisid.support.files.csv_text import csv_text
 from axisid.support.user_values import quoted
 
 from .outliers import Outlier
@@ -118,11 +118,8 @@ def _figure(outliers: Mapping[str, Outlier], name: str, what: str) -> float | No
 
 
 def _csv(columns: Columns, units: Units, _: Path) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_head(name, units.get(name, "")) for name in columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    return text.getvalue()
+    heads = [_head(name, units.get(name, "")) for name in columns]
+    return csv_text([heads, *zip(*columns.values(), strict=True)])
 
 
 def _head(name: str, unit: str) -> str:

@@ -1,10 +1,9 @@
 """A trend as a table and as plain data."""
 
-import csv
-import io
 from collections.abc import Sequence
 
 from axisid.populations import Drift
+from axisid.support.files.csv_text import csv_text
 from axisid.support.missing import Missing
 
 from .chart import Chart
@@ -18,13 +17,8 @@ _COLUMNS = (
 
 def trend_csv(series: Sequence[Series]) -> str:
     """A row for each value of each result."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_COLUMNS)
-    for each in series:
-        for chart in each.charts:
-            writer.writerows(_rows(each, chart))
-    return text.getvalue()
+    charts = [(each, chart) for each in series for chart in each.charts]
+    return csv_text([_COLUMNS, *(row for of_one in charts for row in _rows(*of_one))])
 
 
 def _rows(series: Series, chart: Chart) -> list[list[object]]:

@@ -26,6 +26,15 @@ def test_a_folder_has_its_logs_but_no_results(folder: Path) -> None:
     assert names(folder, folder) == ["a.csv", "b.csv", "deep/c.mat"]
 
 
+def test_a_link_to_nothing_is_a_log_that_cannot_be_read(folder: Path) -> None:
+    (folder / "gone.csv").symlink_to(folder / "unplugged" / "gone.csv")
+    (folder / "ring.csv").symlink_to(folder / "ring.csv")
+    (folder / "linked.csv").symlink_to(folder / "deep")
+    for named in (folder, str(folder / "*.csv")):
+        assert {"gone.csv", "ring.csv"} <= set(names(folder, named))
+        assert "linked.csv" not in names(folder, named)
+
+
 def test_a_manifest_in_a_folder_tells_of_its_logs(folder: Path) -> None:
     (folder / "manifest.csv").write_text("log,serial\nb.csv,17\n")
     assert sorted(names(folder, folder)) == ["a.csv", "b.csv", "deep/c.mat"]

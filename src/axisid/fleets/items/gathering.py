@@ -134,8 +134,8 @@ def _logs_in(folder: Path, out: Path) -> list[Path]:
 
 
 def _may_be_log(file: Path, out: Path) -> bool:
-    """Whether it is no hidden file, and nothing that a fleet wrote."""
+    """Whether it is no hidden file, and nothing that a fleet wrote; a link to nothing may be."""
     own = out.resolve() == file.parent.resolve() and (
         file.suffix == _RESULTS or file.stem == _FLEET
     )
-    return file.is_file() and not file.name.startswith(".") and not own
+    return (file.is_file() or not file.exists()) and not file.name.startswith(".") and not own

@@ -89,11 +89,16 @@ def _identified(document: WrittenIdentification) -> Iterator[str]:
         except ModelError as error:
             yield f"its drive cannot be: {error}"
     yield from _several(document)
-    if not 0 < document.record.samples <= sys.maxsize:
-        yield f"its record has {document.record.samples} samples"
-    for first, end in (*document.record.segments, *document.record.masked):
-        if not 0 <= first < end <= document.record.samples:
-            yield f"the rows {first} to {end} are not of its {document.record.samples} samples"
+    yield from _samples(document.record)
+
+
+def _samples(record: WrittenRecord) -> Iterator[str]:
+    """How many there are, and which of them are told of."""
+    if not 0 < record.samples <= sys.maxsize:
+        yield f"its record has {record.samples} samples"
+    for first, end in (*record.segments, *record.masked):
+        if not 0 <= first < end <= record.samples:
+            yield f"the rows {first} to {end} are not of its {record.samples} samples"
 
 
 def _several(document: WrittenIdentification) -> Iterator[str]:
