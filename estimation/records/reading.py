@@ -25,6 +25,7 @@ from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import DataError, UsageError
+from axisid.support.files.memory import Room, room_for
 from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
@@ -122,7 +123,8 @@ def read_record(
         has_period=sample_period is not None,
         injected_at=injected_at,
     )
-    return _record(table, found, declared, sample_period, repairs, chosen)
+    room = room_for(table.source, max_memory)
+    return _record(table, found, declared, sample_period, repairs, chosen, room)
 
 
 def _record(
@@ -131,9 +133,12 @@ def _record(
     axis: Axis | None,
     sample_period: float | None,
     repairs: Repairs,
-    windows: tuple[Window, ...] = (),
+    windows: tuple[Window, ...],
+    room: Room,
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
+    if not windows:
+        room.check_samples(max(len(s.values) for s in found.samples.values()))
     counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
     read, retimed = _retimed(found.samples, sample_period, repairs)
     uneven = repairs.resample is not None
@@ -144,6 +149,7 @@ def _record(
     if windows:
         columns, windows, cut_out = within(table.source, whole, windows)
         taken, name = [cut_out], f"{table.source} {windows_text(windows)}"
+        room.check_samples(max(len(s.values) for s in columns.values()))
     samples = filled(replace(table, source=name), columns, uneven=uneven)
     empty = _dropped_rows(columns, samples)
     samples, masks, made, jumps = _repaired(name, samples, axis, repairs)

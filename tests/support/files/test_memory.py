@@ -148,6 +148,20 @@ def test_log_that_fits_is_read(tmp_path: Path) -> None:
     assert len(read_record(file, max_memory=float("inf"))) == 2000
 
 
+def test_more_samples_than_can_be_identified_are_refused_unless_the_user_allows_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "memory.max").write_text(f"{64 << 20}\n")
+    monkeypatch.setattr(memory, "_LIMITS", (tmp_path / "memory.max",))
+    time = 1e-3 * np.arange(60_000)
+    file = tmp_path / "log.npz"
+    np.savez_compressed(file, time=time, position=np.sin(time), control=np.cos(time))
+    with refuses("memory", says="identifying the 60000 samples of .*, half of what there is"):
+        read_record(file)
+    assert len(read_record(file, windows=[(0.0, 20.0)])) == 20_001
+    assert len(read_record(file, max_memory=1e9)) == 60_000
+
+
 @pytest.mark.parametrize("given", [0, -1.0, float("nan"), "4e9", True])
 def test_room_is_a_positive_number(given: Any) -> None:
     with refuses("bad-max-memory"):

@@ -30,6 +30,7 @@ _LIMITS = (  # of a container
     Path("/sys/fs/cgroup/memory.max"),
     Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
 )
+_IDENTIFIED = 800  # bytes for each sample of a record while it is identified
 _TEXT_BYTE, _TEXT_LINE = 2, 200  # bytes held for each byte and each line of a text, beside itself
 
 
@@ -78,12 +79,24 @@ class Room:
         DataError
             As `take` does.
         """
-        if amount <= self.left:
-            return
+        if amount > self.left:
+            raise self._too_much(f"reading {self.source}")
+
+    def check_samples(self, count: int) -> None:
+        """Refuse more samples than can be identified; reading alone takes far less of them.
+
+        Raises
+        ------
+        DataError
+            As `take` does, unless the user set the limit.
+        """
+        if not self.given and _IDENTIFIED * count > self.limit:
+            raise self._too_much(f"identifying the {count} samples of {self.source}")
+
+    def _too_much(self, what: str) -> DataError:
         whose = "as much as it may" if self.given else "half of what there is"
-        raise DataError(
-            f"reading {self.source} would take more than {self.limit / GIGABYTE:.3g} GB of memory, "
-            f"{whose}. ",
+        return DataError(
+            f"{what} would take more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. ",
             Remedy.of(
                 "Read a piece of the log, read ",
                 IN_BLOCKS,
