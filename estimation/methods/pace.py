@@ -59,7 +59,7 @@ class Pace:
         if last is None or before is None or self.share < 1:
             return goal
         size, other = (float(np.abs(each).max()) for each in (moved, last))
-        ends = size**2 <= CONVERGED.value * other  # the next step would be the last anyhow
+        ends = size * size <= CONVERGED.value * other  # the next step would be the last anyhow
         if ends or size > _NEAR or size > _FALLING * other:
             return goal
         change = moved - last

@@ -620,6 +620,16 @@ def test_result_of_a_handful_of_rows_is_written_as_json(run: Run, tmp_path: Path
             json.loads(out, parse_constant=lambda name: pytest.fail(name))
 
 
+@pytest.mark.slow
+def test_no_word_of_arithmetic_stands_before_what_is_said(
+    run: Run, log: Callable[..., Path], twin: Record
+) -> None:
+    file = log(position=1e95 * twin.position[:N])
+    _, _, err = run("identify", "emps2015", file)
+    assert "without idm-iv" in err
+    assert "encountered in" not in err
+
+
 def test_help_without_a_command_keeps_its_lines(run: Run) -> None:
     code, out, err = run()
     assert (code, out) == (2, "")

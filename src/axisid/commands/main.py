@@ -21,6 +21,7 @@ from axisid.commands.many.fleet import fleet
 from axisid.commands.many.trend import trend
 from axisid.commands.many.twin import twin
 from axisid.commands.options.completion import completion
+from axisid.support.arithmetic import without_arithmetic_warnings
 from axisid.support.errors import AxisidError
 from axisid.support.jobs.one_thread import one_thread
 from axisid.support.remedy import as_options
@@ -98,6 +99,7 @@ def main() -> NoReturn:
 def _run() -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("default", RuntimeWarning)
+        without_arithmetic_warnings()
         warnings.showwarning = _show_warning  # type: ignore[assignment]
         code = cli.main(prog_name="axisid", standalone_mode=False)
     if sys.stdout is not None:

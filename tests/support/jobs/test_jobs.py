@@ -1,5 +1,6 @@
 """Jobs on processes and executors: none harms another."""
 
+import math
 import os
 import signal
 import subprocess
@@ -15,7 +16,7 @@ import pytest
 
 from axisid.support.jobs.outcome import Outcome
 from axisid.support.jobs.run import pace, run_jobs
-from tests.support.jobs.work import FAILS, HANGS, KILLS, double, double_at_second_attempt
+from tests.support.jobs.work import FAILS, HANGS, KILLS, double, double_at_second_attempt, square
 
 
 def outcomes(items: list[int], **how: Any) -> list[Outcome[int]]:
@@ -34,6 +35,12 @@ def test_in_this_process_what_raises_is_told_and_the_others_go_on() -> None:
     assert kinds(found) == [2, "error", 6]
     assert found[1].failure is not None
     assert found[1].failure.reason == "ValueError: no number to double"
+
+
+def test_a_process_says_nothing_of_its_arithmetic(capfd: pytest.CaptureFixture[str]) -> None:
+    (found,) = run_jobs(square, [1e200], total=1, jobs=1)
+    assert found.value == math.inf
+    assert capfd.readouterr().err == ""
 
 
 def test_no_more_processes_are_started_than_there_are_items(

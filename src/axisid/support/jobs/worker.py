@@ -11,6 +11,8 @@ from multiprocessing.process import BaseProcess
 from time import monotonic
 from typing import Any
 
+from axisid.support.arithmetic import without_arithmetic_warnings
+
 from .one_thread import started_with_one_thread
 from .outcome import attempt, failure_of
 
@@ -91,6 +93,7 @@ class Worker:
 def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
     """What a worker does: jobs, until the other end of the pipe closes or says that it is all."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    without_arithmetic_warnings()
     pipe.send(READY)
     with contextlib.suppress(EOFError, OSError):
         while (item := pipe.recv()) is not None:
