@@ -625,7 +625,7 @@ def test_no_word_of_arithmetic_stands_before_what_is_said(
     run: Run, log: Callable[..., Path], twin: Record
 ) -> None:
     file = log(position=1e95 * twin.position[:N])
-    _, _, err = run("identify", "emps2015", file)
+    _, _, err = run("identify", "emps2015", file, "--columns", "position=position:m")
     assert "without idm-iv" in err
     assert "encountered in" not in err
 
