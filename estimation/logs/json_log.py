@@ -4,7 +4,7 @@
 
     {"time": [0, 1], "position": [2, 3]}            arrays by name, also below other names
     {"position": {"unit": "mm", "values": [2, 3]}}  the same with a unit
-    [{"time": 0, "position": 2}, ...]               records
+    [{"time": 0, "position": 2}, ...]               records, also below other names
     {"columns": ["time", "position"], "data": [[0, 2], ...]}
     [["time", "position"], [0, 2], ...]             rows, with their names first or without
 """
@@ -29,7 +29,6 @@ from axisid.support.files.memory import Room
 #: Bytes that a byte of JSON takes as Python's objects, in arrays and in records of short numbers.
 _UNFOLDED, _UNFOLDED_RECORDS = 12, 28
 _ADVICE = "give arrays by name, or a list of records with a name for each number"
-_LOOKED = 100  # bytes that tell arrays from records
 _DEEPEST = 8  # names below one another
 _PIECE = 1 << 20  # bytes
 _LONGEST_LINE = 1_000_000  # bytes; a document in one line would be read whole
@@ -46,8 +45,8 @@ def read_json(file: Path, content: bytes, room: Room) -> Table:
     DataError
         It is no JSON, holds no columns, or there is no room for it.
     """
-    arrays = content[:_LOOKED].lstrip().startswith(b"{")
-    room.take((_UNFOLDED if arrays else _UNFOLDED_RECORDS) * len(content))
+    records = content.count(b"{") > 1 + content.count(b"[")
+    room.take((_UNFOLDED_RECORDS if records else _UNFOLDED) * len(content))
     found = _decoded(file, content)
     return _table(file, _columns(found), room)
 
@@ -142,7 +141,9 @@ def _of_arrays(
     """Arrays by name; those below other names have both, with a dot between."""
     for key, value in found.items():
         name = f"{above}{key}"
-        if isinstance(value, list):
+        if isinstance(value, list) and value and all(isinstance(e, Mapping) for e in value):
+            yield from ((f"{name}.{own}", cells) for own, cells in _of_records(value).items())
+        elif isinstance(value, list):
             yield name, (value, "")
         elif isinstance(value, Mapping) and depth < _DEEPEST:
             inner = value.get("values", value.get("data"))

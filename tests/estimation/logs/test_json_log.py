@@ -44,6 +44,10 @@ def lines(each: Any) -> str:
         ),
         ("records.json", json.dumps(RECORDS)),
         ("nested.json", json.dumps([{"axis": record} for record in RECORDS])),
+        (
+            "entries.json",
+            json.dumps({"mass": 0.7, "entries": RECORDS, "events": [{"at": 0.1, "of": "stop"}]}),
+        ),
         ("rows.json", json.dumps([[*COLUMNS], *ROWS])),
         ("split.json", json.dumps({"columns": [*COLUMNS], "data": ROWS})),
         (
