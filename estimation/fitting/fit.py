@@ -367,7 +367,7 @@ class _Run:
             lanes = self.predictions(at[None, :])
             if not lanes.failures:
                 self.scale = scale
-                self.counted = self.rests.counted(self.predictions, at)
+                self.counted = self.rests.counted(self.predictions)
                 self._weigh(lanes.errors[:, 0])
                 return begin, at, why
             why.append(Note(f"from {begin.named} values {lanes.failures[0]}"))

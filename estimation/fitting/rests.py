@@ -51,13 +51,21 @@ class Rests:
         """Whether samples near rests count, as without them a parameter is hardly shown."""
         return any(not data.excluded and data.rows_near_turns.any() for data in self.data)
 
-    def counted(self, predictions: Predictions, physical: Array) -> Array:
-        """1 for rows that count, 0 near rests of the records and of their loops there, (n,)."""
+    def counted(self, predictions: Predictions, physical: Array | None = None) -> Array:
+        """1 for rows that count, 0 near rests of the records, and of their loops there, (n,).
+
+        Parameters
+        ----------
+        predictions : Predictions
+        physical : (P,) array, optional
+            Of the loops; without it rests are those of the records. A loop that never moves is none
+            of a record that does.
+        """
         counted = predictions.counted
         if not any(data.excluded for data in self.data):
             return counted
         with np.errstate(all="ignore"):
-            motions = predictions.motions(physical) or ()
+            motions = () if physical is None else predictions.motions(physical) or ()
         near = np.concatenate(
             [
                 self._near(data, samples, [m.velocity for m in motions if m.record == r])
@@ -78,4 +86,5 @@ class Rests:
             velocity = np.zeros(len(data))
             velocity[samples] = np.concatenate(loops)
             turns += data.sampling.turns(velocity, data.fastest)
-        return covered(turns, len(data))[samples]
+        near = covered(turns, len(data))[samples]
+        return covered(data.excluded, len(data))[samples] if near.all() else near

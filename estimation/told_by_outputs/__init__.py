@@ -17,6 +17,7 @@ from .records_alike import others_in_records as others_in_records
 from .uneven import Scattering as Scattering
 from .uneven import added as added
 from .uneven import by_colour as by_colour
+from .uneven import by_windows as by_windows
 from .uneven import larger as larger
 from .uneven import uneven as uneven
 from .unseen import Unseen as Unseen

@@ -553,8 +553,9 @@ def test_what_no_output_shows_is_named(twin: Record, found: OutputFit) -> None:
     assert result.unseen == ("Fb at all",)
     assert not result.believed
     assert result["Fb"].deviation == np.inf
-    np.testing.assert_allclose(result.physical[:3], found.physical, rtol=1e-5)
-    assert result["M"].deviation == pytest.approx(found["M"].deviation, rel=1e-3)
+    away = [(result[n].value - found[n].value) / found[n].deviation for n in found.names]
+    np.testing.assert_allclose(away, 0.0, atol=0.15)
+    assert result["M"].deviation == pytest.approx(found["M"].deviation, rel=0.01)
     assert result.to_dict()["parameters"]["Fb"]["sd"] is None
     assert "Fb at all" in result.summary()
 
@@ -896,7 +897,7 @@ def test_what_cannot_be_asked_is_refused(
 def test_a_narrow_place_in_a_flat_valley_is_told(emps2015: GeneratedAxis) -> None:
     """Position alone leaves kp and all forces open; noise bends the valley's floor here."""
     record = twin_record(emps2015, seed=5)
-    found = fit(emps2015, record, "position", free="kp")
+    found = fit(emps2015, record, "position", free="kp", rests="keep")
     assert found["kp"].deviation < 1.0 < abs(found["kp"].value - 160.18)
     (check,) = (c for c in found.checks if c.name == "one end")
     assert check.status == "fail"

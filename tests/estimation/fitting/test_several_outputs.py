@@ -37,7 +37,7 @@ def test_each_output_counts_by_what_is_left_of_it(both: OutputFit) -> None:
 def test_the_errors_of_a_record_have_a_column_for_each_output(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    found = fit(emps2015, [twin, twin], ("position", "control"))
+    found = fit(emps2015, [twin, twin], ("position", "control"), rests="keep")
     assert [each.output for each in found.of_records] == ["position", "control"] * 2
     for record, errors in enumerate(found.errors):
         assert errors.shape == (len(twin), 2)
@@ -96,7 +96,8 @@ def test_what_no_output_shows_is_named(twin: Record) -> None:
     assert check.meaning.startswith("the control and position do not show Fb at all")
 
 
-def test_a_record_is_held_against_one_of_the_outputs(both: OutputFit, twin: Record) -> None:
+def test_a_record_is_held_against_one_of_the_outputs(emps2015: GeneratedAxis, twin: Record) -> None:
+    both = fit(emps2015, twin, BOTH, rests="keep")
     for output, left in zip(BOTH, both.of_records, strict=True):
         assert validate_fit(both, twin, output=output).error == pytest.approx(left.error, rel=1e-6)
     assert validate_fit(both, twin).output == "control"
