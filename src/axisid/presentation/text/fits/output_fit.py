@@ -126,7 +126,7 @@ def _steps(fit: OutputFit) -> str:
     if not fit.step:
         return ""
     size = f"{fit.step:.3g} {fit.axis.axis.coordinate.unit}"
-    return f"; with what the steps of {size} of the recorded position add, taken for an encoder's"
+    return f"; what simulated loops with an encoder's steps of {size} scatter, where that is more"
 
 
 def _notes(fit: OutputFit, wording: Wording) -> Iterator[str]:
