@@ -19,6 +19,8 @@ from .loop_settings import PROBED as PROBED
 from .loop_settings import RESOLVED as RESOLVED
 from .loop_settings import SIGNALS as SIGNALS
 from .loop_settings import STATUSES as STATUSES
+from .loop_settings import STEPS_IN_ALL as STEPS_IN_ALL
+from .loop_settings import STEPS_OF_EACH as STEPS_OF_EACH
 from .loop_settings import STUCK as STUCK
 from .loop_settings import LoopSettings as LoopSettings
 from .loop_settings import LoopStart as LoopStart
@@ -30,3 +32,4 @@ from .program import Operation as Operation
 from .program import Output as Output
 from .program import Program as Program
 from .states import STATES as STATES
+from .switching import demanding_term as demanding_term

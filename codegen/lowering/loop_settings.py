@@ -26,6 +26,8 @@ PASSED = 0.25
 PROBE = 1e-6
 #: At most, the part of the way on which the acceleration varies.
 PROBED = 0.01
+#: Steps of a whole simulation, at most, or of each of its samples in the mean where these are more.
+STEPS_IN_ALL, STEPS_OF_EACH = 2**23, 64
 #: The largest direction at rest.
 STUCK = 1 - 2.0**-53
 

@@ -8,17 +8,20 @@ signal that runs straight between samples moves such a place, or passes one by i
 moves it at the samples.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial, reduce
 
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.algebra import multiplied_out
+from axisid.modeling.algebra import CANNOT, multiplied_out, value_at
+from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import Signal, signals_in, with_numbers
+from axisid.modeling.quantities import Signal, at_start, signals_in, with_numbers
 
+from .loop_settings import PASSED, RESOLVED
 from .lower import Arguments
 from .program import Program
 
@@ -233,3 +236,46 @@ def _width(inside: sympy.Expr, position: sympy.Symbol) -> sympy.Expr:
         if position not in slope.free_symbols:
             return sympy.Abs(slope / sympy.factorial(degree)) ** sympy.Rational(1, degree)
     return sympy.Abs(inside.diff(position)) + sympy.sqrt(sympy.Abs(inside.diff(position, 2)))
+
+
+def demanding_term(
+    axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
+) -> tuple[str, float]:
+    """The term whose damping, stiffness or waves are the fastest, and how many steps in a second.
+
+    Parameters
+    ----------
+    axis : Axis
+    parameters : sequence of float
+        Length p, finite.
+    motion : tuple of float
+        Position and velocity.
+    recorded : sequence of float
+        The recorded signals there, in the axis's order.
+    """
+    q = axis.coordinate
+    point = dict(zip([p.symbol for p in axis.parameters], parameters, strict=True))
+    point |= dict(zip(axis.signal_symbols, recorded, strict=True))
+    point |= {q.symbol: motion[0], q.velocity: motion[1], q.acceleration: 0.0}
+    force = with_numbers(at_start(axis.force))
+    inertia = _size(force.diff(q.acceleration), point)
+
+    def steps(term: sympy.Expr) -> float:
+        by_speed, by_way = (_size(term.diff(by), point) for by in (q.velocity, q.symbol))
+        waves = max([_size(each, point) for each in _wave_numbers((term,), q.symbol)], default=0.0)
+        rate = max(by_speed / inertia, math.sqrt(by_way / inertia)) if inertia else 0.0
+        return max(rate / RESOLVED, waves * abs(motion[1]) / PASSED)
+
+    terms = sympy.Add.make_args(axis.force)
+    found = [(str(term), steps(with_numbers(at_start(term)))) for term in terms]
+    return max(found, key=lambda pair: pair[1])
+
+
+def _size(value: sympy.Expr, point: dict[sympy.Symbol, float]) -> float:
+    """Amount at a point, away from jumps; 0 where it has none."""
+    smooth = value.replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
+    try:
+        size = abs(float(value_at(smooth, point)))
+    except CANNOT:
+        return 0.0
+    return size if math.isfinite(size) else 0.0

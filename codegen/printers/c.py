@@ -9,7 +9,16 @@ from collections.abc import Mapping
 from importlib import resources
 from types import MappingProxyType
 
-from axisid.codegen.lowering import PROBE, PROBED, RESOLVED, Input, Output, Program
+from axisid.codegen.lowering import (
+    PROBE,
+    PROBED,
+    RESOLVED,
+    STEPS_IN_ALL,
+    STEPS_OF_EACH,
+    Input,
+    Output,
+    Program,
+)
 
 from .shared import Language, print_operations
 
@@ -129,7 +138,8 @@ def print_c_loop(
     values: dict[str, float] = {**sizes, **response, "CONTINUOUS": int(continuous)}
     rates = not (sizes["SIDES"] or "STATES" in sizes)  # are told where a loop starts
     if sizes["SIDES"]:
-        values["RESOLVED"] = RESOLVED
+        values |= {"RESOLVED": RESOLVED, "STEPS_IN_ALL": STEPS_IN_ALL}
+        values["STEPS_OF_EACH"] = STEPS_OF_EACH
     elif rates:
         values |= {"PROBE": PROBE} | ({"PROBED": PROBED} if "WAVES" in sizes else {})
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
@@ -144,8 +154,9 @@ def print_c_loop(
     parts |= {name: name in sizes for name in ("MOVING", "STATES", "FIRST_LIMIT", "WAVES")}
     parts["RATES"] = rates
     parts["HOLDS_FORCE"] = not (continuous or response or "STATES" in sizes)
-    for name in ("MOVING", "STATES"):
-        text = _with_arguments(text, name, there=parts[name])
+    arguments = {name: parts[name] for name in ("MOVING", "STATES")} | {"SIDES": sizes["SIDES"] > 0}
+    for name, there in arguments.items():
+        text = _with_arguments(text, name, there=there)
     return "\n".join([lines, _decided(text, parts)])
 
 

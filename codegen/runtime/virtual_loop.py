@@ -10,7 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.lowering import RESOLVED, SIGNALS, STATUSES, STUCK, LoopSettings, LoopStart
+from axisid.codegen.lowering import (
+    RESOLVED,
+    SIGNALS,
+    STATUSES,
+    STEPS_IN_ALL,
+    STEPS_OF_EACH,
+    STUCK,
+    LoopSettings,
+    LoopStart,
+)
 from axisid.support.arrays import Array
 
 from .virtual_plant import BufferedFunction, Mode, StepResult, VirtualPlant
@@ -41,8 +50,9 @@ class VirtualLoop:
     parameters : (p,) array
         Behind them the gains of the law where its functions take them.
     settings : LoopSettings
-    most_events : int, optional
-        In a step; more is chatter. As many as the native loop follows by default, or at most.
+    most_events, most_steps : int, optional
+        In a step, more is chatter; and in all. As many as the native loop follows by default, or at
+        most.
     """
 
     def __init__(
@@ -51,6 +61,7 @@ class VirtualLoop:
         parameters: Array,
         settings: LoopSettings,
         most_events: int | None = None,
+        most_steps: int | None = None,
     ) -> None:
         self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
         self._settings = settings
@@ -59,6 +70,7 @@ class VirtualLoop:
         self._gains = () if own == len(parameters) else (parameters[own:],)
         limit = _MOST_EVENTS[self._plant.sides > 0]
         self._most_events = min(most_events or limit, limit)
+        self._most_steps, self._left = most_steps, 0
         self._law_start = functions["control_start"]
         self._loop_step = BufferedFunction(functions["closed_loop_step"])
         self._loop_step.arguments["parameters"][:] = parameters
@@ -79,6 +91,7 @@ class VirtualLoop:
     ) -> tuple[int, int, dict[str, Array]]:
         """Run one simulation; as `NativeLibrary.simulate`."""
         samples, settings = len(reference), self._settings
+        self._left = self._most_steps or max(STEPS_IN_ALL, STEPS_OF_EACH * samples)
         signals = {name: np.zeros(samples) for name in SIGNALS}
         noise = np.zeros(samples) if noise is None else noise
         injected = np.zeros(samples) if injected is None else injected
@@ -128,6 +141,7 @@ class VirtualLoop:
     ) -> tuple[float, float, float]:
         mode = self._first_mode(q, dq, held[1:])
         self._plant.hold((held[0],), held[1:])
+        self._left = STEPS_IN_ALL
         steps = math.ceil(span / step)
         try:
             for _ in range(steps):
@@ -292,6 +306,9 @@ class VirtualLoop:
         while True:
             end = plant.move(q, dq, mode, span)
             if plant.rate(end.q, end.dq, mode.after(end)) * span <= 2 * RESOLVED:
+                self._left -= 1
+                if self._left < 0:
+                    raise _StoppedError(_UNRESOLVED)
                 return span, end
             if 2 * _MOST_STEPS * span < whole:
                 finite = math.isfinite(end.q) and math.isfinite(end.dq)

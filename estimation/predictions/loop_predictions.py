@@ -24,7 +24,7 @@ from axisid.estimation.loops import loop_starts, noise_along, two_clocks
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
-from axisid.estimation.simulation import MOST_SUBSTEPS, LoopInputs, settled_substeps, simulate_lanes
+from axisid.estimation.simulation import LoopInputs, most_substeps, settled_substeps, simulate_lanes
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import EstimationError
 
@@ -110,10 +110,10 @@ class LoopPredictions:
         for i, each in enumerate(self.stretches):
             own, before = self._form.own(physical, each.record), self._substeps[i] or 1
             steps = settled_substeps(each.axis, own, each.inputs) or 1
-            if each.axis.states and steps >= MOST_SUBSTEPS:
+            if each.axis.states and steps >= most_substeps(len(each.inputs.reference)):
                 raise EstimationError(
                     f"with {each.axis.describe(own)} the friction of axis "
-                    f"{each.axis.axis.name!r} is so stiff that a sample takes {MOST_SUBSTEPS} "
+                    f"{each.axis.axis.name!r} is so stiff that a sample takes {steps} "
                     "steps, the most there are; start from nominal values of the right order, or "
                     "bound the stiffness.",
                     code="fit-too-stiff",

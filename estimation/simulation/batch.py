@@ -46,10 +46,13 @@ from .steps import (
     bounds_refusal,
     check_loop,
     failure,
+    fastest_place,
     has_constant_substeps,
     has_states,
     inertia_and_hold,
+    most_substeps,
     no_inertia,
+    place_at,
     pushes,
     states_refusal,
     substeps_along,
@@ -327,8 +330,9 @@ class _Batch:
                 self._first(np.flatnonzero(sound)),
             )
         out: dict[str, Array] = {}
-        stiff = sound & (counts > MOST_SUBSTEPS)
-        counts = np.minimum(counts, MOST_SUBSTEPS)
+        most = MOST_SUBSTEPS if substeps else most_substeps(len(self.reference))
+        stiff = sound & (counts > most)
+        counts = np.minimum(counts, most)
         if has_constant_substeps(self.axis):
             self._refuse(out, np.flatnonzero(stiff), failures)
             sound &= ~stiff
@@ -342,9 +346,9 @@ class _Batch:
                 break
             needed = np.array([self._needed(out, int(lane)) for lane in pending])
             more = needed > counts[pending]
-            self._refuse(out, pending[more & (counts[pending] == MOST_SUBSTEPS)], failures)
-            more &= counts[pending] < MOST_SUBSTEPS
-            counts[pending] = np.clip(needed, counts[pending], MOST_SUBSTEPS)
+            self._refuse(out, pending[more & (counts[pending] == most)], failures)
+            more &= counts[pending] < most
+            counts[pending] = np.clip(needed, counts[pending], most)
             pending = pending[more]
         return out or self._nothing(), failures
 
@@ -372,19 +376,29 @@ class _Batch:
     def _refuse(
         self, out: Mapping[str, Array], lanes: NDArray[np.intp], failures: dict[int, str]
     ) -> None:
+        most = most_substeps(len(self.reference))
         for lane in map(int, lanes):
-            failures[lane] = too_stiff(self.axis, self.parameters[lane])
+            theta, (visited, own) = self.parameters[lane], self._visited(out, lane)
+            at = fastest_place(self.axis, theta, visited, self.period, own)
+            failures[lane] = too_stiff(self.axis, theta, most, at, self.period)
             for values in out.values():
                 values[:, lane] = np.nan
 
     def _needed(self, out: Mapping[str, Array], lane: int) -> int:
+        visited, own = self._visited(out, lane)
+        return substeps_along(self.axis, self.parameters[lane], visited, self.period, own)
+
+    def _visited(self, out: Mapping[str, Array], lane: int) -> tuple[dict[str, Array], list[Array]]:
+        """Where a lane went, or starts, and its recorded signals."""
+        own = [v if v.ndim == 1 else v[:, lane] for v in self.signals]
+        if not out:
+            still = dict.fromkeys(visited_signals(self.axis), np.zeros(1))
+            return still | {"position": self.start.position[lane : lane + 1]}, own
         position = out["position"][:, lane]
         ended = np.isnan(position)
         until = int(ended.argmax()) if ended.any() else len(position)
         names = visited_signals(self.axis)
-        visited = {name: np.ascontiguousarray(out[name][:until, lane]) for name in names}
-        own = [v if v.ndim == 1 else v[:, lane] for v in self.signals]
-        return substeps_along(self.axis, self.parameters[lane], visited, self.period, own)
+        return {name: np.ascontiguousarray(out[name][:until, lane]) for name in names}, own
 
     def _first(self, lanes: NDArray[np.intp]) -> Array:
         """First values of the recorded signals of some lanes."""
@@ -445,12 +459,14 @@ class _Batch:
         again = self._widened(status, chosen)
         for i in np.flatnonzero(status):
             lane, sample = int(chosen[i]), int(stopped[i])
+            if not again[i]:
+                own = [v if v.ndim == 1 else v[:, lane] for v in self.signals]
+                known = {"position", "velocity"} <= out.keys()
+                at = place_at({n: v[:, i] for n, v in out.items()}, sample, own) if known else None
+                why = (self.axis, self.parameters[lane], int(status[i]), sample, self.period, at)
+                failures[lane] = failure(*why)
             for signal in out.values():
                 signal[sample:, i] = np.nan
-            if not again[i]:
-                failures[lane] = failure(
-                    self.axis, self.parameters[lane], int(status[i]), sample, self.period
-                )
         if again.any():
             for name, values in self._lanes(chosen[again], substeps, failures).items():
                 out[name][:, again] = values

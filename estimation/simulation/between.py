@@ -12,7 +12,7 @@ from axisid.codegen.runtime import VirtualLoop
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .steps import MOST_SUBSTEPS, has_constant_substeps, substeps_along, substeps_at_start
+from .steps import has_constant_substeps, most_substeps, substeps_along, substeps_at_start
 from .two_clocks import TwoClocks
 
 
@@ -105,4 +105,4 @@ def _substeps(
     if not has_constant_substeps(axis):
         visited = {name: values[known] for name, values in signals.items()}
         steps = max(steps, substeps_along(axis, parameters, visited, period, recorded))
-    return min(int(steps), MOST_SUBSTEPS)
+    return min(int(steps), most_substeps(len(signals["position"])))

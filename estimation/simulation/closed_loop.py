@@ -37,6 +37,7 @@ from .steps import (
     diverged,
     first_substeps,
     further_substeps,
+    place_at,
     pushes,
 )
 from .two_clocks import TwoClocks, clocks_of
@@ -278,7 +279,8 @@ class _Loop:
                 settings = replace(settings, allowed=float(wider))
                 _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
         if status:
-            raise diverged(self.axis, self.parameters, status, stopped, self.period)
+            at = place_at(out, stopped, self.signals)
+            raise diverged(self.axis, self.parameters, status, stopped, self.period, at)
         period = self.period
         if self.clocks is not None:
             period = self.clocks.log_period
@@ -295,7 +297,14 @@ class _Loop:
 
     def _steps_at_start(self) -> int:
         first = first_values(self.recorded)
-        return first_substeps(self.axis, self.parameters, self.start.position, self.period, first)
+        return first_substeps(
+            self.axis,
+            self.parameters,
+            self.start.position,
+            self.period,
+            first,
+            len(self.reference),
+        )
 
     def _settled(
         self, settings: LoopSettings, *, fixed: bool
@@ -307,7 +316,13 @@ class _Loop:
                 break
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
             enough = further_substeps(
-                self.axis, self.parameters, settings.substeps, visited, self.period, self.signals
+                self.axis,
+                self.parameters,
+                settings.substeps,
+                visited,
+                self.period,
+                self.signals,
+                len(self.reference),
             )
             if enough == settings.substeps:
                 break

@@ -1,28 +1,81 @@
 """Loops of a record with many parameter sets side by side, as `simulate_estimate` runs one."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.lowering import SIGNALS
+from axisid.codegen.lowering import SIGNALS, LoopStart
 from axisid.support.arrays import Array
 
 from .batch import BatchSimulation, simulate_batch
 from .between import at_log_samples
-from .loop_inputs import LoopInputs
-from .recorded import lines
+from .recorded import at_law, lines
 from .steps import (
-    MOST_SUBSTEPS,
     has_constant_substeps,
+    most_substeps,
     substeps_along,
     substeps_at_start,
     visited_signals,
 )
+from .two_clocks import TwoClocks
 
 #: What a batch calls the signals of the generated code.
 _GIVEN = {name: "direction_before" if name == "before" else name for name in SIGNALS}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopInputs:
+    """What loops of one stretch of a record are simulated from, at the law's evaluations.
+
+    Attributes
+    ----------
+    reference : (M,) or (M, B) array
+    period : float
+        s
+    start : LoopStart
+        Of all lanes, or with a value for each.
+    injected : (M,) or (M, B) array or None
+        Added to the control.
+    signals : tuple of array
+        The recorded signals that the axis declares, in its order.
+    clocks : TwoClocks or None
+        Where the law has another clock than the log.
+    """
+
+    reference: Array
+    period: float
+    start: LoopStart
+    injected: Array | None = None
+    signals: tuple[Array, ...] = ()
+    clocks: TwoClocks | None = None
+
+    @classmethod
+    def of_log(
+        cls,
+        axis: GeneratedAxis,
+        reference: Array,
+        period: float,
+        start: LoopStart,
+        injected: Array | None,
+        signals: tuple[Array, ...],
+        clocks: TwoClocks | None,
+    ) -> "LoopInputs":
+        """The same from what a log has at its samples, (N,) each."""
+        if clocks is not None:
+            reference, period = clocks.reference(reference), clocks.law_period
+            injected = None if injected is None else clocks.held(injected)
+            signals = at_law(axis, signals, clocks)
+            start = replace(start, position=start.position + start.velocity * clocks.first)
+        return cls(
+            reference=reference,
+            period=period,
+            start=start,
+            injected=injected,
+            signals=signals,
+            clocks=clocks,
+        )
 
 
 def simulate_lanes(
@@ -112,4 +165,4 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
         visited = {name: values[:, 0] for name, values in batch.signals.items()}
         along = substeps_along(axis, parameters, visited, inputs.period, inputs.signals)
         steps = max(int(steps), along)
-    return min(int(steps), MOST_SUBSTEPS)
+    return min(int(steps), most_substeps(len(inputs.reference)))

@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.lowering import PASSED, PROBE, PROBED, RESOLVED, STATUSES
+from axisid.codegen.lowering import (
+    PASSED,
+    PROBE,
+    PROBED,
+    RESOLVED,
+    STATUSES,
+    STEPS_IN_ALL,
+    STEPS_OF_EACH,
+    demanding_term,
+)
 from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
@@ -20,6 +29,8 @@ from axisid.support.user_values import quoted
 
 from .recorded import standing_in
 
+#: Position and velocity, and the recorded signals there.
+Place = tuple[tuple[float, float], tuple[float, ...]]
 Recorded = Sequence[Array] | Array | None
 _Rates = TypeVar("_Rates", float, Array)
 
@@ -304,13 +315,20 @@ def substeps_along(
     recorded : sequence of (N,) array
         The recorded signals, of at least as many samples.
     """
-    q, dq, force = visited["position"], visited["velocity"], visited["force"]
-    if not len(q):
+    if not len(visited["position"]):
         return 1
-    signals = [values[: len(q)] for values in recorded]
+    _, rates, passing = _demands(axis, parameters, visited, recorded)
+    return int(_steps(axis, rates.max(keepdims=True), passing.max(keepdims=True), period)[0])
+
+
+def _demands(
+    axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array], recorded: Sequence[Array]
+) -> tuple[NDArray[np.intp], Array, Array]:
+    """Samples, rates there or at a turn behind them, and waves that pass, 1/s, (n,) each."""
+    q, dq, force = visited["position"], visited["velocity"], visited["force"]
+    samples, signals = np.arange(len(q)), [values[: len(q)] for values in recorded]
     if axis.states:
-        rates = _rates_with_states(axis, parameters, visited)
-        return int(_steps(axis, rates.max(keepdims=True), np.zeros(1), period)[0])
+        return samples, _rates_with_states(axis, parameters, visited), np.zeros(len(q))
     turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
     s = np.where(visited["direction"] < 0, -1.0, 1.0)
     rates = _probed(
@@ -323,8 +341,10 @@ def substeps_along(
         [np.concatenate([v, v[turns], v[turns]]) for v in signals],
     )
     waves = _wave_numbers(axis, q, parameters, signals)
-    passing = 0.0 if waves is None else np.max(waves * np.abs(dq))
-    return int(_steps(axis, rates.max(keepdims=True), np.array([passing]), period)[0])
+    passing = np.zeros(len(rates))
+    if waves is not None:
+        passing[: len(q)] = waves * np.abs(dq)
+    return np.concatenate([samples, turns, turns]), rates, passing
 
 
 def _wave_numbers(
@@ -415,6 +435,12 @@ def _by_rate(axis: GeneratedAxis, rates: _Rates, period: float) -> _Rates:
     return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
 
 
+def most_substeps(samples: int) -> int:
+    """Steps in a sample, at most, of a simulation of so many samples: a power of 2."""
+    each = max(STEPS_IN_ALL // samples, STEPS_OF_EACH)
+    return int(min(2 ** (each.bit_length() - 1), MOST_SUBSTEPS))
+
+
 def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> NDArray[np.int64]:
     """Steps from rates, and from waves of the position that pass, rad/s: powers of 2.
 
@@ -495,9 +521,14 @@ def _kept(recorded: Recorded) -> tuple[float, ...] | None:
 
 
 def first_substeps(
-    axis: GeneratedAxis, parameters: Array, position: float, period: float, recorded: Recorded
+    axis: GeneratedAxis,
+    parameters: Array,
+    position: float,
+    period: float,
+    recorded: Recorded,
+    samples: int,
 ) -> int:
-    """`substeps_at_start` of one simulation, no more than there may be.
+    """`substeps_at_start` of one simulation of so many samples, no more than there may be.
 
     Raises
     ------
@@ -508,9 +539,11 @@ def first_substeps(
     steps = 1
     if _by_rate(axis, rate, period) > 1:
         steps = int(_steps(axis, np.array([rate]), np.zeros(1), period)[0])
-    if steps > MOST_SUBSTEPS and has_constant_substeps(axis):
-        raise EstimationError(too_stiff(axis, parameters), code="too-stiff")
-    return min(steps, MOST_SUBSTEPS)
+    most = most_substeps(samples)
+    if steps > most and has_constant_substeps(axis):
+        still = ((position, 0.0), _kept(recorded) or ())
+        raise EstimationError(too_stiff(axis, parameters, most, still, period), code="too-stiff")
+    return min(steps, most)
 
 
 def further_substeps(
@@ -520,8 +553,11 @@ def further_substeps(
     visited: Mapping[str, Array],
     period: float,
     recorded: Sequence[Array],
+    samples: int,
 ) -> int:
     """The steps that a simulation had if they were enough wherever it went, or as many as are.
+
+    It has so many samples.
 
     Raises
     ------
@@ -531,29 +567,78 @@ def further_substeps(
     if has_constant_substeps(axis):
         return substeps
     needed = substeps_along(axis, parameters, visited, period, recorded)
-    if needed > substeps == MOST_SUBSTEPS:
-        raise EstimationError(too_stiff(axis, parameters), code="stiff-on-the-way")
-    return max(substeps, min(needed, MOST_SUBSTEPS))
+    most = most_substeps(samples)
+    if needed > substeps and substeps >= most:
+        at = fastest_place(axis, parameters, visited, period, recorded)
+        raise EstimationError(
+            too_stiff(axis, parameters, most, at, period), code="stiff-on-the-way"
+        )
+    return max(substeps, min(needed, most))
+
+
+def fastest_place(
+    axis: GeneratedAxis,
+    parameters: Array,
+    visited: Mapping[str, Array],
+    period: float,
+    recorded: Sequence[Array],
+) -> Place:
+    """Where a simulation asks for the shortest steps; arguments as of `substeps_along`."""
+    samples, rates, passing = _demands(axis, parameters, visited, recorded)
+    steps = np.maximum(_by_rate(axis, rates, period), passing * period / PASSED)
+    return place_at(visited, int(samples[steps.argmax()]), recorded)
+
+
+def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array]) -> Place:
+    """Motion and recorded signals at a sample."""
+    motion = (float(signals["position"][sample]), float(signals["velocity"][sample]))
+    return motion, tuple(float(values[sample]) for values in recorded)
 
 
 def diverged(
-    axis: GeneratedAxis, parameters: Array, status: int, sample: int, period: float
+    axis: GeneratedAxis,
+    parameters: Array,
+    status: int,
+    sample: int,
+    period: float,
+    at: Place | None,
 ) -> EstimationError:
     """The error of a simulation that came to no end."""
-    return EstimationError(failure(axis, parameters, status, sample, period), code="loop-diverges")
+    said = failure(axis, parameters, status, sample, period, at)
+    return EstimationError(said, code="loop-diverges")
 
 
-def too_stiff(axis: GeneratedAxis, parameters: Array) -> str:
-    """What to say of a parameter set that no allowed number of steps resolves."""
+def too_stiff(axis: GeneratedAxis, parameters: Array, most: int, at: Place, period: float) -> str:
+    """What to say of a parameter set that `most` steps in a sample do not resolve."""
     return (
-        f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: its "
-        "damping, its stiffness or the speed at which it passes a wave of the position asks for "
-        f"far more than {MOST_SUBSTEPS} steps in a sample. Check the nominal values and units, or "
-        "leave so fast a motion out of the model."
+        f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: "
+        f"{_why(axis, parameters, at, period)} asks for more than {most} steps in a sample, the "
+        "most that so many samples may take. Check the nominal values and units, or leave so fast "
+        "a motion out of the model."
     )
 
 
-def failure(axis: GeneratedAxis, parameters: Array, status: int, sample: int, period: float) -> str:
+def _why(axis: GeneratedAxis, parameters: Array, at: Place | None, period: float) -> str:
+    """What asks for short steps: a term, and where; else whatever does."""
+    if at is not None:
+        term, rate = demanding_term(axis.axis, parameters.tolist(), *at)
+        if rate * period > 1:
+            q, (position, velocity) = axis.axis.coordinate, at[0]
+            return (
+                f"the term {term} at {q.name} = {position:.4g} {q.unit} and {q.velocity} = "
+                f"{velocity:.4g} {q.unit}/s"
+            )
+    return "its damping, its stiffness or the speed at which it passes a wave of the position"
+
+
+def failure(
+    axis: GeneratedAxis,
+    parameters: Array,
+    status: int,
+    sample: int,
+    period: float,
+    at: Place | None,
+) -> str:
     """What happened, where, with which parameters, and what to do."""
     where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
     what = f"the simulated closed loop of axis {axis.axis.name!r}"
@@ -566,8 +651,9 @@ def failure(axis: GeneratedAxis, parameters: Array, status: int, sample: int, pe
     if STATUSES[status] == "unresolved":
         return (
             f"{what} is too fast to follow {where}: a contact is too stiff, or a wave of the "
-            "position too short for the speed. Check the nominal values and units, or leave so "
-            "fast a motion out of the model."
+            f"position too short for the speed; {_why(axis, parameters, at, period)} takes too "
+            "many steps. Check the nominal values and units, or leave so fast a motion out of the "
+            "model."
         )
     how = "leaves the range" if STATUSES[status] == "out of range" else "is not finite"
     return (

@@ -24,6 +24,7 @@ from axisid.estimation.simulation import (
     first_values,
     further_substeps,
     lines,
+    place_at,
     run_loop,
     single_start,
     widened_distance,
@@ -101,7 +102,9 @@ class CarriedLoop:
             period=extent.period,
             resolution=0.0,
             allowed=allowed_distance(extent.span, away),
-            substeps=first_substeps(axis, parameters, self._start.position, extent.period, first),
+            substeps=first_substeps(
+                axis, parameters, self._start.position, extent.period, first, samples=1
+            ),
         )
         self.begin()
 
@@ -167,7 +170,13 @@ class CarriedLoop:
         settings, axis = self._settings, self._axis
         visited = {n: values[:stopped] if status else values for n, values in out.items()}
         enough = further_substeps(
-            axis, self.parameters, settings.substeps, visited, settings.period, signals
+            axis,
+            self.parameters,
+            settings.substeps,
+            visited,
+            settings.period,
+            signals,
+            len(out["position"]),
         )
         if enough != settings.substeps:
             self._settings = replace(settings, substeps=enough)
@@ -177,7 +186,8 @@ class CarriedLoop:
         if STATUSES[status] == "out of range" and (wider := self._wider()) > settings.allowed:
             self._settings = replace(settings, allowed=wider)
             raise BegunAnewError
-        raise diverged(axis, self.parameters, status, self._done + stopped, settings.period)
+        at = place_at(out, stopped, signals)
+        raise diverged(axis, self.parameters, status, self._done + stopped, settings.period, at)
 
     def _wider(self) -> float:
         most = self._of.most_added

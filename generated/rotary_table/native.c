@@ -436,6 +436,12 @@ static inline struct moved move(double q, double dq, const double *held, const s
 #define CAUGHT (1.0 / 1024.0)                 /* of a step */
 enum { MOST_STEPS = 16384 };
 
+/* Steps that a simulation may take in all. */
+static ptrdiff_t steps_in_all(ptrdiff_t samples)
+{
+    return samples * STEPS_OF_EACH > STEPS_IN_ALL ? samples * STEPS_OF_EACH : STEPS_IN_ALL;
+}
+
 /* What decides the sides, and how it changes with the position and the velocity. */
 struct switches {
     double value[SIDES], by_position[SIDES], by_velocity[SIDES];
@@ -777,6 +783,8 @@ static int advance(double *q, double *dq, struct mode *mode, double *held, const
         const int status = attempt(*q, *dq, held, mode, p, whole, &span, &end);
         if (status != DONE)
             return status;
+        if (--*steps < 0)
+            return UNRESOLVED;
 #else
         struct moved end = move(*q, *dq, held, mode, p, left);
 #endif
@@ -840,6 +848,9 @@ struct lane {
     struct mode mode; /* just after the sample, then just before the next */
     double direction, acceleration, force, control; /* just after the sample */
     double memory[AT_LEAST_1_MEMORY];
+#if SIDES
+    ptrdiff_t steps; /* that are left to it */
+#endif
 };
 
 static double encoder(double q, double noise, double resolution)
@@ -868,7 +879,8 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
     for (int i = 0; i < MEMORY; ++i)
         lane->memory[i] = memory[i];
     for (ptrdiff_t i = 0; i < substeps; ++i) {
-        const int status = advance(&lane->q, &lane->dq, mode, held, p, period / (double)substeps);
+        const int status = advance(&lane->q, &lane->dq, mode, held, p,
+                                   period / (double)substeps);
         if (status != DONE)
             return status;
         if (i + 1 < substeps && lane->dq == 0.0)
@@ -1012,6 +1024,7 @@ struct block {
     double direction[LANES], end[LANES];
 #if SIDES
     double sides[SIDES][LANES];
+    ptrdiff_t steps[LANES];
 #endif
     double q1[LANES], dq1[LANES], next[AT_LEAST_1_MEMORY][LANES];
     double ddq[LANES], tau[LANES], u[LANES], slow[LANES], allowed[LANES], now[LANES];
@@ -1106,6 +1119,9 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     b->end[l] = lane.mode.direction;
     b->ddq[l] = lane.acceleration;
     keep_sides(b, l, &lane.mode);
+#if SIDES
+    b->steps[l] = lane.steps;
+#endif
     return status;
 }
 
@@ -1163,6 +1179,9 @@ static void simulate_block(int registers, ptrdiff_t samples, ptrdiff_t count,
         for (int j = 0; j < MEMORY; ++j)
             b.memory[j][l] = memory[j];
         first_sides(&b, l);
+#if SIDES
+        b.steps[l] = steps_in_all(samples);
+#endif
         dead[l] = (double)(l >= count);
         if (l < count) {
             status[l] = DONE;
@@ -1269,6 +1288,9 @@ void later_rows(ptrdiff_t rows, const double *position, const double *velocity, 
 #endif
         const double steps = ceil(span[l] / step);
         int status = DONE;
+#if SIDES
+        ptrdiff_t left = steps_in_all(1);
+#endif
         for (double i = 0.0; i < steps && status == DONE; ++i) {
             if (dq == 0.0)
                 choose_at_rest(q, now, &mode, parameters);

@@ -538,6 +538,8 @@ void closed_loop_step_rows(
 #define SIDES 4
 #define CONTINUOUS 0
 #define RESOLVED 0.025
+#define STEPS_IN_ALL 8388608
+#define STEPS_OF_EACH 64
 #define WITH(values)
 
 /* The closed loop over time: generic, around the functions of one axis printed above.
@@ -589,6 +591,12 @@ static inline struct moved move(double q, double dq, const double *held, const s
 #define AT_START (RESOLVED * (1.0 + 1e-6)) /* so that rounding does not decide for round numbers */
 #define CAUGHT (1.0 / 1024.0)                 /* of a step */
 enum { MOST_STEPS = 16384 };
+
+/* Steps that a simulation may take in all. */
+static ptrdiff_t steps_in_all(ptrdiff_t samples)
+{
+    return samples * STEPS_OF_EACH > STEPS_IN_ALL ? samples * STEPS_OF_EACH : STEPS_IN_ALL;
+}
 
 /* What decides the sides, and how it changes with the position and the velocity. */
 struct switches {
@@ -905,7 +913,7 @@ static int attempt(double q, double dq, const double *held, const struct mode *m
 
 /* Move for `whole` seconds through every change of the mode. */
 static int advance(double *q, double *dq, struct mode *mode, double *held, const double *p,
-                   double whole)
+                   double whole, ptrdiff_t *steps)
 {
     double left = whole;
     for (int event = 0; event < MOST_EVENTS;) {
@@ -931,6 +939,8 @@ static int advance(double *q, double *dq, struct mode *mode, double *held, const
         const int status = attempt(*q, *dq, held, mode, p, whole, &span, &end);
         if (status != DONE)
             return status;
+        if (--*steps < 0)
+            return UNRESOLVED;
 #else
         struct moved end = move(*q, *dq, held, mode, p, left);
 #endif
@@ -994,6 +1004,9 @@ struct lane {
     struct mode mode; /* just after the sample, then just before the next */
     double direction, acceleration, force, control; /* just after the sample */
     double memory[AT_LEAST_1_MEMORY];
+#if SIDES
+    ptrdiff_t steps; /* that are left to it */
+#endif
 };
 
 static double encoder(double q, double noise, double resolution)
@@ -1022,7 +1035,8 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
     for (int i = 0; i < MEMORY; ++i)
         lane->memory[i] = memory[i];
     for (ptrdiff_t i = 0; i < substeps; ++i) {
-        const int status = advance(&lane->q, &lane->dq, mode, held, p, period / (double)substeps);
+        const int status = advance(&lane->q, &lane->dq, mode, held, p,
+                                   period / (double)substeps, &lane->steps);
         if (status != DONE)
             return status;
         if (i + 1 < substeps && lane->dq == 0.0)
@@ -1086,7 +1100,7 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
              double *control, double *direction, double *before, ptrdiff_t *stopped,
              const volatile int *stop)
 {
-    struct lane lane = {.q = start};
+    struct lane lane = {.q = start, .steps = steps_in_all(samples)};
     struct mode mode = {0};
     const double step = period / (double)substeps;
     double p[PARAMETERS]; /* nothing else points here, so what depends on it alone leaves the loop */
@@ -1166,6 +1180,7 @@ struct block {
     double direction[LANES], end[LANES];
 #if SIDES
     double sides[SIDES][LANES];
+    ptrdiff_t steps[LANES];
 #endif
     double q1[LANES], dq1[LANES], next[AT_LEAST_1_MEMORY][LANES];
     double ddq[LANES], tau[LANES], u[LANES], slow[LANES], allowed[LANES], now[LANES];
@@ -1244,7 +1259,7 @@ static void step_block(struct block *b, int registers, double step, ptrdiff_t su
 static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps)
 {
     double p[PARAMETERS];
-    struct lane lane = {.q = b->q[l], .dq = b->dq[l]};
+    struct lane lane = {.q = b->q[l], .dq = b->dq[l], .steps = b->steps[l]};
     if (!(fabs(lane.q - b->reference[l]) <= b->allowed[l]))
         return isfinite(lane.q) ? OUT_OF_RANGE : NOT_FINITE;
     for (int j = 0; j < PARAMETERS; ++j)
@@ -1260,6 +1275,9 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     b->end[l] = lane.mode.direction;
     b->ddq[l] = lane.acceleration;
     keep_sides(b, l, &lane.mode);
+#if SIDES
+    b->steps[l] = lane.steps;
+#endif
     return status;
 }
 
@@ -1317,6 +1335,9 @@ static void simulate_block(int registers, ptrdiff_t samples, ptrdiff_t count,
         for (int j = 0; j < MEMORY; ++j)
             b.memory[j][l] = memory[j];
         first_sides(&b, l);
+#if SIDES
+        b.steps[l] = steps_in_all(samples);
+#endif
         dead[l] = (double)(l >= count);
         if (l < count) {
             status[l] = DONE;
@@ -1423,10 +1444,13 @@ void later_rows(ptrdiff_t rows, const double *position, const double *velocity, 
 #endif
         const double steps = ceil(span[l] / step);
         int status = DONE;
+#if SIDES
+        ptrdiff_t left = steps_in_all(1);
+#endif
         for (double i = 0.0; i < steps && status == DONE; ++i) {
             if (dq == 0.0)
                 choose_at_rest(q, now, &mode, parameters);
-            status = advance(&q, &dq, &mode, now, parameters, span[l] / steps);
+            status = advance(&q, &dq, &mode, now, parameters, span[l] / steps, &left);
         }
         later_position[l] = status == DONE ? q : NAN;
         later_velocity[l] = status == DONE ? dq : NAN;

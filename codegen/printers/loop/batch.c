@@ -9,6 +9,7 @@ struct block {
 #endif
 #if SIDES
     double sides[SIDES][LANES];
+    ptrdiff_t steps[LANES];
 #endif
 #if STATES
     double states[STATES][LANES], states1[STATES][LANES];
@@ -194,7 +195,7 @@ static void respond_block(struct block *b, int registers, double period, ptrdiff
 static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps)
 {
     double p[PARAMETERS];
-    struct lane lane = {.q = b->q[l], .dq = b->dq[l]};
+    struct lane lane = {.q = b->q[l], .dq = b->dq[l]/*SIDES , .steps = b->steps[l]*/};
     if (!(fabs(lane.q - b->reference[l]) <= b->allowed[l]))
         return isfinite(lane.q) ? OUT_OF_RANGE : NOT_FINITE;
     for (int j = 0; j < PARAMETERS; ++j)
@@ -220,6 +221,9 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     b->tau[l] = lane.force;
 #endif
     keep_sides(b, l, &lane.mode);
+#if SIDES
+    b->steps[l] = lane.steps;
+#endif
 #if STATES
     copy_lane(b->states1, l, lane.mode.states);
 #endif
@@ -331,6 +335,9 @@ static void simulate_block(int registers, ptrdiff_t samples, ptrdiff_t count,
         copy_lane(b.states, l, begun);
 #endif
         first_sides(&b, l/*MOVING , now*/);
+#if SIDES
+        b.steps[l] = steps_in_all(samples);
+#endif
         dead[l] = (double)(l >= count);
         if (l < count) {
             status[l] = DONE;

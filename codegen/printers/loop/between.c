@@ -21,10 +21,13 @@ void later_rows(ptrdiff_t rows, const double *position, const double *velocity, 
 #endif
         const double steps = ceil(span[l] / step);
         int status = DONE;
+#if SIDES
+        ptrdiff_t left = steps_in_all(1);
+#endif
         for (double i = 0.0; i < steps && status == DONE; ++i) {
             if (dq == 0.0)
                 choose_at_rest(q, now, &mode, parameters);
-            status = advance(&q, &dq, &mode, now, parameters, span[l] / steps);
+            status = advance(&q, &dq, &mode, now, parameters, span[l] / steps/*SIDES , &left*/);
         }
         later_position[l] = status == DONE ? q : NAN;
         later_velocity[l] = status == DONE ? dq : NAN;

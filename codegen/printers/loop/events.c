@@ -285,7 +285,7 @@ static int attempt(double q, double dq, const double *held, const struct mode *m
 
 /* Move for `whole` seconds through every change of the mode. */
 static int advance(double *q, double *dq, struct mode *mode, double *held, const double *p,
-                   double whole)
+                   double whole/*SIDES , ptrdiff_t *steps*/)
 {
     double left = whole;
     for (int event = 0; event < MOST_EVENTS;) {
@@ -329,6 +329,8 @@ static int advance(double *q, double *dq, struct mode *mode, double *held, const
         const int status = attempt(*q, *dq, held, mode, p, whole, &span, &end);
         if (status != DONE)
             return status;
+        if (--*steps < 0)
+            return UNRESOLVED;
 #else
         struct moved end = move(*q, *dq, held, mode, p, left);
 #endif

@@ -75,6 +75,12 @@ static inline struct moved move(double q, double dq, const double *held, const s
 #define CAUGHT (1.0 / 1024.0)                 /* of a step */
 enum { MOST_STEPS = 16384 };
 
+/* Steps that a simulation may take in all. */
+static ptrdiff_t steps_in_all(ptrdiff_t samples)
+{
+    return samples * STEPS_OF_EACH > STEPS_IN_ALL ? samples * STEPS_OF_EACH : STEPS_IN_ALL;
+}
+
 /* What decides the sides, and how it changes with the position and the velocity. */
 struct switches {
     double value[SIDES], by_position[SIDES], by_velocity[SIDES];

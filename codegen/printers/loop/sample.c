@@ -49,6 +49,9 @@ struct lane {
     struct mode mode; /* just after the sample, then just before the next */
     double direction, acceleration, force, control; /* just after the sample */
     double memory[AT_LEAST_1_MEMORY];
+#if SIDES
+    ptrdiff_t steps; /* that are left to it */
+#endif
 };
 
 static double encoder(double q, double noise, double resolution)
@@ -102,13 +105,15 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
             held[LAGGED] = memory[OLDEST];
         if (i && lane->dq == 0.0)
             choose_at_rest(lane->q, held, mode, p);
-        const int status = advance(&lane->q, &lane->dq, mode, held, p, step_of(i, period, substeps));
+        const int status = advance(&lane->q, &lane->dq, mode, held, p,
+                                   step_of(i, period, substeps)/*SIDES , &lane->steps*/);
         if (status != DONE)
             return status;
     }
 #else
     for (ptrdiff_t i = 0; i < substeps; ++i) {
-        const int status = advance(&lane->q, &lane->dq, mode, held, p, period / (double)substeps);
+        const int status = advance(&lane->q, &lane->dq, mode, held, p,
+                                   period / (double)substeps/*SIDES , &lane->steps*/);
         if (status != DONE)
             return status;
         if (i + 1 < substeps && lane->dq == 0.0)
@@ -218,7 +223,7 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
              double *control, double *direction, double *before, ptrdiff_t *stopped,
              const volatile int *stop)
 {
-    struct lane lane = {.q = start};
+    struct lane lane = {.q = start/*SIDES , .steps = steps_in_all(samples)*/};
     struct mode mode = {0};
 #if RESPONSE
     const double step = step_of(0, period, substeps);

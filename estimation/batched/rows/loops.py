@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS, LoopSettings, LoopStart
 from axisid.estimation.simulation import (
-    MOST_SUBSTEPS,
     allowed_distance,
     has_constant_substeps,
     has_inertia,
+    most_substeps,
     simulate_batch,
     substeps_at_start,
 )
@@ -44,7 +44,7 @@ def simulated_lanes(
     counts = substeps_at_start(axis, physical, start.position, lanes.period, nothing)
     library, alike = axis.native.library(), bool(np.all(counts == counts[0]))
     if library is None or not (
-        has_constant_substeps(axis) and alike and counts[0] <= MOST_SUBSTEPS
+        has_constant_substeps(axis) and alike and counts[0] <= most_substeps(len(lanes.reference))
     ):
         signals, fine = _apart(axis, physical, lanes, start, position_noise)
         return signals, well & fine

@@ -1,5 +1,6 @@
 """The steps that a simulation chooses by itself."""
 
+import time
 from collections.abc import Callable
 from functools import cache
 
@@ -21,6 +22,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, cascade_pd, gain
 from axisid.elements import viscous
 from axisid.estimation import simulate_batch
+from axisid.estimation.simulation import most_substeps
 from axisid.estimation.simulation.steps import inertia_and_hold, substeps_at_start
 from tests.axes.bodies import body, q, rotor, turn
 from tests.axes.lagging import lagging
@@ -258,3 +260,50 @@ def test_axis_without_inertia_is_told_of_its_inertia_and_not_of_a_force() -> Non
     axis = loaded(C * sympy.log(ANGLE))
     with refuses("no-inertia", says=r"'loaded' has no positive inertia with J = 0 kg"):
         simulate(axis, [0.0, 3.0], 2.0 + REST, PERIOD)
+
+
+def wavy(term: sympy.Expr, *beside: sympy.Expr) -> GeneratedAxis:
+    """A light axis with a force over the position that varies faster than any machine's."""
+    p = Parameter("p", "N", nominal=1.0)
+    law = cascade_pd(kp=40.0, kv=100.0, period=PERIOD)
+    return build(body(p * term, *beside, parameters=(p,), name="wavy", control=law))
+
+
+LENGTH, NEWTON = Constant(1.0, "m", "x0"), Constant(1.0, "N", "f0")
+LONG = np.tile(SINE, 20)
+WAVES = {
+    "p*sin(1000000000.0*q/x0)": (sympy.sin(1e9 * q.symbol / LENGTH),),
+    "p*tan(4000*q/x0)": (sympy.tan(4000 * q.symbol / LENGTH),),
+    "p*sin(3000000.0*q/x0)": (
+        sympy.sin(3e6 * q.symbol / LENGTH),
+        NEWTON * sympy.Abs(q.symbol - LENGTH / 50) / LENGTH,
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("term", WAVES)
+def test_what_takes_more_steps_than_a_simulation_has_is_refused_by_its_term(term: str) -> None:
+    axis = wavy(*WAVES[term])
+    with pytest.raises(EstimationError) as alone:
+        simulate(axis, axis.nominal, LONG, PERIOD)
+    assert f"the term {term} at q = " in str(alone.value)
+    batch = simulate_batch(axis, axis.nominal[None, :], LONG, PERIOD)
+    assert batch.failures == {0: str(alone.value)}
+
+
+@pytest.mark.slow
+def test_an_axis_that_takes_many_steps_is_compiled_without_taking_them() -> None:
+    axis, before = wavy(*WAVES["p*sin(3000000.0*q/x0)"]), time.process_time()
+    axis.native.compile_afresh()
+    assert time.process_time() - before < 10
+
+
+def test_a_long_log_may_take_as_many_steps_a_sample_as_a_contact_needs() -> None:
+    assert [most_substeps(n) for n in (100, 8192, 8193, 25_000, 10**6)] == [
+        1024,
+        1024,
+        512,
+        256,
+        64,
+    ]
