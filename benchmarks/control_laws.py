@@ -218,11 +218,11 @@ def figures_of(name: str, log: str, *, runs: int, seed: int, right_alone: bool =
         found.unjudged += passed is None
         for (gain, times), axis in wrong.items():
             check = check_law(axis, record)
-            assert isinstance(check, LawCheck)
+            told = isinstance(check, LawCheck)
             key = f"{gain} {100 * (times - 1):.0f} %"
             found.changed[key] = found.changed.get(key, 0) + 1
-            found.noticed[key] = found.noticed.get(key, 0) + (not check.passed)
-            found.named[key] = found.named.get(key, 0) + _named(check, gain, times)
+            found.noticed[key] = found.noticed.get(key, 0) + (told and not check.passed)
+            found.named[key] = found.named.get(key, 0) + (told and _named(check, gain, times))
         for key, axis in others.items():
             found.changed[key] = found.changed.get(key, 0) + 1
             found.noticed[key] = found.noticed.get(key, 0) + (_passed(axis, record) is False)

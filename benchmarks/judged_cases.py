@@ -86,6 +86,10 @@ class Case:
         A parameter of the machine that is not declared, with its term; empty for none.
     gains : Gains, optional
         Of the law that is declared; the machine's by default.
+    logged_control : float
+        How many times the control is logged as it is; -1 for its opposite.
+    logged_early : int
+        Samples by which it is logged before it acts.
     """
 
     machine: Machine
@@ -102,6 +106,8 @@ class Case:
     jitter: float = 0.0
     undeclared: str = ""
     gains: Gains | None = None
+    logged_control: float = 1.0
+    logged_early: int = 0
 
 
 _PLAIN = Gains.of(Machine())
@@ -344,6 +350,21 @@ WRONG: dict[str, Case] = {
         machine=_with(position_noise=white(1e-6)), methods=("idm-ls",), named=r"\bM misses for it"
     ),
 }
+
+#: Behind encoders whose steps the law reads as they are, under laws with an integral.
+_STEPS = {name: FIELD[name] for name in ("P-PI, dwells, 1 um", "PID, joystick, 20 um")}
+for _name, _case in _STEPS.items():
+    WRONG |= {
+        f"{_name}, control's sign flipped": replace(
+            _case, logged_control=-1.0, named=r"its sign is opposite"
+        ),
+        f"{_name}, logged a sample early": replace(_case, logged_early=1, named=r"1 sample before"),
+        f"{_name}, test signal not recorded": replace(
+            _case,
+            machine=replace(_case.machine, injected=_INJECTED),
+            named=r"not the declared law's .*test signal",
+        ),
+    }
 
 CASES = RIGHT | FIELD | KEPT | ALONE | FREE | LOGGED | OUTPUT_ERROR | WRONG
 

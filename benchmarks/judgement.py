@@ -129,6 +129,7 @@ def _recorded(columns: dict[str, Array], case: Case) -> dict[str, Array]:
     if case.logged_step:
         kept["position"] = case.logged_step * np.round(kept["position"] / case.logged_step)
     kept["position"] = kept["position"] + case.logged_zero
+    kept["control"] = case.logged_control * np.roll(kept["control"], -case.logged_early)
     if case.jitter:
         # Each record has its own, and the same one each time.
         off = np.random.default_rng(int(1e9 * np.abs(kept["control"]).sum()) % 2**32)
@@ -197,6 +198,7 @@ def written(figures: Figures, case: Case | None) -> dict[str, object]:
             for name, flagged in figures.flagged.items()
         }
         shares["rejected"] = figures.rejected / max(figures.identified, 1)
+        shares["believed"] = 1 - figures.noticed / max(figures.identified, 1)
     else:
         shares |= {"noticed": figures.noticed / figures.runs, "named": figures.named / figures.runs}
     return shares
@@ -246,6 +248,7 @@ def _lines(kind: str, name: str, shares: dict[str, object]) -> Iterator[str]:
     held = shares.get("held")
     if isinstance(held, dict):
         head = "held " + "  ".join(f"{n} {100 * v:.0f}" for n, v in held.items())
+        head += f"  believed {100 * float(str(shares['believed'])):.0f} %"
         head += f"  endogeneity rejected {100 * float(str(shares['rejected'])):.0f} %"
     yield f"{kind:<13}{name:<44}{head}"
     yield from _of_least_squares(shares.get("least_squares"))

@@ -84,6 +84,7 @@ def test_a_control_logged_as_it_is_computed_is_to_be_shifted_not_the_delay() -> 
     assert "--shift control=1" in law
     assert "delay=" not in law
     alignment = said(found, "alignment")
+    assert alignment.startswith("note"), "it counts once"
     assert "--shift control=1" in alignment
     assert "the drive's delay" not in alignment
     assert re.search(r"so that the control is (0.9|1)\d* samples early beside", alignment)
