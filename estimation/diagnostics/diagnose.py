@@ -25,10 +25,9 @@ from axisid.estimation.diagnostics.estimates import (
     second_opinion_check,
     within_bounds,
 )
-from axisid.estimation.diagnostics.law import LawCheck, law_check
+from axisid.estimation.diagnostics.law import law_check
 from axisid.estimation.diagnostics.loop import (
     Alignment,
-    ForceTiming,
     alignment_check,
     declared_lateness,
     following,
@@ -181,17 +180,22 @@ def _filter_bias(case: Case) -> Check | Missing:
 
 
 def _alignment(case: Case) -> Check | Missing:
-    law, timing = case.law, case.timing
-    remedy = timing_remedy(timing, case.data.axis.axis.control)
-    both = isinstance(law, LawCheck) and isinstance(timing, ForceTiming) and remedy is not None
     return alignment_check(
         case.preferred,
         case.alignment,
         case.data,
         weak=case.weak,
-        remedy=remedy,
-        by_log=both and timing.role == "control" and law.delay == -timing.samples,
+        remedy=timing_remedy(case.timing, case.data.axis.axis.control),
+        by_log=_is_logged_elsewhere(case),
     )
+
+
+def _is_logged_elsewhere(case: Case) -> bool:
+    """Whether law and motion agree that the log wrote the control at another time, and which."""
+    law, timing = case.law, case.timing
+    if isinstance(law, Missing) or isinstance(timing, Missing) or timing.role != "control":
+        return False
+    return law.delay == -timing.samples != 0
 
 
 def _uneven_times(case: Case) -> Check | Missing | None:
