@@ -16,7 +16,9 @@ from axisid.estimation.records.faults import (
     clipped,
     clipping_notes,
     remaining_jumps_note,
+    signed,
     spike_notes,
+    unsigned_notes,
     unwrapped,
 )
 from axisid.estimation.records.times import count_by_period, count_past_restarts, open_end
@@ -336,15 +338,18 @@ def _repaired(
     made: list[Repair] = []
     masks: dict[str, Mask] = {}
     gap = MAX_EVEN_STEP.value if repairs.resample is None else MAX_UNEVEN_STEP.value
-    modulus = repairs.modulus(axis)
-    if modulus is not None:
-        samples, repair = unwrapped(source, samples, modulus, gap)
+    moduli = repairs.moduli(axis)
+    for role, modulus in moduli.items():
+        if role == "position":
+            samples, repair = unwrapped(source, samples, modulus, gap)
+        else:
+            samples, repair = signed(source, samples, role, modulus)
         made.append(repair)
     position = samples.get("position")
     jumps = None
     if position is not None:
-        jumps = remaining_jumps_note(source, position, axis, gap, modulus)
+        jumps = remaining_jumps_note(source, position, axis, gap, moduli.get("position"))
     if repairs.mask is not None:
         masks, repair = clipped(*_by_role(samples, axis))
         made.append(repair)
-    return samples, masks, made, [] if jumps is None else [jumps]
+    return samples, masks, made, [*([] if jumps is None else [jumps]), *unsigned_notes(samples)]

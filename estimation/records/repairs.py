@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from axisid.estimation.records.columns import modulus_si
+from axisid.estimation.records.columns import expected_units, modulus_si
 from axisid.estimation.records.faults import Mask, Modulus
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
@@ -32,8 +32,10 @@ class Repairs:
         Onto an even grid at so many hertz; ``auto`` takes the position's own median rate.
     gaps : {"split"} or None
         Cut the log where samples are missing; each piece is filtered and simulated by itself.
-    wrap : str, float or None
-        Modulus of a position that starts again after it, in SI or with a unit (``360:deg``).
+    wrap : str, float, mapping of str to either, or None
+        Modulus of a position that starts again after it, in SI or with a unit (``360:deg``); of
+        other columns, by role (``{"control": 65536}``, ``"control=65536"``), whose numbers were
+        written without their sign, so that -1 is the modulus less 1.
     mask : {"clipped"} or None
         Leave out what the drive's limit or a sensor's range has cut off, with all rows whose
         filters reach it.
@@ -54,7 +56,7 @@ class Repairs:
 
     resample: float | Literal["auto"] | None = None
     gaps: Literal["split"] | None = None
-    wrap: str | float | None = None
+    wrap: str | float | Mapping[str, str | float] | None = None
     mask: Literal["clipped"] | None = None
     tail: Literal["drop"] | None = None
     shift: Mapping[str, Any] = field(default_factory=dict)
@@ -72,17 +74,39 @@ class Repairs:
             raise UsageError(f"what to mask is {self.mask!r}; give clipped.")
         if self.tail not in ("drop", None):
             raise UsageError(f"what to do with the end of the log is {self.tail!r}; give drop.")
+        if isinstance(self.wrap, Mapping):
+            object.__setattr__(self, "wrap", FrozenMapping(self.wrap))
         object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))
         object.__setattr__(self, "between", FrozenMapping(checked_between(self.between)))
 
-    def modulus(self, axis: Axis | None) -> Modulus | None:
-        """Modulus of the position."""
-        if self.wrap is None:
-            return None
-        si = modulus_si(str(self.wrap), axis)
-        number, _, unit = str(self.wrap).partition(":")
-        usual = axis.coordinate.unit if axis is not None else "m or rad"
-        return Modulus(si=si, factor=si / float(number), unit=unit.strip() or usual)
+    def moduli(self, axis: Axis | None) -> dict[str, Modulus]:
+        """Moduli by role.
+
+        Raises
+        ------
+        UsageError
+            One is no positive number, in another unit than its column, or of no such column.
+        """
+        given = self.wrap
+        if isinstance(given, str) and "=" in given:
+            pairs = (pair.partition("=") for pair in given.split(","))
+            given = {role.strip(): modulus for role, _, modulus in pairs}
+        elif given is not None and not isinstance(given, Mapping):
+            given = {"position": given}
+        return {role: _modulus(role, str(text), axis) for role, text in (given or {}).items()}
+
+
+def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
+    if role in ("time", "reference"):
+        raise UsageError(
+            f"no modulus is taken out of the {role} alone; the reference follows the position, and "
+            "a time that begins again is cut (gaps).",
+            code="wrapped-role",
+        )
+    si = modulus_si(role, text, axis)
+    number, _, unit = text.partition(":")
+    usual = " or ".join(expected_units(role, axis))
+    return Modulus(si=si, factor=si / float(number), unit=unit.strip() or usual)
 
 
 def split_at_gaps(time: Array, cuts: Sequence[int] = ()) -> tuple[Mask, tuple[Span, ...], Repair]:

@@ -271,13 +271,13 @@ def assumed_units_text(
     return f"no unit given, so SI: {', '.join(named)}"
 
 
-def modulus_si(text: str, axis: Axis | None) -> float:
-    """A modulus such as ``6.2832``, ``360:deg`` or ``1:rev`` in SI.
+def modulus_si(role: str, text: str, axis: Axis | None) -> float:
+    """A modulus of a column, such as ``6.2832``, ``360:deg`` or ``1:rev``, in SI.
 
     Raises
     ------
     UsageError
-        It is no positive number, or its unit is not the position's.
+        It is no positive number, or its unit is not the column's.
     """
     number, _, unit = text.partition(":")
     try:
@@ -291,7 +291,5 @@ def modulus_si(text: str, axis: Axis | None) -> float:
         )
     if not unit:
         return value
-    array, _ = to_si(
-        "position", np.array([value]), unit, axis, requested=True, source="the modulus"
-    )
+    array, _ = to_si(role, np.array([value]), unit, axis, requested=True, source="the modulus")
     return float(array[0])

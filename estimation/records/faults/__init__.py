@@ -13,4 +13,6 @@ from .jumps import jump_note as jump_note
 from .jumps import remaining_jumps_note as remaining_jumps_note
 from .spikes import spike_notes as spike_notes
 from .wrapping import Modulus as Modulus
+from .wrapping import signed as signed
+from .wrapping import unsigned_notes as unsigned_notes
 from .wrapping import unwrapped as unwrapped

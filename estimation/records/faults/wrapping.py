@@ -1,4 +1,7 @@
-"""Positions that start again after a turn: their jumps undone on request."""
+"""Numbers that start again after a modulus: their jumps undone on request.
+
+A position goes on over it, turn after turn; others lost their sign: -1 is the modulus less 1.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,7 +13,9 @@ from axisid.estimation.tables import Repair, Samples
 from axisid.estimation.thresholds.records import MAX_SEAM_BEND, MAX_WRAPPED_SPAN, MIN_SEAM_BEND
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.remedy import Remedy, Setting
+from axisid.support.remedy import Note, Remedy, Setting
+
+from .clipping import quantum_of
 
 Places = NDArray[np.int64]
 #: First sample, the one after the last, and by how many moduli.
@@ -21,6 +26,7 @@ IN_DEGREES = Setting("wrap", "360:deg")
 #: Code of an error about a position that is not wrapped by the modulus that was given.
 OTHER_MODULUS = "other-modulus"
 _SHOWN = 3  # pieces that are listed
+_WORDS = (8, 16, 32)  # bits
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,6 +139,67 @@ def unwrapped(
         text += f"; across {across} the motion is taken to be less than half of it"
     text += _moves_text(moves)
     return repaired, Repair(kind="wrap", count=sum(counts.values()) + len(moves), text=text)
+
+
+def signed(
+    source: str, samples: Mapping[str, Samples], role: str, modulus: Modulus
+) -> tuple[dict[str, Samples], Repair]:
+    """Take numbers of half a modulus and more as negative ones that were written without a sign.
+
+    Raises
+    ------
+    DataError
+        There is no such column, or it has numbers beyond the modulus.
+    """
+    if role not in samples:
+        raise DataError(
+            f"{source}: there is no {role} from which the modulus {modulus} could be taken; name a "
+            f"column that is read ({', '.join(name for name in samples if name != 'time')}).",
+            code="no-column-to-wrap",
+        )
+    values = samples[role].values
+    if float(np.abs(values).max()) > modulus.si:
+        raise DataError(
+            f"{source}: the {role} reaches {modulus.written(np.abs(values).max())}, more than the "
+            f"modulus {modulus}; give the modulus in the column's unit, or leave it.",
+            code=OTHER_MODULUS,
+        )
+    beyond = values >= modulus.si / 2
+    made = replace(samples[role], values=np.where(beyond, values - modulus.si, values))
+    count = int(np.count_nonzero(beyond))
+    text = f"{role} of half the modulus {modulus} and more taken as negative: {count}"
+    return {**samples, role: made}, Repair(kind="wrap", count=count, text=text)
+
+
+def unsigned_notes(samples: Mapping[str, Samples]) -> list[Note]:
+    """What is said of columns that look as if their negative numbers had lost their sign.
+
+    They are whole numbers of 0 to less than a power of two, and are far smaller and far smoother
+    when those of half of it and more are taken as negative.
+    """
+    notes = []
+    for role in sorted({*samples} - {"time", "position", "reference"}):
+        modulus = _lost_sign(samples[role].values)
+        if modulus:
+            given = Remedy.of("take them as such (", Setting("wrap", f"{role}={modulus:.10g}"), ")")
+            said = f"the {role} looks as if it had lost the sign of its negative numbers: if so, "
+            notes.append(Note(said, given))
+    return notes
+
+
+def _lost_sign(values: Array) -> float:
+    """The modulus by which a column has no negative numbers; 0 where nothing says so."""
+    quantum = quantum_of(values)
+    if not quantum or values.min() < 0:
+        return 0.0
+    for bits in _WORDS:
+        modulus = quantum * 2.0**bits
+        if modulus / 2 <= values.max() < modulus:
+            taken = np.where(values >= modulus / 2, values - modulus, values)
+            smaller = 2 * np.ptp(taken) < np.ptp(values)
+            smoother = 2 * np.abs(np.diff(taken)).sum() < np.abs(np.diff(values)).sum()
+            return modulus if smaller and smoother else 0.0
+    return 0.0
 
 
 def long_steps(samples: Samples, longest: float) -> Places:

@@ -21,8 +21,8 @@ from axisid.commands.many.fleet import fleet
 from axisid.commands.many.trend import trend
 from axisid.commands.many.twin import twin
 from axisid.commands.options.completion import completion
-from axisid.support.arithmetic import without_arithmetic_warnings
 from axisid.support.errors import AxisidError
+from axisid.support.jobs.arithmetic import without_arithmetic_warnings
 from axisid.support.jobs.one_thread import one_thread
 from axisid.support.remedy import as_options
 from axisid.support.version import __version__

@@ -158,7 +158,10 @@ _OPTIONS = (
         "filtered by itself.",
     ),
     click.option(
-        "--wrap", metavar="MODULUS", help="Undo jumps of the position by it, as in 360:deg."
+        "--wrap",
+        metavar="[ROLE=]MODULUS,...",
+        help="Undo jumps of the position by it, as in 360:deg; give others a lost sign back, as in "
+        "control=65536.",
     ),
     click.option(
         "--mask",

@@ -11,8 +11,7 @@ from multiprocessing.process import BaseProcess
 from time import monotonic
 from typing import Any
 
-from axisid.support.arithmetic import without_arithmetic_warnings
-
+from .arithmetic import without_arithmetic_warnings
 from .one_thread import started_with_one_thread
 from .outcome import attempt, failure_of
 

@@ -127,8 +127,8 @@ def test_unit_of_another_kind_in_the_file_is_a_data_error() -> None:
 
 
 def test_modulus_has_a_unit_too(rotary: Axis) -> None:
-    assert modulus_si("360:deg", rotary) == pytest.approx(2 * math.pi)
-    assert modulus_si("6.5", None) == 6.5
+    assert modulus_si("position", "360:deg", rotary) == pytest.approx(2 * math.pi)
+    assert modulus_si("position", "6.5", None) == 6.5
     for text in ("0", "-1", "x", "inf", "1:mm"):
         with pytest.raises(UsageError):
-            modulus_si(text, rotary)
+            modulus_si("position", text, rotary)

@@ -167,3 +167,89 @@ def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:
         log(np.mod(TIME, 1.0)), repairs=Repairs(wrap="360:deg")
     ).provenance.repairs
     assert repairs[0].text == "no jumps by the modulus 360 deg found: position 0"
+
+
+def _unsigned(control: np.ndarray, bits: int = 16) -> np.ndarray:
+    """As a logger writes signed words that it takes for unsigned ones."""
+    return np.mod(np.round(control), 2.0**bits)
+
+
+VOLTS = "control:counts*10V/32768"
+CONTROL = 9000 * np.cos(30 * TIME) + 40 * np.random.default_rng(3).standard_normal(N)
+
+
+@pytest.mark.parametrize("given", ["control=20", "control=20:V", {"control": 20.0}])
+def test_a_control_that_lost_its_sign_has_it_back(given: Any) -> None:
+    axis = load_axis("emps2015")
+    both = [
+        read_record(
+            log(0.01 * TURNING, control=control),
+            axis,
+            columns={"position": "position:m", "control": VOLTS},
+            repairs=Repairs(wrap=wrap),
+        )
+        for control, wrap in ((_unsigned(CONTROL), given), (np.round(CONTROL), None))
+    ]
+    assert both[0].control == pytest.approx(both[1].control, abs=1e-12)
+    (repair,) = both[0].provenance.repairs
+    assert repair.count == np.count_nonzero(np.round(CONTROL) < 0)
+
+
+def test_several_columns_have_moduli_of_their_own() -> None:
+    wrapped = log(np.mod(TURNING, TURN), control=_unsigned(CONTROL))
+    repairs = Repairs(wrap="position=360:deg,control=65536")
+    record = read_record(wrapped, repairs=repairs)
+    assert np.ptp(record.position) == pytest.approx(np.ptp(TURNING))
+    assert np.array_equal(record.control, np.round(CONTROL))
+
+
+@pytest.mark.parametrize("scale", [1.0, 10 / 32768])
+def test_a_lost_sign_is_told_with_the_modulus_that_gives_it_back(scale: float) -> None:
+    record = read_record(log(control=scale * _unsigned(CONTROL)))
+    assert f"control={65536 * scale:.10g}" in " ".join(map(str, record.provenance.doubts))
+    again = read_record(log(control=scale * _unsigned(CONTROL)), repairs=_repairs_of(record))
+    assert again.control == pytest.approx(scale * np.round(CONTROL), abs=1e-9)
+    assert "sign" not in " ".join(map(str, again.provenance.doubts))
+
+
+def _repairs_of(record: Any) -> Repairs:
+    (told,) = [note.remedy for note in record.provenance.doubts if "sign" in note.text]
+    (setting,) = told.settings
+    return Repairs(wrap=setting.value)
+
+
+@pytest.mark.parametrize(
+    "control",
+    [
+        np.round(CONTROL),
+        np.round(CONTROL - CONTROL.min()),
+        np.round(32768 + 3 * CONTROL),
+        65535.0 * (np.sin(90 * TIME) > 0),
+        np.round(60000 + 0.2 * CONTROL),
+        CONTROL - CONTROL.min(),
+    ],
+    ids=["signed", "from nought", "about the middle", "on and off", "positive", "no counts"],
+)
+def test_a_control_with_its_sign_is_told_nothing(control: np.ndarray) -> None:
+    told = " ".join(map(str, read_record(log(control=control)).provenance.doubts))
+    assert "sign" not in told
+
+
+@pytest.mark.parametrize(
+    ("wrap", "code"),
+    [
+        ("control=100", "other-modulus"),
+        ("torque=65536", "no-column-to-wrap"),
+        ("time=4294967296", "wrapped-role"),
+        ("control=", ""),
+        ("control=65536:mm", "other-unit"),
+    ],
+)
+def test_a_modulus_that_no_column_has_is_refused(wrap: str, code: str) -> None:
+    with refuses(code or "usage"):
+        read_record(
+            log(0.01 * TURNING, control=_unsigned(CONTROL)),
+            load_axis("emps2015"),
+            columns={"position": "position:m", "control": "control:V"},
+            repairs=Repairs(wrap=wrap),
+        )
