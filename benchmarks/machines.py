@@ -78,6 +78,9 @@ class Machine:
         Step of the encoder, m; 0 for none. Where its steps lie is drawn for each run.
     position_noise, force_noise, control_noise : callable, optional
         In the measured position, within the loop; in the force; in the recorded control only.
+    load, antiresonance, load_damping : float
+        Of the mass, that part of it behind a spring, kg, 0 for none; its frequency with the rest of
+        it held, Hz, and its damping ratio there.
     injected : (N,) array, optional
         A test signal in the column ``injected``, added to the control or to the reference.
     injected_at : str
@@ -109,6 +112,9 @@ class Machine:
     position_noise: Noise | None = None
     force_noise: Noise | None = None
     control_noise: Noise | None = None
+    load: float = 0.0
+    antiresonance: float = 30.0
+    load_damping: float = 0.02
     injected: Array | None = None
     injected_at: str = "control"
 
@@ -134,7 +140,7 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
         added if machine.injected_at == place else 0 * added for place in ("control", "reference")
     )
     followed = reference + to_reference
-    drive, law = _Drive(machine, runs), _Law(machine)
+    drive, law, load = _Drive(machine, runs), _Law(machine), _Load(machine, q)
     for k in range(n):
         measured = _encoder(machine, q + of_position[:, k], phase)
         wanted = law.control(followed[k], measured, v) + to_control[k]
@@ -142,7 +148,7 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
         if machine.control_step:
             control = machine.control_step * np.round(control / machine.control_step)
         positions[:, k], controls[:, k] = measured, control
-        q, v = _sample(machine, k, q, v, drive.forces(control, of_force[:, k]))
+        q, v = _sample(machine, k, q, v, load, drive.forces(control, of_force[:, k]))
     controls += of_control
     shared = {"time": machine.period * np.arange(n), "reference": reference}
     shared |= {} if machine.injected is None else {"injected": added}
@@ -214,6 +220,33 @@ class _Drive:
         return np.asarray(target + off * (1 - stays) * self._lag / self._step)
 
 
+class _Load:
+    """A mass behind a spring and a damper, by the midpoint steps of the axis before it."""
+
+    def __init__(self, machine: Machine, q: Array) -> None:
+        rate = 2 * math.pi * machine.antiresonance
+        self._mass, self._stiffness = machine.load, rate**2
+        self._damping = 2 * machine.load_damping * rate
+        self._q, self._v = q.copy(), np.zeros_like(q)
+
+    def force(self, ahead: float, q: Array, v: Array) -> Array:
+        """What it takes from an axis at q with v, so much after the last step."""
+        return self._mass * self._rise(ahead, q, v) if self._mass else np.zeros_like(q)
+
+    def step(self, h: float, q: Array, v: Array) -> None:
+        """Follow an axis that is at q with v in the middle of the step."""
+        if self._mass:
+            after = self._v + h * self._rise(h / 2, q, v)
+            self._q, self._v = self._q + h / 2 * (self._v + after), after
+
+    def _rise(self, ahead: float, q: Array, v: Array) -> Array:
+        later = self._v + ahead * self._pulled(q, v, self._q, self._v)
+        return self._pulled(q, v, self._q + ahead / 2 * (self._v + later), later)
+
+    def _pulled(self, q: Array, v: Array, own: Array, speed: Array) -> Array:
+        return self._stiffness * (q - own) + self._damping * (v - speed)
+
+
 def _encoder(machine: Machine, position: Array, phase: Array) -> Array:
     if not machine.resolution:
         return position
@@ -221,28 +254,32 @@ def _encoder(machine: Machine, position: Array, phase: Array) -> Array:
 
 
 def _sample(
-    machine: Machine, k: int, q: Array, v: Array, forces: list[Array]
+    machine: Machine, k: int, q: Array, v: Array, load: "_Load", forces: list[Array]
 ) -> tuple[Array, Array]:
     """From one sample to the next under the forces of its steps."""
     h = machine.period / machine.steps
     for step, force in enumerate(forces):
         time = k * machine.period + step * h
         mass = machine.mass if machine.mass_at is None else machine.mass_at(time)
+        mass -= machine.load
 
-        def pushed(at: float, q: Array, v: Array, force: Array = force) -> Array:
-            """What accelerates but for Coulomb friction."""
-            smooth = machine.viscous * v + machine.offset + machine.resistance(at, q, v)
-            return force - smooth
+        def pushed(
+            ahead: float, q: Array, v: Array, held: Array = force, at: float = time
+        ) -> Array:
+            """What accelerates but for Coulomb friction, so much later in the step."""
+            smooth = machine.viscous * v + machine.offset + machine.resistance(at + ahead, q, v)
+            return held - smooth - load.force(ahead, q, v)
 
-        free = pushed(time, q, v)
+        free = pushed(0.0, q, v)
         direction = np.where(v == 0, np.sign(free), np.sign(v))
         sticks = (v == 0) & (np.abs(free) <= machine.coulomb)
         half = v + h / 2 * (free - direction * machine.coulomb) / mass
-        slope = pushed(time + h / 2, q + h / 2 * v, half) - direction * machine.coulomb
+        slope = pushed(h / 2, q + h / 2 * v, half) - direction * machine.coulomb
         after = np.where(sticks, 0.0, v + h * slope / mass)
         turned = after * direction < 0
         if turned.any():
             after = np.where(turned, _turned(machine, free, v, after, h, mass), after)
+        load.step(h, q + h / 2 * v, half)
         q, v = q + h / 2 * (v + after), after
     return q, v
 

@@ -116,3 +116,18 @@ def test_study_counts_the_runs_of_a_right_and_of_a_wrong_case(root: Path) -> Non
 def test_what_is_not_declared_is_no_parameter(name: str, missing: str) -> None:
     axis = cases.axis_of(cases.CASES[name])
     assert {"M", "Fv", "Fc"} - set(axis.names) == {missing}
+
+
+def test_a_load_behind_a_spring_swings_at_its_frequency_and_is_carried_along() -> None:
+    """Beside a free axis, as two masses do, and with nothing lost that nothing takes."""
+    free = Machine(
+        viscous=0.0, coulomb=0.0, kp=0.0, kv=0.0, load=40.0, antiresonance=35.0, load_damping=0.0
+    )
+    push = replace(free, injected=np.where(np.arange(2000) < 40, 5.0, 0.0))
+    (columns,) = records(push, np.zeros(2000), 1, seed=1)
+    velocity = np.gradient(columns["position"], 1e-3)[60:]
+    expected = 0.04 * 5.0 * push.gain / push.mass
+    assert velocity.mean() == pytest.approx(expected, rel=0.01)
+    swing = np.abs(np.fft.rfft((velocity - velocity.mean()) * np.hanning(len(velocity)), 1 << 16))
+    frequency = np.fft.rfftfreq(1 << 16, 1e-3)[np.argmax(swing)]
+    assert frequency == pytest.approx(35.0 * np.sqrt(100 / 60), rel=0.01)
