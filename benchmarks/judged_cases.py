@@ -313,6 +313,28 @@ WRONG: dict[str, Case] = {
         ),
         named=r"position",
     ),
+    "load behind a spring, 12 Hz": Case(
+        machine=replace(_STAGE, load=40.0, antiresonance=12.0),
+        named=r"resonance: an antiresonance near 1[123]\b",
+    ),
+    "load behind a spring, 35 Hz": Case(
+        machine=replace(_STAGE, load=40.0, antiresonance=35.0),
+        named=r"resonance: an antiresonance near 3[2-8]\b",
+    ),
+    "cogging of 5 mm": Case(
+        machine=replace(
+            _STAGE, coulomb=20.0, resistance=lambda _, q, __: np.sin(2 * math.pi * q / 0.005)
+        ),
+        named=r"declare cogging\(.*period=0\.00(5|49\d|50\d)\)",
+    ),
+    "friction every 20 mm": Case(
+        machine=replace(
+            _STAGE,
+            coulomb=20.0,
+            resistance=lambda _, q, v: np.sign(v) * np.sin(2 * math.pi * q / 0.02),
+        ),
+        named=r"declare periodic_coulomb\(.*period=0\.0(2|19\d|20\d)\)",
+    ),
     "quadratic friction": Case(
         machine=replace(_STAGE, resistance=lambda _, __, v: 300.0 * v * np.abs(v)),
         named=r"quadratic",

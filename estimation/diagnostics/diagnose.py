@@ -247,7 +247,10 @@ def _ripple(case: Case) -> Check | Missing:
 
 
 def _missing_terms(case: Case) -> Check | Missing:
-    found = terms_check(case.lacking, case.preferred)
+    lacking = case.lacking
+    if isinstance(lacking, tuple) and _fails(_alignment(case)):  # which says how late
+        lacking = tuple(lack for lack in lacking if lack.kind != "delay")
+    found = terms_check(lacking, case.preferred)
     if not isinstance(found, Check) or found.status != "fail":
         return found
     if _fails(case.coarse):

@@ -1,7 +1,7 @@
 """What a model lacks on a record: terms by name, and parameters that change in time.
 
-In: an estimate and its record. Out: `Lack`, the strongest first, each with its sentence. Knows
-nothing of verdicts.
+In: an estimate and its record, or a motion. Out: `Lack`, the strongest first, each with its
+sentence; the `Term` of a motion that may be lacking. Knows nothing of verdicts.
 """
 
 from .examined_rows import ExaminedRows as ExaminedRows
@@ -15,3 +15,10 @@ from .sentences import is_named as is_named
 from .sentences import term_sentence as term_sentence
 from .signals_apart import SignalApart as SignalApart
 from .signals_apart import signals_apart as signals_apart
+from .terms import DRIFTS as DRIFTS
+from .terms import PLAIN as PLAIN
+from .terms import Along as Along
+from .terms import Kind as Kind
+from .terms import Term as Term
+from .terms import said_of as said_of
+from .terms import terms_for as terms_for

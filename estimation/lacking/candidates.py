@@ -6,14 +6,12 @@ what a candidate takes of the sum of squares that the model, and what was found 
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Literal
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.special import ndtri_exp
 
-from axisid.estimation.signals import Span
 from axisid.estimation.thresholds.lacking import (
     MAX_LOSS_OF_FIT,
     MIN_OWN_PART,
@@ -23,45 +21,10 @@ from axisid.estimation.thresholds.lacking import (
 from axisid.support.arrays import Array, runs
 
 from .examined_rows import ExaminedRows
+from .terms import OF_KIND, PLAIN, Kind, Term
 
-Kind = Literal[
-    "coulomb",
-    "viscous",
-    "direction",
-    "quadratic",
-    "stribeck",
-    "slope",
-    "bend",
-    "friction slope",
-    "friction bend",
-    "turn",
-    "place",
-    "friction place",
-    "dead band",
-    "delay",
-    "change",
-    "drift",
-]
-
-_SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
-_MOST_WAVES = 40  # in twice the travel
-_LONGEST = 0.75  # of the least wave number
-_ROWS_IN_A_WAVE = 4.0
-_TURN = np.array([2 * np.pi])  # rad
 _FREQUENT, _RARE = 0.05, 1e-300  # p-values: the tail is none of the first, and 0 has no square
-_SUBJECTS = {
-    "quadratic": "speed",
-    "stribeck": "speed",
-    "slope": "place",
-    "bend": "place",
-    "turn": "place",
-    "friction slope": "friction over the place",
-    "friction bend": "friction over the place",
-    "friction place": "friction over the place",
-}
-#: Friction that nearly any axis has: what its lack bends over the speed is no term of its own.
-PLAIN: tuple[Kind, ...] = ("coulomb", "viscous")
-_FINER = np.linspace(-1.0, 1.0, 11)  # steps of the grid of waves
+_NEAR = np.geomspace(0.5, 1.6, 33)  # of an antiresonance
 
 
 class Family(ABC):
@@ -98,11 +61,13 @@ class Family(ABC):
     @property
     def subject(self) -> str:
         """What it is about: another of that may only be its shape seen otherwise."""
-        return self.parameter or _SUBJECTS.get(self.kind, self.kind)
+        return self.parameter or OF_KIND[self.kind].subject or self.kind
 
     def tells(self, other: "Family") -> bool:
         """Whether, once it is found, the other may only be it again."""
-        return other.subject == self.subject or (self.kind in PLAIN and other.subject == "speed")
+        of_speed = self.kind in PLAIN and other.subject == "speed"
+        is_last = not self.parameter and OF_KIND[self.kind].is_last
+        return other.subject == self.subject or of_speed or is_last
 
     def finer(self, number: int) -> "Family":  # noqa: ARG002
         """Candidates near one on the grid; itself where there are none between."""
@@ -123,15 +88,12 @@ class Grid(Family):
     each : (n, m, g) array
     places : (m,) array
     parameter : str
-    make : callable, optional
-        Columns, (n, m, g), of other places.
     """
 
     kind: Kind
     each: Array
     places: Array
     parameter: str = ""
-    make: Callable[[Array], Array] | None = None
 
     def gains(self, basis: Array, residuals: Array) -> Array:
         """See `Family.gains`."""
@@ -163,16 +125,6 @@ class Grid(Family):
     def at(self, number: int, basis: Array, residuals: Array) -> float:  # noqa: ARG002
         """See `Family.at`."""
         return float(self.places[number])
-
-    def finer(self, number: int) -> "Grid":
-        """See `Family.finer`."""
-        if self.make is None:
-            return self
-        inverse = 1 / self.places  # a grid of wave numbers
-        step = abs(float(inverse[1] - inverse[0]))
-        near = inverse[number] + step * _FINER
-        places = 1 / near[near > _LONGEST * inverse[0]]
-        return Grid(kind=self.kind, each=self.make(places), places=places)
 
     def chance(self, single: float) -> float:
         """See `Family.chance`; by Bonferroni."""
@@ -256,80 +208,73 @@ def supremum_p(single: float, trimmed: float) -> float:
     return min(1.0, float(tail * ((1 - 1 / square) * times + 2 / square)))
 
 
-def families(
-    x: ExaminedRows, names: tuple[str, ...], *, turns: bool, commanded: bool
-) -> list[Family]:
-    """Everything that is looked for.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Waves(Grid):
+    """Waves over the position, of periods whose inverses are evenly apart.
 
-    Parameters
+    Attributes
     ----------
-    x : ExaminedRows
-    names : tuple of str
-        Of the regressor's columns.
-    turns : bool
-        Whether the position is an angle.
-    commanded : bool
-        Whether the force is taken as that of commands, of which a drive may make less.
+    make : callable
+        Columns, (n, m, 2), of periods.
+    between : callable
+        Periods about one of them.
     """
-    return [*_terms(x, commanded=commanded), *_of_places(x, turns=turns), *_of_time(x, names)]
+
+    make: Callable[[Array], Array]
+    between: Callable[[Array, float], Array]
+
+    def finer(self, number: int) -> "Grid":
+        """See `Family.finer`."""
+        places = self.between(self.places, float(self.places[number]))
+        return replace(self, each=self.make(places), places=places)
 
 
-def _terms(x: ExaminedRows, *, commanded: bool) -> Iterator[Family]:
-    s, rows, ones = x.signals, x.samples, x.weights
-    speed = np.abs(s.velocity)
-    widths = _SPEEDS * float(speed.max())
-    peaks = s.direction[:, None] * np.exp(-speed[:, None] / widths)
-    v, q = s.velocity[rows], x.place
-    alone = np.array([np.nan])
-    singles: tuple[tuple[Kind, Array], ...] = (
-        ("coulomb", x.direction),
-        ("viscous", ones * v),
-        ("direction", ones * np.abs(v)),
-        ("quadratic", ones * v * np.abs(v)),
-        ("slope", ones * q),
-        ("bend", ones * q**2),
-        ("friction slope", x.direction * q),
-        ("friction bend", x.direction * q**2),
-        ("delay", ones * change_by_stretch(s.force, x.sampling.spans)[rows]),
-    )
-    if commanded:
-        singles += (("dead band", x.sampling.reduce(np.sign(s.force))),)
-    for kind, column in singles:
-        yield Grid(kind=kind, each=column[:, None, None], places=alone)
-    reduced = x.sampling.reduce(peaks)
-    yield Peaks(kind="stribeck", each=reduced[:, :, None], places=widths)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Resonances(Grid):
+    """Loads behind springs.
+
+    Attributes
+    ----------
+    measured : callable
+        The columns, (n, m, 1), by the motion that was measured.
+    """
+
+    measured: Callable[[Array], Array]
+
+    def at(self, number: int, basis: Array, residuals: Array) -> float:
+        """See `Family.at`; by the measured motion, which swings as the load does.
+
+        The simulated one swings with its loop: its columns are the instruments.
+        """
+        places = self.places[number] * _NEAR
+        instruments, seen = (
+            columns - basis @ (basis.T @ columns)
+            for columns in (self.each[:, :, 0], self.measured(places)[:, :, 0])
+        )
+        span, _ = np.linalg.qr(instruments / np.linalg.norm(instruments, axis=0))
+        told, seen = span.T @ residuals, span.T @ seen
+        gains = np.maximum(told @ seen, 0.0) ** 2 / np.sum(seen**2, axis=0)
+        return float(places[np.argmax(gains)])
 
 
-def change_by_stretch(values: Array, spans: Sequence[Span]) -> Array:
-    """Change of values (N,) in a sample, of each stretch by itself; zero outside of them."""
-    found = np.zeros_like(values)
-    for first, last in spans:
-        found[first:last] = np.gradient(values[first:last])
-    return found
+def families(x: ExaminedRows, names: tuple[str, ...], terms: Sequence[Term]) -> list[Family]:
+    """Everything that is looked for: terms, and changes of the parameters of these names."""
+    return [*_terms(x, terms), *_of_time(x, names)]
 
 
-def _of_places(x: ExaminedRows, *, turns: bool) -> Iterator[Family]:
-    q, travel = x.place, float(np.ptp(x.place))
-    if not travel > 0:
-        return
-    steps = np.abs(np.diff(q))
-    apart = float(np.median(steps[steps > 0])) if np.any(steps > 0) else travel
-    most = int(min(_MOST_WAVES, 2 * travel / (_ROWS_IN_A_WAVE * apart)))
-    if turns:
-        yield Grid(kind="turn", each=_waves(q, x.weights, _TURN), places=_TURN)
-    if most < 3:
-        return
-    periods = 2 * travel / np.arange(2, most + 1)  # longer ones are slopes and bends
-    kinds: tuple[tuple[Kind, Array], ...] = (
-        ("place", x.weights),
-        ("friction place", x.direction),
-    )
-    for kind, factor in kinds:
-
-        def make(at: Array, factor: Array = factor) -> Array:
-            return _waves(q, factor, at)
-
-        yield Grid(kind=kind, each=make(periods), places=periods, make=make)
+def _terms(x: ExaminedRows, terms: Sequence[Term]) -> Iterator[Family]:
+    for term in terms:
+        places, make = term.places(x.along), partial(term.columns, x.along)
+        if not len(places):
+            continue
+        grid = Grid(kind=term.kind, each=make(places), places=places)
+        if term.kind == "stribeck":
+            yield Peaks(**vars(grid))
+        elif term.kind == "resonance":
+            yield Resonances(**vars(grid), measured=partial(term.columns, x.measured_along))
+        else:
+            waves = term.between is not None
+            yield Waves(**vars(grid), make=make, between=term.between) if waves else grid
 
 
 def _of_time(x: ExaminedRows, names: tuple[str, ...]) -> Iterator[Family]:
@@ -341,13 +286,6 @@ def _of_time(x: ExaminedRows, names: tuple[str, ...]) -> Iterator[Family]:
         yield Steps(parameter=name, column=column, times=times)
         drift = (column * along)[:, None, None]
         yield Grid(kind="drift", parameter=name, each=drift, places=np.array([np.nan]))
-
-
-def _waves(q: Array, factor: Array, periods: Array) -> Array:
-    """Cosine and sine of each period, (n, m, 2)."""
-    angle = 2 * np.pi * q[:, None] / periods
-    both = np.stack([np.cos(angle), np.sin(angle)], axis=2)
-    return np.asarray(factor[:, None, None] * both, dtype=float)
 
 
 def _gain(product: Array, own: Array, size: Array) -> Array:

@@ -24,6 +24,8 @@ from axisid.support.arrays import Array, covered, runs
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 
+from .terms import Along
+
 
 @dataclass(frozen=True, kw_only=True)
 class ExaminedRows:
@@ -39,8 +41,8 @@ class ExaminedRows:
         Of the noise-free loop, or measured; without the force that is constant.
     weights : (n,) array
         What each row makes of 1.
-    signals : Signals
-        Motion of which the terms are made, at every sample.
+    signals, measured : Signals
+        Motion of which the terms are made, and as it was measured, at every sample.
     sampling : Sampling
         Which samples make the rows.
     times : (n,) array
@@ -54,6 +56,7 @@ class ExaminedRows:
     regressor: Array
     weights: Array
     signals: Signals
+    measured: Signals
     sampling: Sampling
     times: Array
     by_loop: bool
@@ -69,15 +72,30 @@ class ExaminedRows:
         return self.sampling.rows.astype(np.int64)
 
     @cached_property
-    def place(self) -> Array:
-        """Position of the rows, (n,), about its mean."""
-        position = self.signals.position[self.samples]
-        return np.asarray(position - position.mean(), dtype=float)
+    def along(self) -> Along:
+        """The motion of which the terms are made."""
+        return self._along(self.signals, 0.0 if self.by_loop else self.sampling.prefilter.cutoff)
 
     @cached_property
-    def direction(self) -> Array:
-        """What each row makes of the direction of motion, (n,)."""
-        return self.sampling.reduce(self.signals.direction)
+    def measured_along(self) -> Along:
+        """The motion that was measured."""
+        return self._along(self.measured, self.sampling.prefilter.cutoff)
+
+    def _along(self, s: Signals, noisy_below: float) -> Along:
+        sampling, rows = self.sampling, self.samples
+        return Along(
+            time=sampling.period * np.arange(len(s.position)),
+            position=s.position - s.position[rows].mean(),
+            velocity=s.velocity,
+            acceleration=s.acceleration,
+            direction=s.direction,
+            force=s.force,
+            spans=sampling.spans,
+            rows=rows,
+            reduce=sampling.reduce,
+            row_period=sampling.period * sampling.prefilter.decimate,
+            noisy_below=noisy_below,
+        )
 
 
 def examined(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missing:
@@ -94,8 +112,8 @@ def examined(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
         turns = sampling.turns(data.motion[1])
         sampling = replace(sampling, excluded=_joined((*sampling.excluded, *turns), len(data)))
     every = preferred.form.equations(data.signals)
-    left, times = _left_by(every, preferred), data.record.time
-    return _rows(every, left, data.signals, sampling, times, by_loop=False)
+    left = _left_by(every, preferred)
+    return _rows(every, left, data.signals, sampling, data, by_loop=False)
 
 
 def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missing:
@@ -119,7 +137,7 @@ def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
     )
     net = _left_by(measured, preferred) - _left_by(clean, preferred)
     every = replace(clean, left=measured.left)
-    return _rows(every, net, moved, sampling, data.record.time, by_loop=True)
+    return _rows(every, net, moved, sampling, data, by_loop=True)
 
 
 def examined_again(data: FilteredRecord, preferred: Estimate) -> Iterator[ExaminedRows]:
@@ -141,13 +159,14 @@ def _rows(
     residuals: Array,
     signals: Signals,
     sampling: Sampling,
-    times: Array,
+    data: FilteredRecord,
     *,
     by_loop: bool,
 ) -> ExaminedRows | Missing:
     n, k = len(sampling.rows), every.regressor.shape[1]
     if n < MIN_ROWS_TO_LOOK.value * (k + 1):
         return Missing(f"{n} rows in motion are too few to tell what is missing")
+    times = data.record.time
     reduced = sampling.reduce(np.column_stack([residuals, every.left, every.regressor]))
     return ExaminedRows(
         residuals=reduced[:, 0],
@@ -155,6 +174,7 @@ def _rows(
         regressor=reduced[:, 2:],
         weights=sampling.weights,
         signals=signals,
+        measured=data.signals,
         sampling=sampling,
         times=times[sampling.rows.astype(int)] - times[0],
         by_loop=by_loop,

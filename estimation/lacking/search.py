@@ -27,8 +27,9 @@ from axisid.estimation.thresholds.lacking import (
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
-from .candidates import PLAIN, Family, Kind, families
+from .candidates import Family, families
 from .examined_rows import ExaminedRows, examined, examined_again
+from .terms import OF_KIND, PLAIN, Kind, terms_for
 
 _MOST = 3  # that are told
 
@@ -82,7 +83,7 @@ def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tupl
     basis = _basis(np.column_stack([x.regressor, x.weights]))
     looked_for = [f for f in _looked_for(x, data, preferred) if not _is_declared(f, basis)]
     found: list[Lack] = []
-    for _ in range(_MOST):
+    while looked_for and len(found) < _MOST:
         residuals = x.residuals - basis @ (basis.T @ x.residuals)
         one = _strongest(x, looked_for, basis, residuals, values, again)
         if one is None:
@@ -97,9 +98,9 @@ def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tupl
 def _looked_for(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> list[Family]:
     """The families of rows of a record, or of loops that are measured as it is."""
     axis, names = data.axis.axis, tuple(q.name for q in preferred.quantities)
-    drive, turns = axis.drive, axis.coordinate.unit == "rad"
+    drive = axis.drive
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
-    return families(x, names, turns=turns, commanded=commanded)
+    return families(x, names, terms_for(axis, commanded=commanded))
 
 
 def _is_declared(family: Family, basis: Array) -> bool:
@@ -136,8 +137,8 @@ def _strongest(
 
 
 def _is_possible(lack: Lack) -> bool:
-    """Whether it has the sign that it must have: of friction, and of what a dead band takes."""
-    return lack.kind not in (*PLAIN, "dead band") or lack.values[0] > 0
+    """Whether it has the sign that it must have: of friction, of a load behind a spring."""
+    return bool(lack.parameter) or not OF_KIND[lack.kind].is_positive or lack.values[0] > 0
 
 
 def _is_confirmed(lack: Lack) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.lacking import PLAIN
 from axisid.estimation.predictions import Predictions, slopes_of
 from axisid.estimation.thresholds.fitting import (
     FEWEST_WINDOWS,
@@ -18,8 +19,8 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 
-from .missing import Lacking, Left, lacking_of
-from .motion_terms import PLAIN, TERMS, subject_of, terms_of
+from .missing import Asking, Lacking, Left, lacking_of
+from .motion_terms import Force, forces_of
 
 _MOST = 3
 
@@ -108,46 +109,31 @@ def lacks_beside(
         few = "1 window is" if windows == 1 else f"{windows} windows are"
         return Missing(f"{few} too few to tell chance from what the model lacks")
     with np.errstate(all="ignore"):
-        forces = _by_forces(predictions, physical)
+        forces = forces_of(axis, predictions, physical, left)
         if isinstance(forces, Missing):
             return forces
-        numbers, columns = forces
         values, slopes = _by_held(predictions, physical, held)
-        weighed = left.weights[:, None] * np.hstack([columns, slopes])
-    declared = np.hstack([left.jacobian, weighed[:, columns.shape[1] :]])
-    kept = _not_declared(numbers, weighed[:, : columns.shape[1]], declared)
-    numbers, columns = [numbers[j] for j in kept], columns[:, kept]
-    whole = np.hstack([columns, slopes])
-    found = lacking_of(left, whole, _MOST, LACKING_LEVEL.value, len(values))
+        weighed = left.weights[:, None] * slopes
+    declared = np.hstack([left.jacobian, weighed])
+    forces = [force for force in forces if not _is_declared(force, left, declared)]
+    whole = np.column_stack([*(force.slopes for force in forces), slopes])
+    alike = [*(force.asking for force in forces), *(Asking() for _ in values)]
+    found = lacking_of(left, whole, _MOST, LACKING_LEVEL.value, len(values), alike)
     if left.by_windows and not found:
         return Missing("the motion is in too few windows to tell chance from what the model lacks")
     tests = whole.shape[1]
-    subjects = [subject_of(n, has_stribeck=axis.has_stribeck) for n in numbers]
-    return tuple(_told(each, subjects, values, held, tests) for each in found)
+    return tuple(_told(each, axis, forces, values, held, tests) for each in found)
 
 
-def _not_declared(numbers: Sequence[int], columns: Array, declared: Array) -> list[int]:
-    """Which weighted columns (n, m) are none of what the parameters make of the errors, (n, k)."""
+def _is_declared(force: Force, left: Left, declared: Array) -> bool:
+    """Whether what it makes of the errors is made by parameters, (n, k), but for little."""
     sizes = np.linalg.norm(declared, axis=0)
     basis = np.linalg.qr(declared[:, sizes > 0] / sizes[sizes > 0])[0]
-    own = np.linalg.norm(columns - basis @ (basis.T @ columns), axis=0)
-    least = [
-        MIN_OWN_SLOPE_OF_PLAIN.value if TERMS[n][0] in PLAIN else MIN_OWN_SLOPE.value
-        for n in numbers
-    ]
-    return [int(j) for j in np.flatnonzero(own > least * np.linalg.norm(columns, axis=0))]
-
-
-def _by_forces(predictions: Predictions, physical: Array) -> tuple[list[int], Array] | Missing:
-    motions = predictions.motions(physical)
-    if motions is None:
-        return Missing("the motion cannot be simulated sample by sample")
-    terms = terms_of(motions)
-    pieces = [np.column_stack(each) for each in zip(*terms.values(), strict=True)]
-    slopes = predictions.slopes_by_added(physical, pieces)
-    if slopes is None or not np.all(np.isfinite(slopes)):
-        return Missing("the motion cannot be simulated with a force beside the model")
-    return [*terms], slopes
+    column = left.weights * force.slopes
+    own = np.linalg.norm(column - basis @ (basis.T @ column))
+    plain = force.term.kind in PLAIN
+    least = MIN_OWN_SLOPE_OF_PLAIN.value if plain else MIN_OWN_SLOPE.value
+    return bool(own <= least * np.linalg.norm(column))
 
 
 def _by_held(
@@ -166,14 +152,15 @@ def _by_held(
 
 def _told(
     found: Lacking,
-    subjects: Sequence[str],
+    axis: Axis,
+    forces: Sequence[Force],
     values: Sequence[int],
     held: HeldParameters,
     tests: int,
 ) -> Lack:
-    of_held = found.number - len(subjects)
+    of_held = found.number - len(forces)
     if of_held < 0:
-        subject, unit, factor = subjects[found.number], "%", 100.0
+        subject, unit, factor = forces[found.number].subject(axis, found.factor), "%", 100.0
     else:
         place = values[of_held]
         subject, unit = f"another {held.names[place]} than {held.than[place]}", held.units[place]

@@ -124,8 +124,44 @@ class Lacking:
         return abs(self.factor) / self.deviation if self.deviation > 0 else np.inf
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asking:
+    """How a column was chosen.
+
+    Attributes
+    ----------
+    tried : int
+        Places of a grid, of which it is the one that takes most of the errors.
+    width : int
+        Columns there, of which it is the sum that does.
+    is_positive : bool
+        Whether a factor that is not cannot be.
+    is_last : bool
+        Whether nothing is told beside it.
+    """
+
+    tried: int = 1
+    width: int = 1
+    is_positive: bool = False
+    is_last: bool = False
+
+    def chance(self, factor: float, ratio: float, freedom: float) -> float:
+        """That noise tells a factor of so many deviations."""
+        if self.is_positive and factor <= 0:
+            return 1.0
+        one = 2 * float(stdtr(freedom, -ratio))
+        if self.width == 2:  # the tail of F with two degrees of freedom over as many
+            one = (1 + ratio**2 / freedom) ** (-freedom / 2)
+        return min(1.0, self.tried * one)
+
+
 def lacking_of(
-    left: Left, columns: Array, most: int, level: float, held: int = 0
+    left: Left,
+    columns: Array,
+    most: int,
+    level: float,
+    held: int = 0,
+    asking: Sequence[Asking] = (),
 ) -> tuple[Lacking, ...]:
     """The columns that the errors ask for, one after the other, the strongest first.
 
@@ -141,6 +177,8 @@ def lacking_of(
     held : int
         So many columns at the end are of parameters that are held: one of them is taken before a
         force that is hardly stronger.
+    asking : sequence of Asking, optional
+        How each was chosen; as it is where none is given.
 
     Returns
     -------
@@ -153,8 +191,9 @@ def lacking_of(
     sizes = np.linalg.norm(weighed, axis=0)
     there = [j for j in range(columns.shape[1]) if _is_own(net[:, j], sizes[j])]
     errors, found = left.errors, list[Lacking]()
+    chosen = asking or [Asking()] * columns.shape[1]
     while there and len(found) < most:
-        every = (_tested(left, errors, net[:, j], made[:, j], j) for j in there)
+        every = (_tested(left, errors, net[:, j], made[:, j], j, chosen[j]) for j in there)
         tests = [each for each in every if each is not None]
         if not tests:
             break
@@ -166,7 +205,7 @@ def lacking_of(
         if found and chance > level:
             break
         found.append(best)
-        if chance > level:
+        if chance > level or chosen[best.number].is_last:
             break
         unit = net[:, best.number] / np.linalg.norm(net[:, best.number])
         errors = errors - unit * (unit @ errors)
@@ -187,7 +226,9 @@ def _is_own(net: Array, size: float) -> bool:
     return bool(np.isfinite(size) and np.linalg.norm(net) > MIN_OWN_SLOPE.value * size)
 
 
-def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> Lacking | None:
+def _tested(
+    left: Left, errors: Array, net: Array, made: Array, number: int, asking: Asking
+) -> Lacking | None:
     """A column; None where too few degrees of freedom are left to tell what is chance."""
     size = float(net @ net)
     told = float(net @ errors) / size
@@ -203,7 +244,7 @@ def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> 
         number=number,
         factor=-told,
         deviation=float(deviation),
-        chance=2 * float(stdtr(freedom, -ratio)),
+        chance=asking.chance(-told, ratio, freedom),
     )
 
 

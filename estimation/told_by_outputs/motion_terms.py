@@ -1,139 +1,179 @@
-"""Forces along a motion that a model may lack, as controls of the size of the control."""
+"""Forces along simulated motions that a model may lack, as controls of the size of the control.
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
+Of each term the errors choose the place of its grid where it takes most of them.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, groupby
+from operator import itemgetter
 
 import numpy as np
 
-from axisid.estimation.predictions import Motion
+from axisid.estimation.lacking import DRIFTS, Along, Kind, Term, said_of, terms_for
+from axisid.estimation.predictions import Motion, Predictions
+from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
+from axisid.support.missing import Missing
 
-_SLOW, _SLOWER = 0.3, 0.1  # of the largest speed, over which friction at low speed falls
-_WAVES = (1, 2)  # over twice the travel
+from .missing import Asking, Left
+
+_OF_CONTROL: tuple[Kind, ...] = ("delay", "dead band")  # that act where the control does
+_AT_ONCE = 4_000_000  # numbers that are added side by side
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scaled:
-    """A motion in shares of the travel and of the largest speed of all motions, (N,) each.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Force:
+    """A force that a model may lack.
 
-    It is that at which the control of each sample acts, so that a force of it is one of its time.
+    Attributes
+    ----------
+    term : Term
+    at : float
+        Its place on the term's grid.
+    slopes : (n,) array
+        Of the outputs, by so much of it as has the size of the control.
+    scale : float
+        Of that in the control's unit, by the term's own columns.
+    gain : float
+        Sum of squares that it takes of the errors.
+    asking : Asking
     """
 
-    time: Array
-    place: Array
-    speed: Array
-    acceleration: Array
-    control: Array
-    rising: Array
+    term: Term
+    at: float
+    slopes: Array
+    scale: float
+    gain: float
+    asking: Asking
 
-    @property
-    def direction(self) -> Array:
-        """Of the motion; 0 at rest."""
-        return np.sign(self.speed)
-
-
-def _slow(scaled: Scaled, share: float) -> Array:
-    return np.asarray(scaled.direction * np.exp(-np.abs(scaled.speed) / share))
+    def subject(self, axis: Axis, factor: float) -> str:
+        """In words, of an axis that lacks so much of it."""
+        more = factor * self.scale * abs(axis.drive.gain)
+        return ": ".join(said_of(self.term, self.at, axis, more, swings="one of the loop"))
 
 
-def _wave(scaled: Scaled, number: int, *, shifted: bool) -> Array:
-    phase = np.pi * number * scaled.place
-    return np.asarray(np.sin(phase) if shifted else np.cos(phase))
+def forces_of(
+    axis: Axis, predictions: Predictions, physical: Array, left: Left
+) -> list[Force] | Missing:
+    """Of each term the force that takes most of the errors, between the places of its grid too.
 
-
-_OF_PLACE = "{} that differs with the position"
-_OFFSET = "a constant force: declare offset"
-_COULOMB = "Coulomb friction: declare coulomb"
-_VISCOUS = "viscous friction: declare viscous"
-_INERTIA = "a force by the acceleration: another inertia"
-_STRIBECK = "friction that is higher or lower at low speed: declare stribeck"
-_ASYMMETRIC = (
-    "viscous friction that differs with the direction: declare asymmetric_viscous in place of "
-    "viscous"
-)
-_OTHER_STRIBECK = "friction at low speed: another velocity or exponent of stribeck"
-_LATER = "another lag or delay of the drive, or a limited rate that noise reaches"
-_OTHER_BAND = "another dead band of the drive"
-_CHANGES = "{} that changes with time: warming up, or another load"
-
-#: What a model may lack, in words, with the force's shape; several shapes may be the same in words.
-TERMS: Sequence[tuple[str, Callable[[Scaled], Array]]] = (
-    (_OFFSET, lambda s: np.ones_like(s.speed)),
-    (_COULOMB, lambda s: s.direction),
-    (_VISCOUS, lambda s: s.speed),
-    (_ASYMMETRIC, lambda s: np.abs(s.speed)),
-    ("friction by the square of the speed: declare quadratic", lambda s: s.speed * abs(s.speed)),
-    (_STRIBECK, lambda s: _slow(s, _SLOW)),
-    (_STRIBECK, lambda s: _slow(s, _SLOWER)),
-    (_INERTIA, lambda s: s.acceleration),
-    ("a force by the position: declare spring", lambda s: s.place),
-    *(
-        (_OF_PLACE.format("a force"), lambda s, k=k, b=b: _wave(s, k, shifted=b))
-        for k in _WAVES
-        for b in (False, True)
-    ),
-    *(
-        (
-            _OF_PLACE.format("friction"),
-            lambda s, k=k, b=b: s.direction * _wave(s, k, shifted=b),
-        )
-        for k in _WAVES
-        for b in (False, True)
-    ),
-    (_CHANGES.format("a constant force"), lambda s: s.time),
-    (_CHANGES.format("friction"), lambda s: s.time * s.direction),
-    (_CHANGES.format("viscous friction"), lambda s: s.time * s.speed),
-    (_CHANGES.format("an inertia"), lambda s: s.time * s.acceleration),
-    (_LATER, lambda s: s.rising),
-    (_OTHER_BAND, lambda s: np.sign(s.control)),
-)
-
-_OF_CONTROL = (_LATER, _OTHER_BAND)  # that act where the control does, before the lag
-
-#: Of `TERMS` those that nearly any axis has: a loop turns a little elsewhere with them than with
-#: the declared ones.
-PLAIN = frozenset({_OFFSET, _COULOMB, _VISCOUS, _INERTIA})
-
-
-def subject_of(number: int, *, has_stribeck: bool) -> str:
-    """What is said of a term, by its number in `TERMS`, beside what is declared."""
-    subject = TERMS[number][0]
-    return _OTHER_STRIBECK if has_stribeck and subject == _STRIBECK else subject
-
-
-def terms_of(motions: Sequence[Motion]) -> Mapping[int, tuple[Array, ...]]:
-    """Controls of each shape along the motions, (N,) each, by the number in `TERMS`.
-
-    Each is of the size of the control over all of them.
+    Parameters
+    ----------
+    axis : Axis
+    predictions : Predictions
+    physical : (P,) array
+        The estimate.
+    left : Left
     """
-    control = np.concatenate([m.control for m in motions])
-    size = float(np.sqrt(np.mean(control**2)))
-    scaled, found = _scaled(motions), {}
-    for number, (subject, shape) in enumerate(TERMS):
-        pieces = [shape(each) for each in scaled]
-        own = float(np.sqrt(np.mean(np.concatenate(pieces) ** 2)))
-        if own > 0 and np.isfinite(own):
-            found[number] = tuple(
-                size / own * (piece if subject in _OF_CONTROL else m.commanded(piece))
-                for m, piece in zip(motions, pieces, strict=True)
-            )
-    return MappingProxyType(found)
-
-
-def _scaled(motions: Sequence[Motion]) -> list[Scaled]:
-    places = np.concatenate([m.position for m in motions])
-    middle, reach = (places.max() + places.min()) / 2, max(np.ptp(places) / 2, 1e-300)
-    fastest = float(np.abs(np.concatenate([m.velocity for m in motions])).max()) or 1.0
-    last = float(np.concatenate([m.time for m in motions]).max()) or 1.0
+    motions = predictions.motions(physical)
+    if motions is None:
+        return Missing("the motion cannot be simulated sample by sample")
+    search = _Search(predictions, physical, left, motions)
+    terms = (*terms_for(axis, commanded=True), *DRIFTS)
+    grids = {term: term.places(search.whole) for term in terms}
+    found = search.strongest(grids)
+    if found is None:
+        return Missing("the motion cannot be simulated with a force beside the model")
+    between = {t: t.between(grids[t], f.at) for t, f in found.items() if t.between is not None}
+    nearer = search.strongest(between) or {}
     return [
-        Scaled(
-            time=m.time / last - 0.5,
-            place=m.when_it_acts((m.position - middle) / reach),
-            speed=m.when_it_acts(m.velocity / fastest),
-            acceleration=m.when_it_acts(m.rate_of(m.velocity / fastest)),
-            control=m.control,
-            rising=np.gradient(m.control, m.time),
-        )
-        for m in motions
+        replace(nearer.get(t, force), asking=replace(force.asking, tried=len(grids[t])))
+        for t, force in found.items()
     ]
+
+
+class _Search:
+    """Errors that are asked for forces along motions.
+
+    Each motion is that at which the control of each sample acts, so that a force of it is one of
+    its time.
+    """
+
+    def __init__(
+        self, predictions: Predictions, physical: Array, left: Left, motions: Sequence[Motion]
+    ) -> None:
+        self._predictions, self._physical, self._left = predictions, physical, left
+        places = np.concatenate([m.position for m in motions])
+        middle = float(places.max() + places.min()) / 2
+        self._motions, self._along = motions, [_along(m, middle) for m in motions]
+        self.whole = _joined(self._along)
+        self._size = float(np.sqrt(np.mean(self.whole.force**2)))
+
+    def strongest(self, grids: Mapping[Term, Array]) -> dict[Term, Force] | None:
+        """The best place of each grid; None where the motion cannot be simulated with forces."""
+        entries = [(term, at) for term, places in grids.items() for at in places]
+        at_once = max(_AT_ONCE // len(self.whole.time), 1)
+        found = dict[Term, Force]()
+        for first in range(0, len(entries), at_once):
+            some = groupby(entries[first : first + at_once], key=itemgetter(0))
+            blocks = [(term, np.array([at for _, at in own])) for term, own in some]
+            added = [self._controls(term, places) for term, places in blocks]
+            ends = np.cumsum([len(m.time) for m in self._motions])[:-1]
+            slopes = self._predictions.slopes_by_added(
+                self._physical, np.split(np.hstack(added), ends)
+            )
+            if slopes is None or not np.all(np.isfinite(slopes)):
+                return None
+            columns = np.cumsum([each.shape[1] for each in added])[:-1]
+            own = zip(blocks, added, np.split(slopes, columns, axis=1), strict=True)
+            for force in chain.from_iterable(self._forces(*block, *rest) for block, *rest in own):
+                if force.term not in found or force.gain > found[force.term].gain:
+                    found[force.term] = force
+        return found
+
+    def _controls(self, term: Term, places: Array) -> Array:
+        """What resists, as controls (N, m g) of all motions."""
+        pieces = []
+        for m, s in zip(self._motions, self._along, strict=True):
+            columns = -term.columns(s, places).reshape(len(m.time), -1)
+            if m.lag and term.kind not in _OF_CONTROL:
+                columns = np.column_stack([m.commanded(column) for column in columns.T])
+            pieces.append(columns)
+        return np.concatenate(pieces)
+
+    def _forces(self, term: Term, places: Array, added: Array, slopes: Array) -> Iterator[Force]:
+        """A force at each place, the sum of its columns that takes most of the errors."""
+        net, _ = self._left.beside(self._left.weights[:, None] * slopes)
+        asking = Asking(width=term.width, is_positive=term.is_positive, is_last=term.is_last)
+        for i, at in enumerate(places):
+            one = slice(i * term.width, (i + 1) * term.width)
+            told = net[:, one].T @ self._left.errors
+            factors = -np.linalg.lstsq(net[:, one].T @ net[:, one], told, rcond=None)[0]
+            sum_of = factors / np.linalg.norm(factors) if term.width > 1 else np.ones(1)
+            size = float(np.sqrt(np.mean((added[:, one] @ sum_of) ** 2)))
+            if size > 0 and np.isfinite(size):
+                scale = self._size / size
+                yield Force(
+                    term=term,
+                    at=float(at),
+                    slopes=scale * slopes[:, one] @ sum_of,
+                    scale=scale,
+                    gain=0.0 if term.is_positive and factors[0] < 0 else -float(factors @ told),
+                    asking=asking,
+                )
+
+
+def _along(m: Motion, middle: float) -> Along:
+    long, velocity = len(m.time) // m.windows, m.when_it_acts(m.velocity)
+    return Along(
+        time=m.time,
+        position=m.when_it_acts(m.position - middle),
+        velocity=velocity,
+        acceleration=m.when_it_acts(m.rate_of(m.velocity)),
+        direction=np.sign(velocity),
+        force=m.control,
+        spans=[(i * long, (i + 1) * long) for i in range(m.windows)],
+        row_period=float(m.time[1] - m.time[0]),
+    )
+
+
+def _joined(pieces: Sequence[Along]) -> Along:
+    """One of all samples, for what all of them reach."""
+    first, signals = pieces[0], ("time", "position", "velocity", "acceleration", "direction")
+    return Along(
+        **{name: np.concatenate([getattr(s, name) for s in pieces]) for name in signals},
+        force=np.concatenate([s.force for s in pieces]),
+        spans=(),
+        row_period=first.row_period,
+    )

@@ -23,7 +23,7 @@ def test_a_position_that_friction_holds_is_believed() -> None:
 @pytest.mark.slow
 def test_what_a_model_lacks_is_named() -> None:
     found = study.figures_of("missing offset", "control", runs=2, seed=1)
-    assert found["named"] == {"a constant force: declare offset": 2}
+    assert found["named"] == {"a constant force: declare offset(F0)": 2}
     assert not found["believed"]
 
 
@@ -47,6 +47,5 @@ def test_an_open_loop_from_rest_tells_friction_that_dips() -> None:
     """The window from rest, whose start hardly shows, outweighs none of the others."""
     found = study.figures_of("friction dip", "open-loop", runs=1, seed=1, horizon=0.5)
     assert found["checks_failed"] == {"missing terms": 1}
-    assert list(found["named"]) == [
-        "friction that is higher or lower at low speed: declare stribeck"
-    ]
+    (named,) = found["named"]
+    assert "declare stribeck(Fs, q" in named

@@ -137,7 +137,7 @@ def terms_check(found: Sequence[Lack] | Missing, preferred: Estimate) -> Check |
     return _lacking(
         _TERMS,
         terms,
-        "; ".join(term_sentence(lack, axis.coordinate, axis.drive) for lack in terms)
+        "; ".join(term_sentence(lack, axis) for lack in terms)
         or "no named term of friction, drag or position stands out of the residuals",
         _TOLD,
     )

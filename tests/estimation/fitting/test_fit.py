@@ -662,7 +662,7 @@ def test_a_constant_force_that_the_model_lacks_is_named(
     result = fit(emps2015, record)
     assert _status(result)["missing terms"] == "fail"
     assert not isinstance(result.lacks, Missing)
-    assert result.lacks[0].subject == "a constant force: declare offset"
+    assert result.lacks[0].subject == "a constant force: declare offset(F0)"
     assert not result.believed
     assert _status(found)["missing terms"] == "pass"
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.lacking.candidates import Grid, Steps, change_by_stretch, supremum_p
+from axisid.estimation.lacking.candidates import Grid, Resonances, Steps, supremum_p
 
 
 def basis_and_residuals(rows: int) -> tuple[np.ndarray, np.ndarray]:
@@ -53,7 +53,15 @@ def test_the_largest_statistic_has_the_levels_of_andrews(square: float, level: f
     assert supremum_p(float(chdtrc(1, square)), 0.15) == pytest.approx(level, rel=0.1)
 
 
-def test_what_changes_from_one_stretch_to_the_next_is_no_change_in_a_sample() -> None:
-    values = np.concatenate([np.arange(5.0), 100 + 2 * np.arange(4.0), [7.0]])
-    found = change_by_stretch(values, ((0, 5), (5, 9)))
-    assert found == pytest.approx([1.0] * 5 + [2.0] * 4 + [0.0])
+def test_an_antiresonance_is_that_of_the_measured_motion() -> None:
+    """The loop's motion swings otherwise, and shows no more than where to look."""
+    rng = np.random.default_rng(5)
+    shapes = rng.normal(size=(300, 3))
+    grid = Resonances(
+        kind="resonance",
+        each=shapes[:, :, None],
+        places=np.array([10.0, 20.0, 40.0]),
+        measured=lambda at: (shapes @ np.array([at / 20, 18 / at, at * 0 + 1]))[:, :, None],
+    )
+    residuals = shapes @ np.array([18 / 20, 1.0, 1.0])
+    assert grid.at(1, np.zeros((300, 1)), residuals) == pytest.approx(18.0, rel=0.03)

@@ -10,8 +10,7 @@ import pytest
 from axisid import Record, build, fix, identify, leave_out, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
-from axisid.estimation.lacking import Lack, lacking, search
-from axisid.estimation.lacking.candidates import PLAIN
+from axisid.estimation.lacking import PLAIN, Lack, lacking, search
 from axisid.estimation.lacking.examined_rows import ExaminedRows, examined
 from axisid.estimation.lacking.search import found_on
 from axisid.support.arrays import Array
@@ -20,7 +19,7 @@ from axisid.support.missing import Missing
 AXIS = load_axis("emps2015")
 Q = AXIS.coordinate
 ADDED: dict[str, tuple[object, tuple[float, ...], float]] = {
-    "direction": (asymmetric_viscous(20.0, -20.0, Q), (20.0,), 0.1),
+    "direction": (asymmetric_viscous(20.0, -20.0, Q), (40.0,), 0.1),
     "quadratic": (quadratic(1000.0, Q), (1000.0,), 0.1),
     "stribeck": (stribeck(8.0, Q, velocity=0.02, exponent=1), (8.0,), 0.4),
     "slope": (spring(200.0, Q), (200.0,), 0.1),

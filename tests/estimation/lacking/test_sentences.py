@@ -2,9 +2,10 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import cast
 
 import pytest
 import sympy
@@ -14,38 +15,26 @@ from axisid import Axis, Coordinate, Parameter, load_axis, newton
 from axisid.estimation.diagnostics.remainder.unexplained import Line, _by_position, _whose
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking.search import Lack
-from axisid.estimation.lacking.sentences import _SAID, term_sentence
+from axisid.estimation.lacking.sentences import term_sentence
+from axisid.estimation.lacking.terms import OF_KIND, TERMS, Term
 from axisid.modeling.declaration import ELEMENTS, Drive
 from axisid.support.missing import Missing
 
 _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
 
-#: What the parameters that each kind of term declares are measured in, N and m being the axis's.
-_UNITS = {
-    "coulomb": "N",
-    "viscous": "N/(m/s)",
-    "direction": "N/(m/s)",
-    "quadratic": "N/(m/s)^2",
-    "stribeck": "N",
-    "slope": "N/m",
-    "bend": "N/m^2",
-    "friction slope": "N/m",
-    "friction bend": "N/m^2",
-    "turn": "N",
-    "place": "N",
-    "friction place": "N",
-}
+#: Terms that advice has another cure for than an element.
+_OTHERS = ("inertia", "resonance", "delay", "dead band")
 
 
-def _lack(kind: str) -> Lack:
-    two = kind in ("turn", "place", "friction place")
+def _lack(term: Term) -> Lack:
+    two = term.width == 2
     return Lack(
-        kind=cast(Any, kind),
+        kind=term.kind,
         parameter="",
         values=(2.5, -1.0) if two else (2.5,),
         deviations=(0.1, 0.1) if two else (0.1,),
         before=0.0,
-        at=2 * math.pi if kind == "turn" else 0.0123456,
+        at=2 * math.pi if term.kind == "turn" else 0.0123456,
         share=0.04,
         explained=0.5,
         p_value=1e-9,
@@ -104,15 +93,29 @@ _LINEAR, _ROTARY = Coordinate("x", unit="m"), Coordinate("theta", unit="rad")
 
 
 @pytest.mark.parametrize(
-    ("kind", "q"),
-    [(kind, q) for kind in _SAID for q in (_LINEAR, _ROTARY) if (kind, q) != ("turn", _LINEAR)],
+    ("term", "q"),
+    [
+        (term, q)
+        for term in TERMS
+        for q in (_LINEAR, _ROTARY)
+        if term.kind not in _OTHERS and (term.kind, q) != ("turn", _LINEAR)
+    ],
 )
 def test_the_element_that_a_missing_term_names_is_declared(
-    tmp_path: Path, kind: str, q: Coordinate
+    tmp_path: Path, term: Term, q: Coordinate
 ) -> None:
-    sentence = term_sentence(_lack(kind), q, Drive(gain=1.0))
+    axis = SimpleNamespace(coordinate=q, drive=Drive(gain=1.0), has_stribeck=False)
+    sentence = term_sentence(_lack(term), cast(Axis, axis))
     assert "declare" in sentence
-    assert _declared_alike(tmp_path, q, sentence, _UNITS[kind]) == 1
+    unit = term.unit.format(force="N", unit="m")
+    assert _declared_alike(tmp_path, q, sentence, unit) == 1
+
+
+def test_a_resonance_is_told_with_its_frequency_and_what_a_rigid_axis_holds_for() -> None:
+    lack = replace(_lack(OF_KIND["resonance"]), at=31.0)
+    sentence = term_sentence(lack, load_axis("emps2015"))
+    assert re.search(r"resonance: an antiresonance near 31 Hz", sentence)
+    assert re.search(r"rigid axis does not hold beyond about 10 Hz: lower the cut-off", sentence)
 
 
 def test_a_constant_and_a_ripple_name_what_is_declared(tmp_path: Path) -> None:

@@ -1,0 +1,427 @@
+"""What a model may lack, once for all that look for it: forces along a motion, with their names.
+
+Rows of an inverse model and errors of outputs are asked for the same forces. Each term makes its
+columns of a motion, over a grid of places where it has one (Stribeck velocities, periods,
+antiresonances), says what it is, and which element declares it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.signals import Span
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
+
+Kind = Literal[
+    "constant",
+    "coulomb",
+    "viscous",
+    "inertia",
+    "direction",
+    "quadratic",
+    "stribeck",
+    "slope",
+    "bend",
+    "turn",
+    "place",
+    "friction slope",
+    "friction bend",
+    "friction place",
+    "resonance",
+    "delay",
+    "dead band",
+    "change",
+    "drift",
+]
+
+_SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
+_MOST_WAVES, _WAVES_APART = 60, 0.75  # in the travel
+_FASTEST_WAVE = 25.0  # Hz, at the usual speed
+_SAMPLES_IN_A_WAVE = 4.0
+_TURN = np.array([2 * np.pi])  # rad
+_LONGEST = 0.75  # of the least wave number
+_FINER = np.linspace(-0.5, 0.5, 15)  # steps of the grid of waves
+_SLOWEST, _FASTEST = 3.0, 120.0  # Hz, of an antiresonance
+_APART = 1.25  # from one antiresonance to the next
+_NEAR = np.geomspace(1 / 1.12, 1.12, 5)
+_SAMPLES_IN_A_SWING = 7.0
+_DAMPING = 0.1  # of a load: wide enough to be seen between places
+_RIGID_PART = 3.0  # of the frequency of an antiresonance
+#: Up to which part of an antiresonance noise in a measured motion is told from it.
+TOLD_PART = 2 / 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Along:
+    """A motion along which forces act, at each of N samples, and what rows make of them.
+
+    Attributes
+    ----------
+    time, position, velocity, acceleration, direction, force : (N,) array
+        SI; the position about its middle.
+    spans : sequence of (int, int)
+        Stretches that do not go on from each other.
+    rows : (n,) array of int, optional
+        Samples of the rows; of all where there are none.
+    reduce : callable
+        What rows make of values (N,) or (N, m).
+    row_period : float
+        s, between rows.
+    noisy_below : float
+        Hz, up to which noise moves the motion: that of a measured one; 0 of a simulated one.
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    direction: Array
+    force: Array
+    spans: Sequence[Span]
+    row_period: float
+    rows: NDArray[np.int64] | None = None
+    reduce: Callable[[Array], Array] = np.asarray
+    noisy_below: float = 0.0
+
+    @property
+    def period(self) -> float:
+        """Sampling period, s."""
+        return float(self.time[1] - self.time[0])
+
+    @property
+    def fastest(self) -> float:
+        """The largest speed."""
+        return float(np.abs(self.velocity).max())
+
+    @property
+    def travel(self) -> float:
+        """The way from one end to the other."""
+        return float(np.ptp(self.place))
+
+    @cached_property
+    def place(self) -> Array:
+        """Position of the rows, (n,)."""
+        return self.position if self.rows is None else self.position[self.rows]
+
+    def waves(self, factor: Array, periods: Array) -> Array:
+        """Cosine and sine over the position, of each period, by what rows make of a factor."""
+        angle = 2 * np.pi * self.place[:, None] / periods
+        both = np.stack([np.cos(angle), np.sin(angle)], axis=2)
+        return np.asarray(self.reduce(factor)[:, None, None] * both, dtype=float)
+
+    def by_stretch(self, change: Callable[[Array], Array], values: Array) -> Array:
+        """What is made of values (N,) in each stretch by itself; zero outside of them."""
+        found = np.zeros_like(values)
+        for first, last in self.spans:
+            found[first:last] = change(values[first:last])
+        return found
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Term:
+    """A force that a model may lack.
+
+    Attributes
+    ----------
+    kind : str
+    what : str
+        In words; with the place of the grid, ``{at}``.
+    declare : str
+        What to do, with the coordinate's name, ``{q}``, and the place.
+    unit : str
+        Of its size, in ``{force}`` and the coordinate's ``{unit}``; empty where none is told.
+    columns : callable
+        Of a motion and places (m,): (n, m, g), g columns of each, as resisting forces.
+    places : callable, optional
+        The grid; one place where there is none.
+    between : callable, optional
+        Places about one of a grid that is coarse.
+    width : int
+        g
+    subject : str
+        What it is about: another term of that may only be its shape seen otherwise.
+    is_positive : bool
+        Whether it must be: friction, what a dead band takes, a mass.
+    is_last : bool
+        Whether nothing is told beside it: the other terms are of the motion of a rigid axis.
+    """
+
+    kind: Kind
+    what: str
+    declare: str
+    unit: str
+    columns: Callable[[Along, Array], Array]
+    places: Callable[[Along], Array] = lambda _: np.array([np.nan])
+    between: Callable[[Array, float], Array] | None = None
+    width: int = 1
+    subject: str = ""
+    is_positive: bool = False
+    is_last: bool = False
+
+
+#: Of what may be lacking that nearly any axis has: a loop turns a little elsewhere with it.
+PLAIN: tuple[Kind, ...] = ("constant", "coulomb", "viscous", "inertia")
+
+
+def wave_periods(s: Along) -> Array:
+    """Periods of waves over the position; longer ones are slopes and bends."""
+    moving = np.abs(s.velocity[s.velocity != 0])
+    usual = float(np.median(moving)) if len(moving) else 0.0
+    shortest = usual * max(1 / _FASTEST_WAVE, _SAMPLES_IN_A_WAVE * s.row_period)
+    most = min(_MOST_WAVES, s.travel / shortest) if shortest > 0 else 0.0
+    return s.travel / np.arange(1.0, most, _WAVES_APART)
+
+
+def _periods_near(periods: Array, at: float) -> Array:
+    near = 1 / at + _WAVES_APART / periods[0] * _FINER
+    return 1 / near[near > _LONGEST / periods[0]]
+
+
+def antiresonances(s: Along) -> Array:
+    """Frequencies of loads behind springs that the samples can follow, Hz."""
+    first = max(_SLOWEST, s.noisy_below / TOLD_PART)
+    last = min(_FASTEST, 1 / (_SAMPLES_IN_A_SWING * s.period))
+    many = int(np.log(last / first) / np.log(_APART)) + 1 if last > first else 0
+    return first * _APART ** np.arange(many)
+
+
+def behind_spring(s: Along, frequencies: Array) -> Array:
+    """Acceleration of a load behind a spring, less that of the axis, (N, m)."""
+    from scipy.signal import bilinear, lfilter
+
+    found = []
+    for rate in 2 * np.pi * frequencies:
+        warped = rate / np.tan(rate * s.period / 2)  # twice the bilinear sampling frequency
+        damped = [2 * _DAMPING * rate, rate**2]
+        b, a = bilinear(damped, [1.0, *damped], warped / 2)
+        found.append(s.by_stretch(lambda own, b=b, a=a: lfilter(b, a, own) - own, s.acceleration))
+    return np.stack(found, axis=1)
+
+
+def _one(shape: Callable[[Along], Array]) -> Callable[[Along, Array], Array]:
+    return lambda s, _: s.reduce(shape(s))[:, None, None]
+
+
+def _waves(factor: Callable[[Along], Array]) -> Callable[[Along, Array], Array]:
+    return lambda s, periods: s.waves(factor(s), periods)
+
+
+def _ones(s: Along) -> Array:
+    return np.ones_like(s.velocity)
+
+
+def _peaks(s: Along, widths: Array) -> Array:
+    peaks = s.direction[:, None] * np.exp(-np.abs(s.velocity)[:, None] / widths)
+    return s.reduce(peaks)[:, :, None]
+
+
+_SPEED, _PLACE, _FRICTION = "speed", "place", "friction over the place"
+
+TERMS: tuple[Term, ...] = (
+    Term(
+        kind="constant",
+        what="a constant force",
+        declare="declare offset(F0)",
+        unit="{force}",
+        columns=_one(_ones),
+    ),
+    Term(
+        kind="coulomb",
+        what="Coulomb friction",
+        declare="declare coulomb(Fc, {q})",
+        unit="{force}",
+        columns=_one(lambda s: s.direction),
+        is_positive=True,
+    ),
+    Term(
+        kind="viscous",
+        what="viscous friction",
+        declare="declare viscous(Fv, {q})",
+        unit="{force}/({unit}/s)",
+        columns=_one(lambda s: s.velocity),
+        is_positive=True,
+    ),
+    Term(
+        kind="inertia",
+        what="a force by the acceleration",
+        declare="another inertia",
+        unit="{force}/({unit}/s^2)",
+        columns=_one(lambda s: s.acceleration),
+    ),
+    Term(
+        kind="direction",
+        what="viscous friction that differs with the direction, forward less backward",
+        declare="declare asymmetric_viscous(Fvp, Fvm, {q}) in place of viscous",
+        unit="{force}/({unit}/s)",
+        columns=_one(lambda s: np.abs(s.velocity) / 2),
+    ),
+    Term(
+        kind="quadratic",
+        what="friction by the square of the speed",
+        declare="declare quadratic(Fq, {q}), or a peak of friction (stribeck) where it is slow "
+        "motion that differs",
+        unit="{force}/({unit}/s)^2",
+        columns=_one(lambda s: s.velocity * np.abs(s.velocity)),
+        subject=_SPEED,
+    ),
+    Term(
+        kind="stribeck",
+        what="friction that is higher or lower at speeds of about {at:.1g} {unit}/s and less",
+        declare="declare stribeck(Fs, {q}, velocity={at:.1g}, exponent=1) beside coulomb",
+        unit="{force}",
+        columns=_peaks,
+        places=lambda s: _SPEEDS * s.fastest,
+        subject=_SPEED,
+    ),
+    Term(
+        kind="slope",
+        what="a force over the position",
+        declare="declare spring(k, {q})",
+        unit="{force}/{unit}",
+        columns=_one(lambda s: s.position),
+        subject=_PLACE,
+    ),
+    Term(
+        kind="bend",
+        what="a force that bends over the position, by its square",
+        declare="declare offset(kq*{q}**2)",
+        unit="{force}/{unit}^2",
+        columns=_one(lambda s: s.position**2),
+        subject=_PLACE,
+    ),
+    Term(
+        kind="turn",
+        what="a moment over a turn of the position",
+        declare="declare gravity_moment(a, b, {q})",
+        unit="{force}",
+        columns=_waves(_ones),
+        places=lambda _: _TURN,
+        width=2,
+        subject=_PLACE,
+    ),
+    Term(
+        kind="place",
+        what="a force over the position, every {at:.3g} {unit}",
+        declare="declare cogging(a, b, {q}, period={at:.3g})",
+        unit="{force}",
+        columns=_waves(_ones),
+        places=wave_periods,
+        between=_periods_near,
+        width=2,
+        subject=_PLACE,
+    ),
+    Term(
+        kind="friction slope",
+        what="friction that depends on the position, rising with it",
+        declare="declare coulomb(Fq*{q}, {q}) beside what there is",
+        unit="{force}/{unit}",
+        columns=_one(lambda s: s.direction * s.position),
+        subject=_FRICTION,
+    ),
+    Term(
+        kind="friction bend",
+        what="friction that depends on the position, by its square",
+        declare="declare coulomb(Fq*{q}**2, {q}) beside what there is",
+        unit="{force}/{unit}^2",
+        columns=_one(lambda s: s.direction * s.position**2),
+        subject=_FRICTION,
+    ),
+    Term(
+        kind="friction place",
+        what="friction that depends on the position, every {at:.3g} {unit}",
+        declare="declare periodic_coulomb(a, b, {q}, period={at:.3g})",
+        unit="{force}",
+        columns=_waves(lambda s: s.direction),
+        places=wave_periods,
+        between=_periods_near,
+        width=2,
+        subject=_FRICTION,
+    ),
+    Term(
+        kind="resonance",
+        what="a resonance: {swings} near {at:.2g} Hz",
+        declare="a rigid axis does not hold beyond about {rigid:.2g} Hz: lower the cut-off of "
+        "identify to that, or move more slowly",
+        unit="",
+        columns=lambda s, at: s.reduce(behind_spring(s, at))[:, :, None],
+        places=antiresonances,
+        between=lambda _, at: at * _NEAR,
+        is_positive=True,
+        is_last=True,
+    ),
+    Term(
+        kind="delay",
+        what="another lag or delay of the drive, or a limited rate that noise reaches",
+        declare="declare it, or move the column that is late",
+        unit="s",
+        columns=_one(lambda s: s.by_stretch(np.gradient, s.force) / s.period),
+    ),
+    Term(
+        kind="dead band",
+        what="a drive that makes less force than its control says, whichever way it pushes",
+        declare="declare its dead band, Drive(deadband={band:.2g}) in {drive}",
+        unit="{force}",
+        columns=_one(lambda s: np.sign(s.force)),
+        is_positive=True,
+    ),
+)
+
+
+def _drifting(term: Term) -> Callable[[Along, Array], Array]:
+    return lambda s, at: (s.time - s.time.mean())[:, None, None] * term.columns(s, at)
+
+
+#: What nearly any axis has, as it changes with time; parameters by their names tell it too.
+DRIFTS: tuple[Term, ...] = tuple(
+    replace(
+        term,
+        kind="drift",
+        what=f"{term.what} that changes with time",
+        declare="warming up, or another load",
+        columns=_drifting(term),
+        is_positive=False,
+    )
+    for term in TERMS
+    if term.kind in PLAIN
+)
+
+#: `TERMS` by their kind.
+OF_KIND = MappingProxyType({term.kind: term for term in TERMS})
+
+
+def terms_for(axis: Axis, *, commanded: bool) -> tuple[Term, ...]:
+    """Terms that can be told of an axis: a turn of an angle, a dead band of what is commanded."""
+    told = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
+    return tuple(term for term in TERMS if told.get(term.kind, True))
+
+
+def said_of(
+    term: Term, at: float, axis: Axis, more: float = 0.0, swings: str = "an antiresonance"
+) -> tuple[str, str]:
+    """What a term is, and what to do about it.
+
+    Parameters
+    ----------
+    term : Term
+    at : float
+        Its place on the grid.
+    axis : Axis
+    more : float
+        Force that a dead band takes beyond the declared one.
+    swings : str
+        What has the frequency of a resonance.
+    """
+    q, drive = axis.coordinate, axis.drive
+    words = {"q": q.name, "unit": q.unit, "drive": drive.unit, "swings": swings}
+    words |= {"at": at, "rigid": at / _RIGID_PART}
+    if term.kind == "dead band":
+        words["band"] = drive.deadband + more / abs(drive.gain)
+    declared = term.kind == "stribeck" and axis.has_stribeck
+    advice = "another velocity or exponent of stribeck" if declared else term.declare
+    return term.what.format(**words), advice.format(**words)
