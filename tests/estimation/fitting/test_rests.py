@@ -12,8 +12,8 @@ from axisid import build, fit, load_axis, read_record, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.records import Record
-from axisid.modeling import Move, back_and_forth
-from benchmarks.machines import records
+from axisid.modeling import Experiment, Move, back_and_forth
+from benchmarks.machines import Machine, records, white
 from tests.axes.remembering import dahl_axis
 from tests.refusals import refuses
 
@@ -82,7 +82,8 @@ def test_short_moves_of_which_too_little_is_left_keep_their_samples() -> None:
 
 @pytest.mark.slow
 def test_friction_that_remembers_is_shown_near_rests_and_keeps_them() -> None:
-    axis = build(dahl_axis())
+    moves = back_and_forth(speeds=(0.1,), acceleration=2.0, seconds=0.2, dwell=0.2)
+    axis = build(dahl_axis(experiment=Experiment(moves=moves)))
     record = twin_record(axis)
     assert fit(axis, record).of_records[0].rows == len(record)
 
@@ -102,19 +103,42 @@ def test_rests_are_kept_from_the_command_line(run: Run, tmp_path: Any) -> None:
     assert "samples near rests" not in run("fit", "emps2015", log, "--rests", "keep")[1]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["dwells, 2 um", "P-PI, dwells, 1 um"])
-@pytest.mark.parametrize("output", ["control", "position", "open-loop"])
-def test_intervals_hold_the_truth_of_machines_that_rest(name: str, output: str) -> None:
-    """By a simulator of its own; with rests 0 of 6 hold Fv and Fc of the first by control."""
-    case = cases.FIELD[name]
-    axis, machine = cases.axis_of(case), case.machine
+def off(axis: GeneratedAxis, machine: Any, motion: str, output: str) -> np.ndarray:
+    """How far each parameter is from the truth in deviations, of four records of a machine."""
     true = np.array([machine.mass, machine.viscous, machine.coulomb])
-    away = []
-    for columns in records(machine, cases.reference_of(case.motion, machine.period), 4, seed=5):
+    reference, away = cases.reference_of(motion, machine.period), []
+    for columns in records(machine, reference, 4, seed=5):
         found = fit(axis, read_record(columns, axis), output)
         away.append(
             [(found[n].value - t) / found[n].deviation for n, t in zip(TRUTH, true, strict=True)]
         )
-    assert np.sqrt(np.mean(np.square(away))) < 1.7
-    assert np.abs(away).max() < 4
+    return np.array(away)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["dwells, 2 um", "P-PI, dwells, 1 um"])
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_deviations_are_right_of_machines_that_rest(name: str, output: str) -> None:
+    """By a simulator of its own; with samples at rest they were three times too small."""
+    case = cases.FIELD[name]
+    away = off(cases.axis_of(case), case.machine, case.motion, output)
+    assert np.sqrt(np.mean(away**2)) < 1.7
+
+
+@pytest.mark.slow
+def test_deviations_of_an_open_loop_are_right_where_a_force_is_not_in_the_log() -> None:
+    """By the scatter over windows; by an autoregression they were three times too small."""
+    machine = Machine(resolution=5e-8, force_noise=white(3.0))
+    axis = cases.declared(has_offset=False)
+    assert np.sqrt(np.mean(off(axis, machine, "moves", "open-loop") ** 2)) < 1.7
+
+
+@pytest.mark.slow
+def test_few_windows_are_not_believed_and_shorter_ones_are_named(
+    dwells: tuple[GeneratedAxis, Record],
+) -> None:
+    found = fit(*dwells, "open-loop", horizon=1.0)
+    (check,) = (each for each in found.checks if each.name == "windows")
+    assert check.status == "fail"
+    assert not found.believed
+    assert "horizon=" in str(check.remedy)
