@@ -272,9 +272,10 @@ def _terms(x: ExaminedRows, terms: Sequence[Term]) -> Iterator[Family]:
             yield Peaks(**vars(grid))
         elif term.kind == "resonance":
             yield Resonances(**vars(grid), measured=partial(term.columns, x.measured_along))
+        elif term.between is not None:
+            yield Waves(**vars(grid), make=make, between=term.between)
         else:
-            waves = term.between is not None
-            yield Waves(**vars(grid), make=make, between=term.between) if waves else grid
+            yield grid
 
 
 def _of_time(x: ExaminedRows, names: tuple[str, ...]) -> Iterator[Family]:

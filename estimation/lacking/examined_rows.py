@@ -84,7 +84,7 @@ class ExaminedRows:
     def _along(self, s: Signals, noisy_below: float) -> Along:
         sampling, rows = self.sampling, self.samples
         return Along(
-            time=sampling.period * np.arange(len(s.position)),
+            time=np.asarray(sampling.period * np.arange(len(s.position)), dtype=float),
             position=s.position - s.position[rows].mean(),
             velocity=s.velocity,
             acceleration=s.acceleration,

@@ -175,12 +175,12 @@ def wave_periods(s: Along) -> Array:
     usual = float(np.median(moving)) if len(moving) else 0.0
     shortest = usual * max(1 / _FASTEST_WAVE, _SAMPLES_IN_A_WAVE * s.row_period)
     most = min(_MOST_WAVES, s.travel / shortest) if shortest > 0 else 0.0
-    return s.travel / np.arange(1.0, most, _WAVES_APART)
+    return np.asarray(s.travel / np.arange(1.0, most, _WAVES_APART), dtype=float)
 
 
 def _periods_near(periods: Array, at: float) -> Array:
     near = 1 / at + _WAVES_APART / periods[0] * _FINER
-    return 1 / near[near > _LONGEST / periods[0]]
+    return np.asarray(1 / near[near > _LONGEST / periods[0]], dtype=float)
 
 
 def antiresonances(s: Along) -> Array:
@@ -188,7 +188,7 @@ def antiresonances(s: Along) -> Array:
     first = max(_SLOWEST, s.noisy_below / TOLD_PART)
     last = min(_FASTEST, 1 / (_SAMPLES_IN_A_SWING * s.period))
     many = int(np.log(last / first) / np.log(_APART)) + 1 if last > first else 0
-    return first * _APART ** np.arange(many)
+    return np.asarray(first * _APART ** np.arange(many), dtype=float)
 
 
 def behind_spring(s: Along, frequencies: Array) -> Array:
@@ -200,7 +200,11 @@ def behind_spring(s: Along, frequencies: Array) -> Array:
         warped = rate / np.tan(rate * s.period / 2)  # twice the bilinear sampling frequency
         damped = [2 * _DAMPING * rate, rate**2]
         b, a = bilinear(damped, [1.0, *damped], warped / 2)
-        found.append(s.by_stretch(lambda own, b=b, a=a: lfilter(b, a, own) - own, s.acceleration))
+
+        def beside(own: Array, b: Array = b, a: Array = a) -> Array:
+            return np.asarray(lfilter(b, a, own) - own, dtype=float)
+
+        found.append(s.by_stretch(beside, s.acceleration))
     return np.stack(found, axis=1)
 
 
@@ -418,8 +422,8 @@ def said_of(
         What has the frequency of a resonance.
     """
     q, drive = axis.coordinate, axis.drive
-    words = {"q": q.name, "unit": q.unit, "drive": drive.unit, "swings": swings}
-    words |= {"at": at, "rigid": at / _RIGID_PART}
+    words: dict[str, object] = {"q": q.name, "unit": q.unit, "drive": drive.unit, "at": at}
+    words |= {"rigid": at / _RIGID_PART, "swings": swings}
     if term.kind == "dead band":
         words["band"] = drive.deadband + more / abs(drive.gain)
     declared = term.kind == "stribeck" and axis.has_stribeck

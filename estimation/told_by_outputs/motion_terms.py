@@ -170,10 +170,17 @@ def _along(m: Motion, middle: float) -> Along:
 
 def _joined(pieces: Sequence[Along]) -> Along:
     """One of all samples, for what all of them reach."""
-    first, signals = pieces[0], ("time", "position", "velocity", "acceleration", "direction")
+
+    def joined(name: str) -> Array:
+        return np.concatenate([getattr(piece, name) for piece in pieces])
+
     return Along(
-        **{name: np.concatenate([getattr(s, name) for s in pieces]) for name in signals},
-        force=np.concatenate([s.force for s in pieces]),
+        time=joined("time"),
+        position=joined("position"),
+        velocity=joined("velocity"),
+        acceleration=joined("acceleration"),
+        direction=joined("direction"),
+        force=joined("force"),
         spans=(),
-        row_period=first.row_period,
+        row_period=pieces[0].row_period,
     )

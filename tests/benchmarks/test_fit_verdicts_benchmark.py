@@ -1,5 +1,6 @@
 """The study of the verdicts of fits in small: right machines pass, a wrong one is named."""
 
+import re
 from importlib import import_module
 from typing import Any
 
@@ -49,3 +50,18 @@ def test_an_open_loop_from_rest_tells_friction_that_dips() -> None:
     assert found["checks_failed"] == {"missing terms": 1}
     (named,) = found["named"]
     assert "declare stribeck(Fs, q" in named
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("load behind a spring, 12 Hz", "a resonance: one of the loop near 1"),
+        ("cogging of 5 mm", r"declare cogging\(a, b, q, period=0\.00(5|49\d|50\d)\)"),
+        ("friction every 20 mm", r"declare periodic_coulomb\(a, b, q, period=0\.0(2|19\d|20\d)\)"),
+        ("delay not declared", "another lag or delay of the drive"),
+    ],
+)
+def test_a_fit_names_what_identify_names(name: str, said: str) -> None:
+    (named,) = study.figures_of(name, "control", runs=1, seed=3)["named"]
+    assert re.search(said, named)

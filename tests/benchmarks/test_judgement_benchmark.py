@@ -69,6 +69,21 @@ def test_what_a_machine_has_besides_moves_it() -> None:
         assert np.abs(columns["position"] - own["position"]).max() > 1e-7
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    [
+        "load behind a spring, 12 Hz",
+        "load behind a spring, 35 Hz",
+        "cogging of 5 mm",
+        "friction every 20 mm",
+        "Stribeck peak",
+    ],
+)
+def test_a_load_that_swings_and_waves_are_named_with_frequency_and_period(name: str) -> None:
+    assert study.figures_of(name, runs=1, seed=3).named == 1
+
+
 def test_autoregressive_noise_has_its_deviation_and_its_time(rng: np.random.Generator) -> None:
     noise = autoregressive(2.0, 0.05, 1e-3)(rng, 200, 2000)
     assert noise.std() == pytest.approx(2.0, rel=0.05)

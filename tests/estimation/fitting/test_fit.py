@@ -690,7 +690,7 @@ def test_a_time_that_is_not_there_is_told_and_no_term_that_is_declared(
     assert not isinstance(result.lacks, Missing)
     subjects = [lack.subject for lack in result.lacks if lack.is_there]
     assert subjects[0].startswith("another lag or delay of the drive")
-    words = ("declare coulomb", "declare viscous", "declare offset", "another inertia")
+    words = ("declare coulomb(Fc", "declare viscous(", "declare offset(F0", "another inertia")
     assert not any(word in subject for subject in subjects for word in words)
 
 

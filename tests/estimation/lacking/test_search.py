@@ -87,6 +87,19 @@ def test_without_a_loop_a_term_is_found_away_from_reversals(kind: str) -> None:
     assert found(record)[0].kind == kind
 
 
+@pytest.mark.slow
+def test_a_delay_is_found_and_said_by_one_check() -> None:
+    late = replace(AXIS, name="late", drive=replace(AXIS.drive, delay=1e-3))
+    result = identify(AXIS, twin_record(late), methods=["idm-ls", "idm-iv"])
+    lacks = lacking(result.data, result.preferred)
+    assert not isinstance(lacks, Missing)
+    assert lacks[0].kind == "delay"
+    assert lacks[0].values == pytest.approx((1e-3,), rel=0.3)
+    failing = {check.name: str(check.note) for check in result.verdict if check.status == "fail"}
+    assert "drive's delay" in failing["alignment"]
+    assert "delay" not in failing.get("missing terms", "")
+
+
 @pytest.mark.parametrize("methods", [["idm-ls"], ["idm-iv"]])
 def test_a_right_model_lacks_nothing(twin: Record, methods: list[str]) -> None:
     assert found(twin, methods) == ()
