@@ -22,6 +22,9 @@ ROOT = Path(__file__).resolve().parents[1]
 # Libraries compiled by tests stay among themselves; all workers share the folder.
 os.environ.setdefault("AXISID_CACHE", str(ROOT / ".pytest_cache" / "native"))
 
+# A fault of a check is a failure here; a user is told of it beside the estimates.
+os.environ.setdefault("AXISID_DEBUG", "1")
+
 #: Slow tests, and all tests, that would begin later than these times of the clock are skipped.
 _SLOW_END = float(os.environ.get("AXISID_SLOW_TESTS_END", math.inf))
 _END = float(os.environ.get("AXISID_TESTS_END", math.inf))

@@ -10,7 +10,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import instruments_of
-from axisid.estimation.diagnostics.estimates import instrument_tests, strength_check
+from axisid.estimation.diagnostics.estimates import strength_check, tests_of_instruments
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.methods import METHODS, estimate_by
 from axisid.estimation.problems import Problem
@@ -35,7 +35,7 @@ def instruments_beside(problem: Problem, ls: Estimate) -> Estimate | Missing:
             iv = estimate_by(problem, METHODS[instruments_of(ls.method)], lags, ls.chosen)
     except AxisidError as error:
         return Missing.of(error.note)
-    strength = None if iv.Z is None else strength_check(iv, instrument_tests(iv.X, iv.Z))
+    strength = strength_check(iv, tests_of_instruments(iv))
     if isinstance(strength, Check) and strength.status == "fail":
         return Missing("the instruments are too weak to tell")
     return iv

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import Check, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     conditioning,
     delta_method_check,
@@ -57,7 +57,7 @@ from .beside import without_instruments
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .joined import joined
 from .preferred import Choice
-from .records_alike import alike_check
+from .records_alike import Apart, alike_check
 from .repeated_samples import repeated_check
 
 #: How far the numbers of a result can be believed.
@@ -353,18 +353,18 @@ def diagnose(choice: Choice) -> Diagnosis:
     )
     return Diagnosis(
         preferred=case.judged,
-        law=case.parts[law].law,
-        instruments=case.instruments,
-        endogeneity=case.endogeneity,
-        excitation=case.excitation,
-        alignment=case.parts[alignment].alignment,
-        motions=case.parts[velocity].motions,
+        law=unless_faulty(lambda: case.parts[law].law),
+        instruments=told_or(None, lambda: case.instruments),
+        endogeneity=unless_faulty(lambda: case.endogeneity),
+        excitation=told_or((), lambda: case.excitation),
+        alignment=unless_faulty(lambda: case.parts[alignment].alignment),
+        motions=told_or({}, lambda: case.parts[velocity].motions),
         verdict=tuple(check for check in checks if check is not None),
-        lack_of_fit=None if case.has_parts else case.lack_of_fit,
-        bands={} if case.has_parts else case.bands,
+        lack_of_fit=None if case.has_parts else told_or(None, lambda: case.lack_of_fit),
+        bands={} if case.has_parts else told_or({}, lambda: case.bands),
         records=_of_records(case, made) if len(names) > 1 else (),
-        noise_biases=case.noise_biases,
-        attenuation=case.attenuation,
+        noise_biases=told_or({}, lambda: case.noise_biases),
+        attenuation=unless_faulty(lambda: case.attenuation),
     )
 
 
@@ -372,12 +372,12 @@ def alignment_of(choice: Choice) -> Alignment | Missing:
     """The delay of the force alone, as `diagnose` finds it with all else."""
     case = Case.of(choice)
     first = _first_failing(_of_parts(DIAGNOSTICS["alignment"], case))
-    return case.parts[first].alignment
+    return unless_faulty(lambda: case.parts[first].alignment)
 
 
 def _of_parts(diagnostic: Diagnostic, case: Case) -> list[Check | Missing | None]:
     """What a diagnostic of one record finds in each."""
-    return [diagnostic.check(part) for part in case.parts]
+    return [unless_faulty(partial(diagnostic.check, part)) for part in case.parts]
 
 
 def _first_failing(found: Sequence[Check | Missing | None]) -> int:
@@ -390,21 +390,28 @@ def _of_records(
     case: Case, made: Mapping[str, Sequence[Check | Missing | None]]
 ) -> tuple[RecordDiagnosis, ...]:
     """What there is to say of each of several records."""
-    alike = case.alike
+    alike = unless_faulty(lambda: case.alike)
     return tuple(
-        RecordDiagnosis(
-            law=part.law,
-            alignment=part.alignment,
-            motions=part.motions,
-            lack_of_fit=part.lack_of_fit,
-            verdict=tuple(
-                check
-                for name, found in made.items()
-                if (check := _as_check(name, found[i])) is not None
-            ),
-            apart=alike if isinstance(alike, Missing) else alike.records[i],
+        _of_record(
+            part,
+            {name: found[i] for name, found in made.items()},
+            alike if isinstance(alike, Missing) else alike.records[i],
         )
         for i, part in enumerate(case.parts)
+    )
+
+
+def _of_record(
+    part: Case, made: Mapping[str, Check | Missing | None], apart: Apart | Missing
+) -> RecordDiagnosis:
+    checks = (_as_check(name, found) for name, found in made.items())
+    return RecordDiagnosis(
+        law=unless_faulty(lambda: part.law),
+        alignment=unless_faulty(lambda: part.alignment),
+        motions=told_or({}, lambda: part.motions),
+        lack_of_fit=told_or(None, lambda: part.lack_of_fit),
+        verdict=tuple(check for check in checks if check is not None),
+        apart=apart,
     )
 
 
@@ -418,7 +425,7 @@ def _checked(
     if diagnostic.several and len(names) == 1:
         return None
     if not diagnostic.by_record:
-        return _as_check(diagnostic.name, diagnostic.check(case))
+        return _as_check(diagnostic.name, unless_faulty(partial(diagnostic.check, case)))
     found = made[diagnostic.name]
     one = found[0] if len(names) == 1 else joined(found, names)
     return _as_check(diagnostic.name, one)

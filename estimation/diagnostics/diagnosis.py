@@ -14,8 +14,8 @@ from axisid.estimation.diagnostics.estimates import (
     excitation,
     excitation_of_several,
     fixed_check,
-    instrument_tests,
     strength_check,
+    tests_of_instruments,
 )
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import (
@@ -221,11 +221,10 @@ class Case:
         return force_timing(data.axis, data.record, profile, data.hold_delay)
 
     @cached_property
-    def instruments(self) -> InstrumentTests | None:
-        """Of the judged estimate, or of idm-iv beside one by output error; None without any."""
+    def instruments(self) -> InstrumentTests | Missing:
+        """Of the judged estimate, or of idm-iv beside one by output error."""
         by_loop = self.preferred.by_output_error
-        of = self.estimates.get("idm-iv") if by_loop else self.preferred
-        return None if of is None or of.Z is None else instrument_tests(of.X, of.Z)
+        return tests_of_instruments(self.estimates.get("idm-iv") if by_loop else self.preferred)
 
     @cached_property
     def strength(self) -> Check | Missing:
@@ -346,10 +345,11 @@ class Case:
     @property
     def is_explained(self) -> bool:
         """Whether something is named that residuals are made of: checks of these count it once."""
-        law, coarse = self.law, self.coarse
-        if isinstance(coarse, Check) and coarse.status == "fail":
+        if isinstance(self.coarse, Check) and self.coarse.status == "fail":
             return True
-        return (not isinstance(law, Missing) and not law.passed) or any(
+        # A law is of one record, in the delay that its own rows tell.
+        laws = [part.law for part in self.parts]
+        return any(not isinstance(law, Missing) and not law.passed for law in laws) or any(
             is_named(lack) or lack.parameter
             for part in self.parts
             if not isinstance(part.lacking, Missing)

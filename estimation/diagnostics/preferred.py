@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
+from axisid.estimation.checks import told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import prefers_instruments
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate
@@ -45,7 +46,9 @@ class Choice:
     @cached_property
     def laws(self) -> tuple[LawCheck | Missing, ...]:
         """The control law against each record, or why it cannot be checked."""
-        return tuple(check_law(data.axis, data.record) for data in self.problem.data)
+        return tuple(
+            unless_faulty(partial(check_law, data.axis, data.record)) for data in self.problem.data
+        )
 
     @property
     def laws_hold(self) -> bool:
@@ -56,7 +59,9 @@ class Choice:
     def apart(self) -> Mapping[str, NoiseBias]:
         """IDM-IV less DIDIM by parameter; empty where they are not both there, of the same rows."""
         iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
-        return {} if iv is None or didim is None else second_opinion(iv, didim)
+        if iv is None or didim is None:
+            return {}
+        return told_or({}, partial(second_opinion, iv, didim))
 
     def _best(self, *, by_law: bool) -> str:
         def preference(method: str) -> tuple[bool, bool, bool]:

@@ -150,7 +150,7 @@ class Judged:
     law: LawCheck | Missing
     found_gains: tuple[str, ...]  # of the law
     law_moves: Mapping[str, Array]
-    law_move: tuple[Array, Array] | None
+    law_move: tuple[Array, Array] | Missing | None
     percents: tuple[float, ...]
     beyond_noise: tuple[float, ...]
     followed: tuple[str, ...]

@@ -1,10 +1,11 @@
 """Whether a fit is to be believed."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
 
 import numpy as np
 
-from axisid.estimation.checks import Check, passed
+from axisid.estimation.checks import Check, passed, unless_faulty
 from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.freed import START
 from axisid.estimation.searches import MOST_STEPS
@@ -39,36 +40,33 @@ from .checks_of_parameters import (
     shown_check,
 )
 
+_FACTORS = "law's factors"
+
+#: Gives a check, or those that there is something to say of.
+_Made: TypeAlias = Callable[[Judged], Check | Iterator[Check]]
+
 
 def judged(of: Judged) -> tuple[Check, ...]:
     """The checks, in the order in which they are told."""
-    return (
-        of.law_check,
-        *windows_check(of),
-        *_moved(of),
-        *_sensitive(of),
-        simulation_check(of),
-        missing_terms_check(of),
-        *known_check(of),
-        *rows_check(of),
-        *rests_check(of),
-        *repeated_records_check(of),
-        *records_alike_check(of),
-        _ended(of),
-        shown_check(of),
-        *none_shown_check(of),
-        *one_end_check(of),
-        *precise_check(of),
-        bounds_check(of),
-        *_starts(of),
-        *_begun(of),
-        *_shaken(of),
-    )
+    return tuple(check for name, made in _CHECKS.items() for check in _told(name, made, of))
+
+
+def _told(name: str, made: _Made, of: Judged) -> tuple[Check, ...]:
+    """What there is to say of one of them: nothing, a check, or why it could not be made."""
+    found = unless_faulty(lambda: _listed(made(of)))
+    return (Check.not_evaluated(name, found),) if isinstance(found, Missing) else found
+
+
+def _listed(found: Check | Iterator[Check]) -> tuple[Check, ...]:
+    return (found,) if isinstance(found, Check) else tuple(found)
 
 
 def _moved(of: Judged) -> Iterator[Check]:
     """What the law as it is in the record moves the parameters by."""
     if of.law_move is None:
+        return
+    if isinstance(of.law_move, Missing):
+        yield Check.not_evaluated(_FACTORS, of.law_move)
         return
     moved, sure = of.law_move
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -92,7 +90,7 @@ def _moved(of: Judged) -> Iterator[Check]:
             "instruments, which ask for no exact law"
         )
     yield Check(
-        name="law's factors",
+        name=_FACTORS,
         status=passed(not (beyond or of.is_law_nearly_right)),
         figure=float(far[worst]),
         threshold=most,
@@ -224,3 +222,28 @@ def _starts(of: Judged) -> Iterator[Check]:
         source=MAX_APART.source,
         meaning=f"{alike} of {len(of.basis.ends)} searches ended here, the others higher",
     )
+
+
+#: By name, in the order in which they are told.
+_CHECKS: dict[str, _Made] = {
+    "control law": lambda of: of.law_check,
+    "windows": windows_check,
+    _FACTORS: _moved,
+    "exact law": _sensitive,
+    "simulation": simulation_check,
+    "missing terms": missing_terms_check,
+    "what was known": known_check,
+    "rows": rows_check,
+    "samples near rests": rests_check,
+    "repeated records": repeated_records_check,
+    "records alike": records_alike_check,
+    "convergence": _ended,
+    "parameters shown": shown_check,
+    "any parameter shown": none_shown_check,
+    "one end": one_end_check,
+    "precision": precise_check,
+    "bounds": bounds_check,
+    "starts": _starts,
+    "start of the loop": _begun,
+    "noise in the loop": _shaken,
+}

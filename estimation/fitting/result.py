@@ -3,14 +3,14 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import Check, told_or, unless_faulty
 from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
@@ -154,16 +154,17 @@ class OutputFit(Presentable, Exact):
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
         """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
-        return moves_of_all(self._moves_of_records)
+        return told_or({}, lambda: moves_of_all(self._moves_of_records))
 
     @cached_property
     def law_move(self) -> Array | None:
         """What the law as the records have it would move them by, (P,)."""
-        return None if self._law_move is None else self._law_move[0]
+        found = self._law_move
+        return None if found is None or isinstance(found, Missing) else found[0]
 
     @cached_property
-    def _law_move(self) -> tuple[Array, Array] | None:
-        return move_by_record(self._moves_of_records, self._laws)
+    def _law_move(self) -> tuple[Array, Array] | Missing | None:
+        return unless_faulty(lambda: move_by_record(self._moves_of_records, self._laws))
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
@@ -172,6 +173,9 @@ class OutputFit(Presentable, Exact):
     @cached_property
     def lacks(self) -> tuple[Lack, ...] | Missing:
         """Forces, and other values of what is held, that the outputs ask for, strongest first."""
+        return unless_faulty(self._lacks)
+
+    def _lacks(self) -> tuple[Lack, ...] | Missing:
         low, high = np.array([self.bounds[name] for name in self.names]).T
         held = HeldParameters(
             names=self.names,
@@ -236,7 +240,7 @@ class OutputFit(Presentable, Exact):
             return (Missing("no law is simulated: the control is the recorded one"),)
         found = self.found_gains
         return tuple(
-            check_found_law(axis, record, found)
+            unless_faulty(partial(check_found_law, axis, record, found))
             for axis, record in zip(self.basis.axes, self.records, strict=True)
         )
 

@@ -319,8 +319,8 @@ def as_counted(y: Array, X: Columns, Z: QrFactors, counts: RowCounts) -> Solutio
 
 
 def condition_number(X: Array) -> float:
-    """Largest over smallest singular value, of the columns as they are."""
-    return float(np.linalg.cond(X))
+    """Largest over smallest singular value, of the columns as they are; infinite without rows."""
+    return float(np.linalg.cond(X)) if len(X) else np.inf
 
 
 def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], what: str) -> None:

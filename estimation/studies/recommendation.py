@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from axisid.estimation.diagnostics.estimates import (
     biased_parameters,
     endogeneity_of,
-    instrument_tests,
+    tests_of_instruments,
 )
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.identification import Identification
@@ -34,6 +34,7 @@ from axisid.estimation.thresholds.studies import (
     MIN_SWEPT_CUTOFFS,
 )
 from axisid.support.arrays import Array
+from axisid.support.missing import Missing
 
 from .held_out_motion import held_out_motion
 
@@ -169,11 +170,12 @@ def _agrees(result: Identification) -> bool:
 
 def _is_strong(iv: Estimate | None) -> bool:
     """Whether there are instruments that tell something, and rows enough."""
+    tests = tests_of_instruments(iv)
     return (
         iv is not None
-        and iv.Z is not None
+        and not isinstance(tests, Missing)
         and len(iv.y) >= MIN_ROWS_PER_PARAMETER.value * len(iv.theta)
-        and instrument_tests(iv.X, iv.Z).weakest >= MIN_FIRST_STAGE_F.value
+        and tests.weakest >= MIN_FIRST_STAGE_F.value
     )
 
 

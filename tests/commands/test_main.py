@@ -347,6 +347,7 @@ def test_internal_faults_are_told_from_user_faults(
         raise RuntimeError("boom")
 
     monkeypatch.setattr("axisid.modeling.text.load_axis", broken)
+    monkeypatch.delenv("AXISID_DEBUG", raising=False)
     code, _, err = run("identify", "emps")
     assert code == 1
     assert "internal fault: RuntimeError: boom" in err

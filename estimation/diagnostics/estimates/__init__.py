@@ -25,6 +25,7 @@ from .instruments import biased_parameters as biased_parameters
 from .instruments import endogeneity_of as endogeneity_of
 from .instruments import instrument_tests as instrument_tests
 from .instruments import strength_check as strength_check
+from .instruments import tests_of_instruments as tests_of_instruments
 from .motion import conditioning as conditioning
 from .motion import precision as precision
 from .motion import precision_check as precision_check

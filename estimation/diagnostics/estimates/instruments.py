@@ -4,6 +4,7 @@ First-stage F, alone and conditional on the other columns, and Shea's partial R 
 squares against instruments by Durbin-Wu-Hausman in regression form.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,13 +118,13 @@ def biased_parameters(
     return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)
 
 
-def strength_check(judged: Estimate, tests: InstrumentTests | None) -> Check | Missing:
+def strength_check(judged: Estimate, tests: InstrumentTests | Missing) -> Check | Missing:
     """The weakest column of the regressor of an instrumental estimate, or of one beside `judged`.
 
     Beside an estimate by output error, which rests on the loop's own rows, weak ones are a note.
     """
-    if tests is None:
-        return Missing("no method with instruments gave an estimate")
+    if isinstance(tests, Missing):
+        return tests
     names = [q.label for q in judged.form.quantities]
     weakest = min(range(len(names)), key=lambda j: tests.columns[j].conditional_f)
     f = tests.weakest
@@ -142,20 +143,38 @@ def strength_check(judged: Estimate, tests: InstrumentTests | None) -> Check | M
     )
 
 
-def instrument_tests(X: Array, Z: Array) -> InstrumentTests:
+def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing:
+    """`instrument_tests` of an estimate's rows, where it has instruments and they tell it."""
+    if estimate is None or estimate.Z is None:
+        return Missing("no method with instruments gave an estimate")
+    names = [q.label for q in estimate.form.quantities]
+    try:
+        return instrument_tests(estimate.X, estimate.Z, names)
+    except EstimationError as error:
+        return Missing.of(error.note)
+
+
+def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTests:
     """First stage of every column, as in linearmodels' diagnostics.
 
     Parameters
     ----------
     X, Z : (n, k) arrays
-        Regressor and instruments, both of full column rank.
+        Regressor and instruments.
+    names : sequence of str
+        Of the columns' parameters.
+
+    Raises
+    ------
+    EstimationError
+        Either has not full column rank, as where one of several records does not show what all do.
     """
     n, k = X.shape
-    basis = np.linalg.qr(Z)[0]
+    regressor, instruments = factor(X, names), factor(Z, names, "the simulated loop")
+    scale, basis = regressor.scale, instruments.basis.astype(float)
     fitted = basis @ (basis.T @ X)
-    scale = np.linalg.norm(X, axis=0)
-    plain = np.diag(np.linalg.inv((X / scale).T @ (X / scale)))
-    projected = np.diag(np.linalg.inv((fitted / scale).T @ (fitted / scale)))
+    seen = factor(fitted, names, "the instruments together with the record")
+    plain, projected = (np.sum(each.inverse**2, axis=1) for each in (regressor, seen))
     explained, left = np.sum(fitted**2, axis=0), np.sum((X - fitted) ** 2, axis=0)
     strengths = []
     for j in range(k):

@@ -6,6 +6,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.regression import condition_number
 from axisid.estimation.thresholds.diagnostics import (
     MAX_CONDITION_NUMBER,
     MAX_RELATIVE_DEVIATION,
@@ -20,8 +21,9 @@ from .excitation import Excitation
 
 
 def conditioning(X: Array) -> Check:
-    """Condition number of the regressor with unit columns."""
-    condition = float(np.linalg.cond(X / np.linalg.norm(X, axis=0)))
+    """Condition number of the regressor with unit columns; infinite where one is zero."""
+    sizes = np.linalg.norm(X, axis=0)
+    condition = condition_number(X / np.where(sizes > 0, sizes, 1.0))
     excited = condition <= MAX_CONDITION_NUMBER.value
     return Check(
         name="excitation",

@@ -21,6 +21,7 @@ from axisid.commands.many.fleet import fleet
 from axisid.commands.many.trend import trend
 from axisid.commands.many.twin import twin
 from axisid.commands.options.completion import completion
+from axisid.support.debugging import asks_for_tracebacks
 from axisid.support.errors import AxisidError
 from axisid.support.jobs.arithmetic import without_arithmetic_warnings
 from axisid.support.jobs.one_thread import one_thread
@@ -118,7 +119,7 @@ def _failed(error: Exception) -> int:
     if isinstance(error, AxisidError):
         headline = getattr(error, "headline", error.worded(as_options))
         return _fail(headline, error.exit_code, getattr(error, "mistakes", ()))
-    if os.environ.get("AXISID_DEBUG"):
+    if asks_for_tracebacks():
         raise error
     return _fail(_fault(error), 1)
 

@@ -23,8 +23,9 @@ def frozen(values: ArrayLike) -> Array:
 
 
 def relative_error_percent(error: Array, signal: Array) -> float:
-    """``100 ||error|| / ||signal||``."""
-    return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))
+    """``100 ||error|| / ||signal||``; not finite where there is no signal."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))
 
 
 def finite_tree(value: Any) -> Any:

@@ -159,6 +159,7 @@ def test_regressor_that_is_not_finite_is_refused(rng: np.random.Generator) -> No
 
 def test_condition_number_is_that_of_the_columns_as_they_are() -> None:
     assert condition_number(np.diag([100.0, 1.0])) == pytest.approx(100.0)
+    assert condition_number(np.empty((0, 2))) == np.inf
 
 
 def test_delta_method_is_exact_for_linear_maps(rng: np.random.Generator) -> None:

@@ -17,8 +17,10 @@ from axisid.estimation.diagnostics.estimates.instruments import (
     instrument_tests,
 )
 from axisid.estimation.regression.covariance import Classical, Hac
+from tests.refusals import refuses
 
 Data = tuple[np.ndarray, np.ndarray, np.ndarray]
+NAMES = ("a", "b", "c")
 
 
 @pytest.fixture
@@ -110,14 +112,14 @@ def test_two_columns_with_one_residual_are_tested_once(data: Data) -> None:
 def test_strength_is_the_first_stage_of_linearmodels(data: Data) -> None:
     y, X, Z = data
     stage = IV2SLS(y, None, X, Z).fit(cov_type="unadjusted").first_stage.diagnostics
-    for j, ours in enumerate(instrument_tests(X, Z).columns):
+    for j, ours in enumerate(instrument_tests(X, Z, NAMES[: X.shape[1]]).columns):
         assert ours.r_squared == pytest.approx(stage["rsquared"].iloc[j], rel=1e-9)
         assert ours.shea == pytest.approx(stage["shea.rsquared"].iloc[j], rel=1e-9)
 
 
 def test_f_of_the_first_stage_is_that_of_the_regression(data: Data) -> None:
     _, X, Z = data
-    for j, ours in enumerate(instrument_tests(X, Z).columns):
+    for j, ours in enumerate(instrument_tests(X, Z, NAMES[: X.shape[1]]).columns):
         fit = sm.OLS(X[:, j], Z).fit()
         assert ours.f == pytest.approx(fit.fvalue, rel=1e-9)
 
@@ -125,7 +127,7 @@ def test_f_of_the_first_stage_is_that_of_the_regression(data: Data) -> None:
 def test_conditional_f_is_the_first_stage_of_what_the_other_columns_leave(data: Data) -> None:
     """Sanderson and Windmeijer (2016), put together from two estimators of others."""
     _, X, Z = data
-    for j, ours in enumerate(instrument_tests(X, Z).columns):
+    for j, ours in enumerate(instrument_tests(X, Z, NAMES[: X.shape[1]]).columns):
         others = np.delete(X, j, axis=1)
         left_over = IV2SLS(X[:, j], None, others, Z).fit().resids.to_numpy()
         stage = sm.OLS(left_over, Z).fit()
@@ -139,27 +141,27 @@ def test_instruments_of_columns_that_they_cannot_tell_apart_are_weak(
     Z = rng.normal(size=(300, 2))
     both = Z @ [1.0, 1.0]
     X = np.column_stack([both, both]) + 0.1 * rng.normal(size=(300, 2))
-    for column in instrument_tests(X, Z).columns:
+    for column in instrument_tests(X, Z, NAMES[: X.shape[1]]).columns:
         assert column.f > 1e3
         assert column.conditional_f < 10
 
 
 def test_conditional_f_of_one_column_is_its_f(data: Data) -> None:
     _, X, Z = data
-    (only,) = instrument_tests(X[:, :1], Z[:, :1]).columns
+    (only,) = instrument_tests(X[:, :1], Z[:, :1], NAMES[:1]).columns
     assert only.conditional_f == pytest.approx(only.f, rel=1e-12)
 
 
 def test_column_that_is_its_own_instrument_is_strong(data: Data) -> None:
     _, X, Z = data
     Z[:, 2] = X[:, 2]
-    assert instrument_tests(X, Z).columns[2].conditional_f == float("inf")
+    assert instrument_tests(X, Z, NAMES[: X.shape[1]]).columns[2].conditional_f == float("inf")
 
 
 def test_weak_instruments_have_a_small_f(rng: np.random.Generator) -> None:
     X = rng.normal(size=(300, 2))
     Z = np.column_stack([X[:, 0], rng.normal(size=300)])
-    strong, weak = instrument_tests(X, Z).columns
+    strong, weak = instrument_tests(X, Z, NAMES[: X.shape[1]]).columns
     assert strong.f > 1e3
     assert weak.f < 10
     assert weak.shea < 0.1
@@ -186,3 +188,13 @@ def test_large_bias_is_found_however_wide_the_deviations(
         assert np.all(
             np.abs(ls.physical - iv.physical) < 3 * np.sqrt(np.diag(iv.covariances["iid"]))
         )
+
+
+def test_columns_that_rows_do_not_tell_apart_are_named(data: Data) -> None:
+    """As where one of several records does not show what all of them do."""
+    _, X, Z = data
+    for columns, instruments in ((X[:, [0, 0]], Z[:, :2]), (X[:, :2], Z[:, [0, 0]])):
+        with refuses("not-told-apart"):
+            instrument_tests(columns, instruments, NAMES[:2])
+    with refuses("zero-column", "b"):
+        instrument_tests(X[:, :2] * [1.0, 0.0], Z[:, :2], NAMES[:2])
