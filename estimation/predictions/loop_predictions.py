@@ -21,7 +21,7 @@ from axisid.estimation.freed import (
     started_at,
 )
 from axisid.estimation.loops import loop_starts, noise_along, two_clocks
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, in_own_order
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
 from axisid.estimation.simulation import LoopInputs, most_substeps, settled_substeps, simulate_lanes
@@ -150,11 +150,12 @@ class LoopPredictions:
         return max(stretch.step for stretch in self.stretches)
 
     def _changed(self, physical: Array, changed: Callable[..., Array]) -> Array:
-        pieces = [
-            changed(self._at(each, physical), self._form.own(physical, each.record), substeps=steps)
-            for each, steps in zip(self.stretches, self._substeps, strict=True)
-        ]
-        return np.concatenate(pieces)
+        made = {}
+        for place in in_own_order(self._records, [each.record for each in self.stretches]):
+            each, steps = self.stretches[place], self._substeps[place]
+            own = self._form.own(physical, each.record)
+            made[place] = changed(self._at(each, physical), own, substeps=steps)
+        return np.concatenate([made[place] for place in range(len(made))])
 
     def _at(self, stretch: Stretch, physical: Array) -> Stretch:
         """A stretch under the law, and from the start, that parameters (P,) make."""

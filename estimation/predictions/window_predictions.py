@@ -16,7 +16,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.loops import noise_along
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, in_own_order
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
@@ -349,12 +349,13 @@ class WindowPredictions:
         factor: float = 1.0,
     ) -> Array:
         """What white noise of the position changes in the errors, (n, B)."""
-        pieces = []
-        for w, state in zip(self._windows, self._states, strict=True):
+        made = {}
+        for place in in_own_order(self._records, [w.record for w in self._windows]):
+            w, state = self._windows[place], self._states[place]
             shape = (len(w.position), count, w.count)
             noise = factor * random.normal(scale=w.noise, size=shape) * w.counted[:, None, :]
-            pieces.append(_rows(state.projected(noise)))
-        return np.concatenate(pieces)
+            made[place] = _rows(state.projected(noise))
+        return np.concatenate([made[place] for place in range(len(made))])
 
     def slopes_by_start(
         self,

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.records import Record, in_own_order
 from axisid.estimation.regression import (
     STEP_SHARES,
     Equations,
@@ -127,7 +128,7 @@ def record_as_measured(data: FilteredRecord, physical: Array) -> Iterator[Filter
         yield from followed_as_measured(data, physical)
         return
     noise = _noise(data, simulated_loops(data.axis, data.record, physical))
-    for (drawn,) in _drawn([noise]) if noise.any() else ():
+    for (drawn,) in _drawn([noise], [data.record]) if noise.any() else ():
         yield _with_noise(data, physical, drawn)
     steps = sensor_steps(data.axis, data.record)
     for share in STEP_SHARES if steps else ():
@@ -142,7 +143,7 @@ def _noisy(
     white = [_noise(data, of_one) for data, of_one in zip(problem.data, quiet, strict=True)]
     if not any(noise.any() for noise in white):
         return
-    for drawn in _drawn(white):
+    for drawn in _drawn(white, [data.record for data in problem.data]):
         signals = [
             _with_noise(data, form.own(physical, i), noise).signals
             for i, (data, noise) in enumerate(zip(problem.data, drawn, strict=True))
@@ -150,11 +151,12 @@ def _noisy(
         yield problem.reduced(form, signals)
 
 
-def _drawn(white: Sequence[Array]) -> Iterator[list[Array]]:
+def _drawn(white: Sequence[Array], records: Sequence[Record]) -> Iterator[list[Array]]:
     """The noise of each record in other orders, and of either sign."""
-    rng = np.random.default_rng(0)
+    rng, places = np.random.default_rng(0), in_own_order(records)
     for _ in range(_DRAWS):
-        order = [rng.permutation(noise) for noise in white]
+        drawn = {place: rng.permutation(white[place]) for place in places}
+        order = [drawn[place] for place in range(len(white))]
         yield order
         yield [-noise for noise in order]
 

@@ -11,6 +11,7 @@ from .blocks import extent as extent
 from .reading import read_record as read_record
 from .record import Record as Record
 from .record import check_record as check_record
+from .record import in_own_order as in_own_order
 from .record import record_labels as record_labels
 from .repairs import Repairs as Repairs
 from .shifts import advised_shift as advised_shift
