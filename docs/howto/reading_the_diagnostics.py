@@ -117,6 +117,7 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | excitation | columns nearly repeat each other | another motion; the sentence says what it lacks |
 # | precision | a parameter's deviation exceeds 30 % of it, unless it is known to be small wherever the axis was | the sentence says why the record does not show it; `--leave-out` does without it |
 # | bounds | a value is outside its declared bounds | signs and units |
+# | nominal values | a note: a value, with its whole interval, is more than 5 times its nominal one, or less than a fifth | units of the columns, the drive's gain |
 # | coarse positions | without a reference, where the control does not answer to the steps of the logged position: they move a value by more than half a deviation; a note up to 1 % of the value | log the position as finely as the drive measures it, or record the reference |
 # | fixed values | what was fixed contradicts the record | the fixed value, or the model |
 # | delta method | the map from the direct model bends within the uncertainty | `--draws 10000` |

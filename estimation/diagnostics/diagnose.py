@@ -13,6 +13,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
+    NOMINAL_VALUES,
     conditioning,
     delta_method_check,
     endogeneity_of,
@@ -21,6 +22,7 @@ from axisid.estimation.diagnostics.estimates import (
     forms_check,
     gain_check,
     ls_against_iv,
+    nominal_check,
     precision,
     second_opinion_check,
     within_bounds,
@@ -148,6 +150,12 @@ def _precision(case: Case) -> Check:
 
 def _bounds(case: Case) -> Check | Missing:
     return within_bounds(case.preferred, rests_first(case.problem.rest), case.problem.held)
+
+
+def _nominal_values(case: Case) -> Check | None:
+    values = case.preferred.parameters
+    declared = [p for p in case.preferred.form.declared if p.name in values]
+    return nominal_check((p, values[p.name].corrected, values[p.name].interval) for p in declared)
 
 
 def _delta_method(case: Case) -> Check | Missing:
@@ -306,6 +314,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="excitation", check=_excitation, rank=11),
         Diagnostic(name="precision", check=_precision, rank=13),
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
+        Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
         Diagnostic(name="delta method", check=_delta_method),
         Diagnostic(name="simulation", check=_simulation, rank=2, grave=True, by_record=True),
         Diagnostic(name="residuals against the motion", check=_residuals_against_motion, rank=14),

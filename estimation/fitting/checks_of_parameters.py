@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.diagnostics.estimates import precision_check
+from axisid.estimation.diagnostics.estimates import nominal_check, precision_check
+from axisid.estimation.estimates import student_interval
 from axisid.estimation.thresholds.diagnostics import (
     MAX_RELATIVE_DEVIATION,
     NEGLIGIBLE_FORCE,
@@ -208,3 +209,16 @@ def bounds_check(of: Judged) -> Check:
         source="deviations by which a parameter at a bound would be beyond it",
         meaning=said,
     )
+
+
+def nominal_values_check(of: Judged) -> Iterator[Check]:
+    """Values of another order of size than declared."""
+    declared = {p.name: p for p in of.basis.axes[0].axis.parameters}
+    rows = zip(of.names, of.physical, of.deviations, strict=True)
+    found = nominal_check(
+        (declared[name], value, student_interval(value, deviation, np.inf))
+        for name, value, deviation in rows
+        if name in declared
+    )
+    if found is not None:
+        yield found

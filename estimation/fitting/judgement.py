@@ -7,6 +7,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check, passed, unless_faulty
 from axisid.estimation.choices.outputs import POSITION
+from axisid.estimation.diagnostics.estimates import NOMINAL_VALUES
 from axisid.estimation.freed import START
 from axisid.estimation.searches import MOST_STEPS
 from axisid.estimation.thresholds.diagnostics import NOTICEABLE_BIAS
@@ -34,6 +35,7 @@ from .checks_of_errors import (
 from .checks_of_parameters import (
     bounds_check,
     known_check,
+    nominal_values_check,
     none_shown_check,
     one_end_check,
     precise_check,
@@ -243,6 +245,7 @@ _CHECKS: dict[str, _Made] = {
     "one end": one_end_check,
     "precision": precise_check,
     "bounds": bounds_check,
+    NOMINAL_VALUES: nominal_values_check,
     "starts": _starts,
     "start of the loop": _begun,
     "noise in the loop": _shaken,

@@ -17,6 +17,13 @@ MAX_JARQUE_BERA = Threshold(
     "derived: the 5 % quantile of chi-squared with two degrees of freedom",
 )
 
+MAX_FROM_NOMINAL = Threshold(
+    5.0,
+    "1",
+    "factor from a parameter's nominal value, whole interval, from which its value is remarked",
+    "chosen: units are apart by 6.28, 9.81, 57.3 or powers of ten",
+)
+
 # Control law, force and limit
 
 MAX_LAW_RESIDUAL = Threshold(

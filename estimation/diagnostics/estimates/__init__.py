@@ -29,5 +29,7 @@ from .instruments import tests_of_instruments as tests_of_instruments
 from .motion import conditioning as conditioning
 from .motion import precision as precision
 from .motion import precision_check as precision_check
+from .nominal import NOMINAL_VALUES as NOMINAL_VALUES
+from .nominal import nominal_check as nominal_check
 from .second_opinion import prefers_instruments as prefers_instruments
 from .second_opinion import second_opinion_check as second_opinion_check

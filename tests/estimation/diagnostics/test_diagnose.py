@@ -131,6 +131,7 @@ def test_every_row_makes_the_check_of_its_name(emps2015: GeneratedAxis, twin: Re
         "uneven times",
         "coarse positions",
         "recorded signals",
+        "nominal values",
     }
     assert of_one - {*named} == unasked
 

@@ -1,0 +1,47 @@
+"""Parameters against the nominal values that they were declared with, as a remark."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from axisid.estimation.checks import Check
+from axisid.estimation.thresholds.diagnostics import MAX_FROM_NOMINAL
+from axisid.modeling.quantities import Parameter
+
+NOMINAL_VALUES = "nominal values"
+
+
+def nominal_check(
+    found: Iterable[tuple[Parameter, float, tuple[float, float]]],
+) -> Check | None:
+    """Remark values that are another order of size than declared; None where none is.
+
+    A column in another unit makes such values, which nothing else tells where no law is simulated.
+
+    Parameters
+    ----------
+    found : iterable of (Parameter, float, (float, float))
+        Each with its value and its interval, all of which is as far.
+    """
+    most, far = MAX_FROM_NOMINAL.value, dict[Parameter, float]()
+    for parameter, value, interval in found:
+        if parameter.nominal:
+            ratio, *ends = np.array([value, *interval]) / parameter.nominal
+            if min(ratio, *ends) > most or max(ratio, *ends) < 1 / most:
+                far[parameter] = float(ratio)
+    if not far:
+        return None
+    listed = ", ".join(
+        f"{p.name} = {ratio * p.nominal:.4g} {p.unit} is {ratio:.2g} times its nominal "
+        f"{p.nominal:.4g}"
+        for p, ratio in far.items()
+    )
+    return Check(
+        name=NOMINAL_VALUES,
+        status="note",
+        figure=next(iter(far.values())),
+        threshold=most,
+        source=MAX_FROM_NOMINAL.source,
+        meaning=f"{listed}: check the units of the record's columns and the drive's gain, or "
+        "declare another nominal value",
+    )
