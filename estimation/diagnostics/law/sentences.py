@@ -43,9 +43,12 @@ _UNITS = {
 }
 
 
+_ALL = 100.0  # percent: a larger share says no more than that one is not the other
+
+
 def off_text(percent: float) -> str:
     """How far a control is from the law's, and of what that is a share."""
-    return f"off by {percent:.3g} % of the control"
+    return f"off by {percent:.3g} % of the control" if percent < _ALL else "off by more than it is"
 
 
 def remedy_by_test_signal(
@@ -90,7 +93,7 @@ def small_fault(
     values = np.array(list(scaled.values()))
     alike = set(scaled) == set(factors) and np.ptp(values) < MAX_SCALE_ERROR.value
     what = (
-        "the unit of the test signal"
+        _of_test_signal(scaled[INJECTED])
         if set(scaled) == {INJECTED}
         else "the control's scaling, such as the gain of a converter"
         if np.ptp(values) < MAX_SCALE_ERROR.value
@@ -100,6 +103,17 @@ def small_fault(
     return (
         f"the recorded control is the declared law's but for its factors ({listed}): "
         f"{_common(law, float(np.median(values))) if alike else ''}check {what}{every}"
+    )
+
+
+def _of_test_signal(factor: float) -> str:
+    """What of a test signal makes it count by a factor: a unit only where it is that of one."""
+    for scale, what in _COLUMN_FAULTS.items():
+        if abs(factor / scale - 1) < MAX_FACTOR_ERROR.value:
+            return f"the test signal: {what}"
+    return (
+        "the size of the test signal, such as a gain or a filter between where it is logged and "
+        "where it is added"
     )
 
 
@@ -186,9 +200,7 @@ def large_fault(
     if one := one_gain(law, factors):
         return f"{start}{one}"
     if off == [INJECTED]:
-        return (
-            f"{start}with this factor it would be; check the sign and the unit of the test signal"
-        )
+        return f"{start}with this factor it would be; check {_of_test_signal(factors[INJECTED])}"
     if not are_alike(factors):
         return (
             f"{start}with these factors it would be; check {' and '.join(off)}, the velocity "

@@ -379,3 +379,14 @@ def test_a_gain_that_is_declared_a_little_wrong_is_named_with_its_value(
     assert float(told) == pytest.approx(law.gains[gain], rel=0.1 * abs(off))
     assert "no factor" not in found.meaning
     assert "but it is" not in found.meaning
+
+
+def test_no_share_beyond_all_of_the_control_is_shown(emps2015: GeneratedAxis, twin: Record) -> None:
+    assert twin.reference is not None
+    mistaken = replace(twin, reference=-7 * twin.reference)
+    law = check_law(emps2015, mistaken)
+    assert isinstance(law, LawCheck)
+    assert not law.passed
+    shares = [float(each) for each in re.findall(r"([\d.]+(?:e[+-]?\d+)?) %", str(law.note))]
+    assert all(share <= 100 for share in shares)
+    assert "off by more than it is" in str(law.note)
