@@ -111,7 +111,6 @@ TESTED_ELSEWHERE = {
     "modeling.wording": "modeling.derivation",
     "codegen.thresholds": "estimation.thresholds",
     "estimation.batched.rows": "estimation.batched",
-    "estimation.checks": "estimation.diagnostics",
     "presentation.documents": "presentation.saved",
 }
 

@@ -1,4 +1,4 @@
-"""What a check of a result is.
+"""What a check of a result is, and where checks are run.
 
 In: a figure, what it is held against, what that means. Out: `Check`.
 Knows nothing of what is checked.

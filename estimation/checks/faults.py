@@ -3,8 +3,7 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-from axisid.support.debugging import asks_for_tracebacks
-from axisid.support.errors import AxisidError
+from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.missing import Missing
 
 Found = TypeVar("Found")

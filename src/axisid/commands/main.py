@@ -21,8 +21,7 @@ from axisid.commands.many.fleet import fleet
 from axisid.commands.many.trend import trend
 from axisid.commands.many.twin import twin
 from axisid.commands.options.completion import completion
-from axisid.support.debugging import asks_for_tracebacks
-from axisid.support.errors import AxisidError
+from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.jobs.arithmetic import without_arithmetic_warnings
 from axisid.support.jobs.one_thread import one_thread
 from axisid.support.remedy import as_options

@@ -4,6 +4,7 @@ Every message says what was given, what was expected and what to do. An exceptio
 `AxisidError` is a fault of the program, not of its user.
 """
 
+import os
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -102,3 +103,8 @@ class EstimationError(AxisidError):
 
     exit_code = 6
     code = "estimation"
+
+
+def asks_for_tracebacks() -> bool:
+    """Whether ``AXISID_DEBUG`` is set: a fault then ends the program where it is."""
+    return bool(os.environ.get("AXISID_DEBUG"))
