@@ -43,12 +43,10 @@ _UNITS = {
 }
 
 
-_ALL = 100.0  # percent: a larger share says no more than that one is not the other
-
-
 def off_text(percent: float) -> str:
     """How far a control is from the law's, and of what that is a share."""
-    return f"off by {percent:.3g} % of the control" if percent < _ALL else "off by more than it is"
+    share = percent / 100
+    return f"off by {percent:.3g} % of the control" if share < 1 else "off by more than it is"
 
 
 def remedy_by_test_signal(
