@@ -170,7 +170,7 @@ def _residuals_against_motion(case: Case) -> Check:
     return residuals_against_motion(
         case.residuals,
         case.preferred,
-        explained=case.is_explained,
+        explained=_is_explained(case),
         by_loops=case.following_as_measured,
     )
 
@@ -178,7 +178,13 @@ def _residuals_against_motion(case: Case) -> Check:
 def _normality(case: Case) -> Check:
     away = np.concatenate([~data.rows_near_turns for data in case.problem.data])
     by_loops = partial(tails_as_measured, case.problem, case.preferred, away)
-    return normality(case.residuals, case.preferred, away, by_loops)
+    explained = _is_explained(case)
+    return normality(case.residuals, case.preferred, away, by_loops, explained=explained)
+
+
+def _is_explained(case: Case) -> bool:
+    """Whether another check names what residuals are made of, a delay among it: it counts once."""
+    return case.is_explained or any(_fails(_alignment(part)) for part in case.parts)
 
 
 def _filter_bias(case: Case) -> Check | Missing:

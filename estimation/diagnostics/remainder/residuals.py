@@ -107,8 +107,10 @@ def normality(
     estimate: Estimate,
     away: NDArray[np.bool_] | None = None,
     by_loops: Callable[[], Array] = lambda: np.zeros(2),
+    *,
+    explained: bool = False,
 ) -> Check:
-    """Whether outliers decide the estimate.
+    """Whether outliers decide the estimate; no matter where what residuals are is `explained`.
 
     What is tested is noise alone; intervals rest on all that is left, the filter's own error too,
     which may be most of it. Where an axis turns, the filter and whatever the model lacks of
@@ -143,7 +145,7 @@ def normality(
             matters=(rows < LARGE_SAMPLE.value or left > MAX_EXCESS_KURTOSIS.value)
             and _are_noticeable(estimate)
             and estimate.counts is None
-            and not by_steps,
+            and not (by_steps or explained),
         ),
         figure=tests.jarque_bera,
         threshold=MAX_JARQUE_BERA.value,

@@ -68,6 +68,13 @@ def test_white_residuals_pass_every_check(good: ResidualTests) -> None:
     assert [check.status for check in found] == ["pass"] * 2
 
 
+def test_heavy_tails_count_once_where_another_check_names_what_makes_them() -> None:
+    heavy = white()[0]
+    heavy[::40] *= 12
+    found = [normality(judged(heavy), estimate(heavy), explained=e).status for e in (False, True)]
+    assert found == ["fail", "note"]
+
+
 @pytest.mark.parametrize("lag", [-3, 4])
 def test_what_is_left_of_a_column_is_told_with_its_lag(lag: int) -> None:
     residuals, W = white()
