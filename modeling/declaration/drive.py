@@ -280,7 +280,8 @@ class Drive:
     def is_times_gain(self) -> bool:
         """Whether the force is the gain times what the gain has no part in."""
         off = self.force_by_gain - self.force
-        return multiplied_out(off.replace(sympy.Abs, lambda x: x * sympy.sign(x))) == sympy.S.Zero
+        plain = off.replace(sympy.Abs, lambda x: x * sympy.sign(x))
+        return bool(multiplied_out(plain) == 0)
 
     @property
     def inverse(self) -> sympy.Expr:
