@@ -5,8 +5,11 @@ share an index (value numbering), which is the common-subexpression elimination.
 program into text; a further target is a further printer.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+
+from axisid.support.errors import ModelError
 
 #: Operations and how many operands each takes.
 OPERATIONS = {
@@ -112,8 +115,21 @@ class Builder:
         return tuple(self._intern(Operation("input", symbol=element)) for element in elements)
 
     def constant(self, value: float) -> int:
-        """A literal number."""
-        return self._intern(Operation("constant", value=float(value), symbol=repr(float(value))))
+        """A literal number.
+
+        Raises
+        ------
+        ModelError
+            It is not finite, which no target has a literal for.
+        """
+        number = float(value)
+        if not math.isfinite(number):
+            raise ModelError(
+                "a number of the generated code is not finite: one that is declared, of the drive, "
+                "the law or the force, is too small or too large; correct it.",
+                code="code-not-finite",
+            )
+        return self._intern(Operation("constant", value=number, symbol=repr(number)))
 
     def apply(self, name: str, *operands: int) -> int:
         """Apply an operation to earlier results."""

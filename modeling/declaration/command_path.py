@@ -14,6 +14,7 @@ LOGGED = ("command", "applied", "current")
 #: Times of a drive, and what of `LOGGED` is recorded behind each, where no motion shows it.
 HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
 _PAIR = 2  # a name and a parameter
+_LEAST_STEP = 1e-100  # of which any control is a finite number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +96,12 @@ def command_path(rate_limit: object, quantisation: object, deadband: object) -> 
                 "control's unit.",
                 code="drive-band",
             )
+    if 0 < step < _LEAST_STEP:
+        raise ModelError(
+            f"the drive's quantisation is {step:g}, below {_LEAST_STEP:g}, which no control shows; "
+            "give a step in the control's unit, or 0 for none.",
+            code="drive-band",
+        )
     return CommandPath(rate_limit=rate, quantisation=step, deadband=band)
 
 

@@ -107,3 +107,9 @@ def test_unbound_symbol_is_named() -> None:
 def test_wrong_operand_count_is_an_internal_fault() -> None:
     with pytest.raises(TypeError, match="takes 2 operands"):
         Builder().apply("add", 0)
+
+
+@pytest.mark.parametrize("value", [float("inf"), float("-inf"), float("nan")])
+def test_a_number_that_no_target_can_write_is_refused(value: float) -> None:
+    with refuses("code-not-finite"):
+        Builder().constant(value)

@@ -23,6 +23,8 @@ PATH: dict[str, float] = {"rate_limit": 300.0, "quantisation": 0.05, "deadband":
         ({"rate_limit": -1.0}, "drive-rate"),
         ({"deadband": -0.1}, "drive-band"),
         ({"quantisation": -0.1}, "drive-band"),
+        ({"quantisation": 1e-309}, "drive-band"),
+        ({"quantisation": 1e-309, "limit": 10.0}, "drive-band"),
         ({"deadband": float("inf")}, "number-not-finite"),
         ({"deadband": "0.1"}, "not-a-number"),
         ({"limit": 1.0, "deadband": 1.0}, "drive-band-and-limit"),
