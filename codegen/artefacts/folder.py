@@ -16,10 +16,11 @@ from axisid.support.files.regular_file import read_regular
 from axisid.support.progress import Progress, with_progress
 from axisid.support.remedy import Remedy, Setting
 
-from .texts import MANIFEST, axis_artefacts
+from .texts import FUNCTIONS, MANIFEST, axis_artefacts
 
 _FOLDER = Setting("output")
 _MOST_SHOWN = 12  # lines of a difference
+_MARKS = (FUNCTIONS, MANIFEST)  # of a folder that was generated
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +32,7 @@ class Finding:
     path : Path
         The file, inside the folder.
     state : str
-        ``missing``, ``stale`` or ``orphan``.
+        ``missing``, ``stale`` or ``orphan``, which is of none of the axes.
     diff : str
         The first lines, unified, from the file to what would be generated; empty for an orphan.
     """
@@ -96,7 +97,9 @@ def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
     return written
 
 
-def check_files(folder: Path, files: Mapping[Path, str], *, orphans: bool = True) -> list[Finding]:
+def check_files(
+    folder: Path, files: Mapping[Path, str], *, others: Iterable[str] | None = None
+) -> list[Finding]:
     """Compare the folder with what would be generated.
 
     Parameters
@@ -104,8 +107,9 @@ def check_files(folder: Path, files: Mapping[Path, str], *, orphans: bool = True
     folder : Path
     files : mapping of Path to str
         From `expected_files`.
-    orphans : bool
-        Whether files that belong to none of the axes are findings.
+    others : iterable of str, optional
+        Names of further axes that may be generated there. What stands beside the folders of axes is
+        then not looked at; without it all of the folder should be of the axes.
     """
     findings = []
     for path, text in sorted(files.items()):
@@ -113,14 +117,26 @@ def check_files(folder: Path, files: Mapping[Path, str], *, orphans: bool = True
         if found != text:
             state = "missing" if found is None else "stale"
             findings.append(Finding(path=path, state=state, diff=_diff(path, found or "", text)))
-    if orphans:
-        present = {p.relative_to(folder) for p in folder.rglob("*") if p.is_file()}
+    present = _present(folder) - set(files)
+    if others is not None:
+        axes = {path.parts[0] for path in files}
+        made = {p.name for p in folder.glob("*") if {Path(p.name, x) for x in _MARKS} <= present}
+        present = {path for path in present if path.parts[0] in axes | made - set(others)}
+    return [*findings, *(Finding(path=path, state="orphan") for path in sorted(present))]
+
+
+def _present(folder: Path) -> set[Path]:
+    """The files in a folder, and the folders in it that have none, as one whose axis is gone."""
+    found = {
+        path.relative_to(folder)
+        for path in folder.rglob("*")
         # Names that begin with a dot are temporary: of a run beside this one, or of one cut short.
-        ignored = {p for p in present if "__pycache__" in p.parts or p.name.startswith(".")}
-        findings += [
-            Finding(path=path, state="orphan") for path in sorted(present - ignored - set(files))
-        ]
-    return findings
+        if not (path.is_dir() or "__pycache__" in path.parts or path.name.startswith("."))
+    }
+    named = {path.parts[0] for path in found}
+    return found | {
+        Path(p.name) for p in folder.glob("[!.]*") if p.is_dir() and p.name not in named
+    }
 
 
 def replace_file(path: Path, content: str | bytes) -> None:

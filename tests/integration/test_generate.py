@@ -40,6 +40,19 @@ def test_committed_code_is_current(root: Path) -> None:
     assert check_files(root / "generated", library_files()) == []
 
 
+def test_a_step_that_no_float_holds_writes_nothing(run: Run, tmp_path: Path) -> None:
+    fine = tmp_path / "fine.py"
+    fine.write_text(
+        "from dataclasses import replace\nfrom axisid import load_axis\n"
+        "emps = load_axis('emps')\n"
+        "axis = replace(emps, name='fine', drive=replace(emps.drive, quantisation=1e-309))\n"
+    )
+    code, _, err = run("generate", fine, "--output", tmp_path / "generated")
+    assert code == 4
+    assert "quantisation is 1e-309" in err
+    assert not (tmp_path / "generated").exists()
+
+
 def test_how_long_each_axis_takes_is_said_on_request(run: Run, tmp_path: Path) -> None:
     command = ("generate", "emps", "emps2015", "--output", tmp_path / "generated")
     code, out, _ = run(*command, "-v")
@@ -115,8 +128,30 @@ def test_check_tells_stale_missing_and_orphan_files_and_the_command(run: Run, fo
     code, out, _ = run("generate", "--output", folder)
     assert code == 0
     assert f"2 files written, {4 * len(LIBRARY) - 2} were current" in out
-    (folder / "old" / "functions.py").unlink()
+    shutil.rmtree(folder / "old")
     assert run("generate", "--check", "--output", folder)[0] == 0
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_check_finds_what_is_left_of_axes_that_are_gone_and_foreign_files(
+    folder: Path, named: bool
+) -> None:
+    (folder / "emps").rename(folder / "gone")
+    (folder / "emptied" / "__pycache__").mkdir(parents=True)
+    (folder / "crank" / "notes.txt").write_text("x")
+    (folder / "crank" / "lost").symlink_to(folder / "nowhere")
+    (folder / "beside.txt").write_text("x")
+    left = {path: text for path, text in library_files().items() if path.parts[0] != "emps"}
+    checked = {p: t for p, t in left.items() if p.parts[0] == "crank"} if named else left
+    found = check_files(folder, checked, others=LIBRARY if named else None)
+    assert {finding.state for finding in found} == {"orphan"}
+    foreign = {
+        "crank/notes.txt",
+        "crank/lost",
+        *(f"gone/{p.name}" for p in library_files() if p.parts[0] == "emps"),
+    }
+    beside = set() if named else {"beside.txt", "emptied"}
+    assert {str(finding.path) for finding in found} == foreign | beside
 
 
 @pytest.mark.slow
@@ -124,7 +159,7 @@ def test_changed_axis_makes_the_code_stale(folder: Path) -> None:
     from axisid.elements import Drive
 
     changed = replace(load_axis("emps"), drive=Drive(gain=35.2))
-    findings = check_files(folder, expected_files([changed]), orphans=False)
+    findings = check_files(folder, expected_files([changed]), others=LIBRARY)
     assert {str(f.path) for f in findings} == {
         "emps/equations.txt",
         "emps/functions.py",
@@ -207,7 +242,7 @@ def test_output_that_is_a_file_is_refused(run: Run, tmp_path: Path) -> None:
 
 def test_binary_rubbish_in_place_of_code_is_stale_not_a_crash(folder: Path) -> None:
     (folder / "emps" / "functions.py").write_bytes(b"\xff\xfe\x00")
-    findings = check_files(folder, expected_files([load_axis("emps")]), orphans=False)
+    findings = check_files(folder, expected_files([load_axis("emps")]), others=LIBRARY)
     assert [f.state for f in findings] == ["stale"]
 
 
@@ -235,7 +270,7 @@ def test_a_difference_shows_its_first_lines_and_counts_the_others(folder: Path) 
     files = expected_files([load_axis("emps")])
     path = next(path for path in files if path.name == "native.c")
     (folder / path).write_text("rubbish\n" * 300)
-    (finding,) = check_files(folder, files, orphans=False)
+    (finding,) = check_files(folder, files, others=LIBRARY)
     lines = finding.diff.splitlines()
     assert len(lines) < 15
     assert "rubbish" in finding.diff

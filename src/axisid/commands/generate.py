@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     epilog="Example: axisid generate --check",
 )
 @click.argument("axes", nargs=-1, shell_complete=complete_axis)
-@click.option("--check", is_flag=True, help="Write nothing; exit 1 if anything is stale.")
+@click.option(
+    "--check", is_flag=True, help="Write nothing; exit 1 if anything is stale, or of no axis."
+)
 @click.option("-v", "--verbose", is_flag=True, help="Say how long each axis takes.")
 @click.option(
     "--output",
@@ -42,6 +44,7 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
     of the library or TOML or Python files that declare an axis.
     """
     from axisid.codegen.artefacts import check_files, write_files
+    from axisid.modeling.library import LIBRARY
     from axisid.support.errors import UsageError
 
     declared = _declared(axes)
@@ -53,7 +56,7 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
             click.echo(f"wrote {output / path}")
         click.echo(f"{len(written)} files written, {len(files) - len(written)} were current.")
         return
-    findings = check_files(output, files, orphans=not axes)
+    findings = check_files(output, files, others=LIBRARY if axes else None)
     for finding in findings:
         click.echo(f"{finding.state}: {output / finding.path}")
         if finding.state == "stale":
