@@ -347,12 +347,14 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
     wave = builder.constant(0)
     if found.wave_numbers:
-        wave = largest_wave(plant.arguments, found)
+        wave = largest_wave(plant.arguments, found.wave_numbers)
     if plant.states:
         scale = builder.constant(RESOLVED / RESOLVED_STATES)
         rate = build("mul", scale, _remembering(plant).rate((q, dq, *plant.states)))
     else:
         rate = _probed_rate(plant, wave if found.wave_numbers else None)
+        if found.by_velocity:
+            rate = build("max", rate, _passing_speeds(plant, found))
     passing = build(
         "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
     )
@@ -376,6 +378,20 @@ def _probed_rate(plant: _Plant, wave: int | None) -> int:
     damping = changed(q, build("add", dq, probe), probe)
     stiffness = changed(build("add", q, way), dq, way)
     return build("max", damping, build("sqrt", stiffness))
+
+
+def _passing_speeds(plant: _Plant, found: Switching) -> int:
+    """The same for what varies with the velocity, such as a Stribeck peak, and lies about rest.
+
+    A step changes the velocity by at most a part of itself, or of how far the peak reaches.
+    """
+    builder, build = plant.builder, plant.builder.apply
+    wave = largest_wave(plant.arguments, found.by_velocity)
+    speed, change = (
+        build("abs", x) for x in (plant.motion[1], plant.accelerate(*plant.motion, None))
+    )
+    near = build("div", wave, build("add", builder.constant(1), build("mul", wave, speed)))
+    return build("mul", builder.constant(RESOLVED / PASSED), build("mul", change, near))
 
 
 def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:

@@ -47,8 +47,9 @@ class Switching:
         One for each switching function; empty where the acceleration is smooth over the position.
     functions : tuple of sympy.Expr
         Each has the sign of its side; one may depend on the sides of those before it.
-    wave_numbers : tuple of sympy.Expr
-        Over how short a way the acceleration may vary: its reciprocals.
+    wave_numbers, by_velocity : tuple of sympy.Expr
+        Over how short a way, and how small a change of the velocity, the acceleration may vary:
+        their reciprocals.
     moved_by : tuple of Signal
         Recorded signals that stand in the switching functions.
     rates : tuple of sympy.Expr
@@ -61,6 +62,7 @@ class Switching:
     sides: tuple[sympy.Symbol, ...]
     functions: tuple[sympy.Expr, ...]
     wave_numbers: tuple[sympy.Expr, ...]
+    by_velocity: tuple[sympy.Expr, ...]
     moved_by: tuple[Signal, ...] = ()
     rates: tuple[sympy.Expr, ...] = ()
     limits: Mapping[int, sympy.Symbol] = field(default_factory=dict)
@@ -80,10 +82,16 @@ def switching(model: AxisModel) -> Switching:
         sides=tuple(sides.values()),
         functions=tuple(sides),
         wave_numbers=_wave_numbers((acceleration, *sides), q.symbol),
+        by_velocity=_wave_numbers((_on_one_side(acceleration),), q.velocity),
         moved_by=tuple(signal for signal in model.axis.signals if signal.symbol in moving),
         rates=rates,
         limits=limits,
     )
+
+
+def _on_one_side(value: sympy.Expr) -> sympy.Expr:
+    """What varies as a value does on one side of each of its kinks."""
+    return value.replace(sympy.Abs, lambda inside: inside).replace(sympy.sign, lambda _: 1)
 
 
 def _with_limits(
@@ -186,21 +194,21 @@ def wave_number(model: AxisModel, found: Switching) -> Program:
     axis = model.axis
     arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
     arguments.vector("parameters", [p.symbol for p in axis.parameters])
-    index = largest_wave(arguments, found)
+    index = largest_wave(arguments, found.wave_numbers)
     arguments.builder.output("wave_number", [[index]])
     return arguments.builder.program(
         "wave_number", "Reciprocal of the way on which the acceleration may vary."
     )
 
 
-def largest_wave(arguments: Arguments, found: Switching) -> int:
+def largest_wave(arguments: Arguments, numbers: Iterable[sympy.Expr]) -> int:
     """The largest of the wave numbers, as an operation."""
     lowering, build = arguments.lowering(), arguments.builder.apply
-    return reduce(partial(build, "max"), map(lowering, found.wave_numbers))
+    return reduce(partial(build, "max"), map(lowering, numbers))
 
 
 def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple[sympy.Expr, ...]:
-    """Wave numbers of everything in the expressions that is no polynomial of the position."""
+    """Wave numbers of all in the expressions that is no polynomial of position, or of velocity."""
     found: dict[sympy.Expr, None] = {}
     for value in values:
         for node in dict.fromkeys(sympy.preorder_traversal(value)):

@@ -35,6 +35,7 @@ Recorded = Sequence[Array] | Array | None
 _Rates = TypeVar("_Rates", float, Array)
 
 _SLACK = 1e-6
+_HALVED = 0.5 ** np.arange(1.0, 13.0)[:, None]  # parts of a velocity, down to rest
 _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
 _ROUNDING = 1e-9
 _EPSILON = float(np.finfo(float).eps)
@@ -330,21 +331,36 @@ def _demands(
     if axis.states:
         return samples, _rates_with_states(axis, parameters, visited), np.zeros(len(q))
     turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
+    rows, speeds = _between(dq)
     s = np.where(visited["direction"] < 0, -1.0, 1.0)
+    looked_at = np.concatenate([samples, turns, turns, rows])
     rates = _probed(
         axis,
-        np.concatenate([q, q[turns], q[turns]]),
-        np.concatenate([dq, np.zeros(2 * len(turns))]),
-        np.concatenate([s, np.full(len(turns), -1.0), np.ones(len(turns))]),
+        q[looked_at],
+        np.concatenate([dq, np.zeros(2 * len(turns)), speeds]),
+        np.concatenate([s, np.full(len(turns), -1.0), np.ones(len(turns)), np.sign(speeds)]),
         parameters,
-        np.concatenate([force, force[turns], force[turns]]),
-        [np.concatenate([v, v[turns], v[turns]]) for v in signals],
+        force[looked_at],
+        [v[looked_at] for v in signals],
     )
     waves = _wave_numbers(axis, q, parameters, signals)
     passing = np.zeros(len(rates))
     if waves is not None:
         passing[: len(q)] = waves * np.abs(dq)
-    return np.concatenate([samples, turns, turns]), rates, passing
+    return looked_at, rates, passing
+
+
+def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
+    """Velocities that are passed within a sample, and its row: each the half of the last, (n,).
+
+    So a peak of friction about rest is seen that no sample meets.
+    """
+    here, there = np.abs(dq[:-1]), np.abs(dq[1:])
+    least = np.where(dq[:-1] * dq[1:] > 0, np.minimum(here, there), 0.0)
+    rows = np.flatnonzero(np.maximum(here, there) > 2 * least)
+    ladder = np.stack([dq[rows], dq[rows + 1]])[:, None] * _HALVED
+    passed = np.abs(ladder) > least[rows]
+    return np.broadcast_to(rows, ladder.shape)[passed], ladder[passed]
 
 
 def _wave_numbers(

@@ -296,7 +296,7 @@ static inline void switching(
     by_velocity_out[3] = 0.0;
 }
 
-/* How fast the motion may change in one mode, 1/s. 98 operations. */
+/* How fast the motion may change in one mode, 1/s. 105 operations. */
 static inline void plant_rate(
     double q_,
     double dq_,
@@ -332,19 +332,21 @@ static inline void plant_rate(
     const double _11 = select(_10, 0.0, q_ - 0.01);
     const double _12 = 2000000.0 * select(_9, 0.0, 1.0 + _4);
     const double _13 = fabs(dq_);
-    const double _14 = Fs_ * direction_;
-    const double _15 = _14 * exp(-(20.0 * _13));
-    const double _16 = 1.0 / m_;
-    const double _17 = (tau_ + _8 * _7 - F0_ - _0 - _1 - _2 - _3 - _12 * _11 - _15) * _16;
-    const double _18 = dq_ + 1e-06;
-    const double _19 = 2.0 * _18;
-    const double _20 = tau_ + 2000000.0 * select(_5, 0.0, 1.0 - _19) * _7 - F0_ - _0 - Fv_ * _18 - _2 - _3;
-    const double _21 = _20 - 2000000.0 * select(_9, 0.0, 1.0 + _19) * _11 - _14 * exp(-(20.0 * fabs(_18)));
-    const double _22 = 1.0 / 1e-06;
-    const double _23 = q_ + 1e-06;
-    const double _24 = tau_ + _8 * select(_6, 0.0, -(0.01 + _23)) - F0_ - _0 - _1 - k1_ * _23 - k3_ * (_23 * _23 * _23);
-    const double _25 = maximum(fabs((_21 * _16 - _17) * _22), sqrt(fabs(((_24 - _12 * select(_10, 0.0, _23 - 0.01) - _15) * _16 - _17) * _22)));
-    plant_rate_out[0] = maximum(_25, 0.1 * (_13 * 0.0));
+    const double _14 = 20.0 * _13;
+    const double _15 = Fs_ * direction_;
+    const double _16 = _15 * exp(-_14);
+    const double _17 = 1.0 / m_;
+    const double _18 = (tau_ + _8 * _7 - F0_ - _0 - _1 - _2 - _3 - _12 * _11 - _16) * _17;
+    const double _19 = dq_ + 1e-06;
+    const double _20 = 2.0 * _19;
+    const double _21 = tau_ + 2000000.0 * select(_5, 0.0, 1.0 - _20) * _7 - F0_ - _0 - Fv_ * _19 - _2 - _3;
+    const double _22 = _21 - 2000000.0 * select(_9, 0.0, 1.0 + _20) * _11 - _15 * exp(-(20.0 * fabs(_19)));
+    const double _23 = 1.0 / 1e-06;
+    const double _24 = q_ + 1e-06;
+    const double _25 = tau_ + _8 * select(_6, 0.0, -(0.01 + _24)) - F0_ - _0 - _1 - k1_ * _24 - k3_ * (_24 * _24 * _24);
+    const double _26 = maximum(fabs((_22 * _17 - _18) * _23), sqrt(fabs(((_25 - _12 * select(_10, 0.0, _24 - 0.01) - _16) * _17 - _18) * _23)));
+    const double _27 = maximum(maximum(_26, 0.1 * (fabs(_18) * (20.0 * (1.0 / (1.0 + _14))))), 0.1 * (_13 * 0.0));
+    plant_rate_out[0] = _27;
 }
 
 /* One sample: measure, control, move for `step` seconds in one friction mode. 185 operations. */

@@ -20,7 +20,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, cascade_pd, gain
-from axisid.elements import viscous
+from axisid.elements import coulomb, end_stop, stribeck, viscous
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation import most_substeps
 from axisid.estimation.simulation.steps import inertia_and_hold, substeps_at_start
@@ -260,6 +260,24 @@ def test_axis_without_inertia_is_told_of_its_inertia_and_not_of_a_force() -> Non
     axis = loaded(C * sympy.log(ANGLE))
     with refuses("no-inertia", says=r"'loaded' has no positive inertia with J = 0 kg"):
         simulate(axis, [0.0, 3.0], 2.0 + REST, PERIOD)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("period", [1e-3, 5e-3])
+@pytest.mark.parametrize("velocity", [3e-3, 3e-4])
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_stribeck_peak_within_one_sample_is_resolved(
+    period: float, velocity: float, stops: bool
+) -> None:
+    fs, fc = Parameter("Fs", "N", nominal=5.0), Parameter("Fc", "N", nominal=7.5)
+    terms = [coulomb(fc, q), stribeck(fs, q, velocity=velocity)]
+    terms += [end_stop(q, lower=-1.0, upper=1.0, stiffness=1e6)] * stops
+    law = cascade_pd(kp=20.0, kv=60.0, period=period)
+    axis = build(body(*terms, parameters=(fc, fs), name="peaked", control=law))
+    reference = 0.05 * np.sin(2 * np.pi * 4 * period * np.arange(int(1 / period)))
+    chosen = simulate(axis, axis.nominal, reference, period).position
+    exact = simulate(axis, axis.nominal, reference, period, substeps=1024).position
+    assert np.abs(chosen - exact).max() < 2e-8 * np.ptp(exact)
 
 
 def wavy(term: sympy.Expr, *beside: sympy.Expr) -> GeneratedAxis:
