@@ -70,6 +70,8 @@ class GeneratedAxis:
         from it.
     uniform : bool
         Whether the plant, and a continuous law, have the same damping and stiffness everywhere.
+    evenly_damped : bool
+        Whether the plant has the same damping at every velocity.
     has_direction : bool
         Whether the force depends on the direction of motion, as friction does.
     nonlinear : tuple of bool
@@ -92,6 +94,7 @@ class GeneratedAxis:
     parameters: tuple[Quantity, ...]
     ddm_parameters: tuple[Quantity, ...] | Missing
     uniform: bool
+    evenly_damped: bool
     has_direction: bool
     nonlinear: tuple[bool, ...]
     unidentifiable: tuple[str, ...]
@@ -326,6 +329,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         ddm_parameters=_ddm_parameters(model),
         uniform=_is_uniform(model),
+        evenly_damped=not _damping(model).has(axis.coordinate.velocity),
         has_direction=any(
             c.has(DIRECTION)
             for c in (*model.idm.columns, model.idm.intercept, model.axis.drive.force)
@@ -350,6 +354,10 @@ def _lacking(law: ControlLaw | None) -> str:
 def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
     """Build a pickled declaration, once in a process: every task of a worker brings it along."""
     return build(pickle.loads(declared), native=native)  # noqa: S301
+
+
+def _damping(model: AxisModel) -> sympy.Expr:
+    return model.acceleration.diff(model.axis.coordinate.velocity)
 
 
 def _is_uniform(model: AxisModel) -> bool:

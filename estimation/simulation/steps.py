@@ -331,7 +331,7 @@ def _demands(
     if axis.states:
         return samples, _rates_with_states(axis, parameters, visited), np.zeros(len(q))
     turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
-    rows, speeds = _between(dq)
+    rows, speeds = (turns[:0], dq[:0]) if axis.evenly_damped else _between(dq)
     s = np.where(visited["direction"] < 0, -1.0, 1.0)
     looked_at = np.concatenate([samples, turns, turns, rows])
     rates = _probed(
