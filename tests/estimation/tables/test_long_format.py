@@ -1,5 +1,6 @@
 """Long tables, in which each row is one value of one signal, are made wide; no others."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,33 @@ def test_rows_of_one_time_become_columns(tmp_path: Path) -> None:
         assert np.array_equal(record.position, POSITION)
         assert np.array_equal(np.asarray(record.control), CONTROL)
         assert "made 2 columns by their names" in " ".join(record.provenance.assumed)
+
+
+@pytest.mark.parametrize("ending", ["csv", "jsonl"])
+def test_times_may_be_stamps(tmp_path: Path, ending: str) -> None:
+    file = tmp_path / f"long.{ending}"
+    rows = [
+        (f"2026-02-01T12:00:00.{round(1e3 * t):03d}Z", name, value)
+        for t, x, u in zip(TIME, POSITION, CONTROL, strict=True)
+        for name, value in (("position", x), ("control", u))
+    ]
+    if ending == "csv":
+        written(file, "timestamp,signal,value", [f"{t},{n},{v:.17g}" for t, n, v in rows])
+    else:
+        keys = ("timestamp", "signal", "value")
+        file.write_text("\n".join(json.dumps(dict(zip(keys, row, strict=True))) for row in rows))
+    record = read_record(file)
+    assert record.time == pytest.approx(TIME, abs=1e-9)
+    assert record.position == pytest.approx(POSITION, abs=1e-15)
+    assert np.asarray(record.control) == pytest.approx(CONTROL, abs=1e-15)
+
+
+def test_lines_of_a_preamble_with_stamps_are_no_rows(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    above = "started;2026-02-01 12:00:00\nended;2026-02-01 12:00:01\ntime;position\n"
+    rows = [f"{t:.3f};{x:.9f}" for t, x in zip(TIME, POSITION, strict=True)]
+    file.write_text(above + "\n".join(rows))
+    assert list(read_table(file).columns) == ["time", "position"]
 
 
 def test_signals_keep_their_units_and_clocks(tmp_path: Path) -> None:
