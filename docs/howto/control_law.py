@@ -128,7 +128,8 @@ print(check.note)
 #
 # Where the manual is silent, a log tells. `axisid law AXIS LOG`, or `find_law`, starts each form of the ready laws by a
 # regression at delays of 0 to 4 samples, finds its gains by runs along half of the rows, in blocks, and ranks them by
-# what they leave of the other half. Of laws that leave as little, the one with the fewest gains comes first:
+# what they leave of the other half. Of laws that leave as little, the one with the fewest gains comes first; a law is
+# told once, and not again with more gains or an anti-windup that explain nothing more:
 
 # %%
 drive = replace(

@@ -311,19 +311,28 @@ def _wound(
     rows: _Rows,
     ticks: LawTicks,
 ) -> list[ExplainedLaw]:
-    """The same with each anti-windup, where the drive was at its limit; of each the best end."""
+    """The same with each anti-windup, where the drive was at its limit; of each the best start."""
     found = []
     for how in ANTI_WINDUP[1:] if _limited(form, rows) else ():
         wound = form.wound(how)
-        laws = (
+        laws = [
             wound.made(gains, record.period, law.delay)
             for law in starts
             for gains in wound.wound_gains(law.gains)
-        )
-        ends = (_fitted(wound, law, axis, record, rows, ticks) for law in laws)
-        explained = [end for end in ends if end is not None]
-        found += sorted(explained, key=lambda end: end.fitted_percent)[:1]
+        ]
+        start = min(laws, key=lambda law: _left(law, axis, record, rows, ticks))
+        end = _fitted(wound, start, axis, record, rows, ticks)
+        found += [end] if end is not None else []
     return found
+
+
+def _left(
+    law: ControlLaw, axis: GeneratedAxis, record: Record, rows: _Rows, ticks: LawTicks
+) -> float:
+    """What a law leaves of the rows as it is; infinite where it runs away along them."""
+    along, smooth = LawAlong.of(axis, law, ticks, record), compared_as(law, record)
+    left = float(np.linalg.norm(smooth(along.control - along.output(along.declared))[rows.used]))
+    return left if np.isfinite(left) else np.inf
 
 
 def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> LawSearch:
@@ -337,11 +346,12 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
     explained = least < MAX_LAW_RESIDUAL.value
     if not explained:
         least = min(each.held_out_percent for each in found)
-    most = max(MAX_AS_WELL.value * least, NEGLIGIBLE_LEFT.value)
+    most = _as_well(least)
 
     def is_first(each: ExplainedLaw) -> bool:
         return each.held_out_percent <= most and not (explained and each.law.takes_velocity)
 
+    found = [each for each in found if not any(_says_no_more(each, than) for than in found)]
     first = sorted(
         filter(is_first, found),
         key=lambda each: (len(each.law.gains), len(each.words), each.held_out_percent),
@@ -357,3 +367,24 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
         explained=first[0].held_out_percent < MAX_LAW_RESIDUAL.value,
         as_well=len(first),
     )
+
+
+def _says_no_more(law: ExplainedLaw, than: ExplainedLaw) -> bool:
+    """Whether a law is another one with more gains or words, which explain nothing more."""
+
+    def size(each: ExplainedLaw) -> tuple[int, int]:
+        return len(each.law.gains), len(each.words)
+
+    (gains, words), (fewer_gains, fewer_words) = size(law), size(than)
+    return (
+        law.function == than.function
+        and fewer_gains <= gains
+        and fewer_words <= words
+        and (fewer_gains, fewer_words) != (gains, words)
+        and than.held_out_percent <= _as_well(law.held_out_percent)
+    )
+
+
+def _as_well(least: float) -> float:
+    """Up to what a law leaves as little as one that leaves this."""
+    return max(MAX_AS_WELL.value * least, NEGLIGIBLE_LEFT.value)

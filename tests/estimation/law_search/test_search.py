@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -165,6 +166,17 @@ def test_the_declaration_of_a_law_can_be_read_again(tmp_path: Path) -> None:
     assert law is not None
     assert law.output == best.law.output
     assert law.gains == pytest.approx(best.law.gains, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_a_law_is_told_once_where_more_gains_and_words_explain_nothing_more() -> None:
+    axis = build(load_axis("emps2015"))
+    told = find_law(axis, twin_record(axis)).laws
+    assert told[0].function == "cascade_pd"
+    for law, other in permutations(told, 2):
+        if law.function == other.function and {*law.words} < {*other.words}:
+            fewer_gains = len(law.law.gains) <= len(other.law.gains)
+            assert not fewer_gains or law.held_out_percent > other.held_out_percent
 
 
 @pytest.mark.slow
