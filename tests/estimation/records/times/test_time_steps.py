@@ -141,6 +141,7 @@ def test_columns_of_clocks_of_their_own_are_not_cut_together() -> None:
     from axisid.estimation.records.columns.roles import RoleColumns
     from axisid.estimation.records.reading import _record
     from axisid.estimation.tables.table import Table, loaded_column
+    from axisid.support.files.memory import room_for
 
     columns = {
         "position": loaded_column(np.sin(TIME), clock=stepped(-0.5)),
@@ -150,7 +151,7 @@ def test_columns_of_clocks_of_their_own_are_not_cut_together() -> None:
     chosen = RoleColumns(table, None, {})
     asked = Repairs(gaps="split", resample="auto")
     with refuses("backward-time", says="have clocks of their own: cut the file there"):
-        _record(table, chosen, None, None, asked)
+        _record(table, chosen, None, None, asked, (), room_for("log", None))
 
 
 def test_empty_cells_in_a_row_are_a_gap_and_single_ones_are_not() -> None:
