@@ -183,7 +183,7 @@ class Judged:
         Nor would the scale of the recorded control, from which the law does not tell factors.
         """
         law = self.law
-        if not isinstance(law, LawCheck) or self.law_move is None:
+        if not isinstance(law, LawCheck) or not isinstance(self.law_move, tuple):
             return False
         most = np.maximum(NOTICEABLE_BIAS.value * np.abs(self.physical), self.deviations)
         near = (np.abs(self.law_move[0]) <= most) | self.basis.of_start
