@@ -12,6 +12,7 @@ from .search import found_on as found_on
 from .search import lacking as lacking
 from .sentences import change_sentence as change_sentence
 from .sentences import is_named as is_named
+from .sentences import of_force as of_force
 from .sentences import term_sentence as term_sentence
 from .signals_apart import SignalApart as SignalApart
 from .signals_apart import signals_apart as signals_apart

@@ -17,7 +17,13 @@ def term_sentence(lack: Lack, axis: Axis) -> str:
     what, advice = said_of(term, lack.at, axis, size)
     unit = term.unit.format(force=q.force_unit, unit=q.unit)
     amount = f", {size:+.3g} +- {deviation:.1g} {unit}" if unit else ""
-    return f"{what}{amount}: {advice} ({100 * lack.share:.2g} % of the force is this)"
+    return f"{what}{amount}: {advice} ({of_force(lack.share)})"
+
+
+def of_force(share: float) -> str:
+    """How much of the force something makes; a share beyond all of it says no more than that."""
+    beyond = share > 1
+    return "this is more than the force" if beyond else f"{100 * share:.2g} % of the force is this"
 
 
 def change_sentence(lack: Lack, unit: str) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.lacking import Lack, SignalApart, is_named
+from axisid.estimation.lacking import Lack, SignalApart, is_named, of_force
 from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.tables import label_unit
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
@@ -41,7 +41,7 @@ def signals_check(
     if wrong is None:
         told = "; ".join(_right(each) for each in found)
         return _check(found, None, meaning=f"the signals are in time with their forces: {told}")
-    share = f" ({100 * wrong.share:.2g} % of the force is this)"
+    share = f" ({of_force(wrong.share)})"
     others = () if isinstance(lacking, Missing) else [lack for lack in lacking if is_named(lack)]
     if any(lack.explained > wrong.explained for lack in others):
         meaning = f"{_said(wrong, record)}, unless the missing term makes it{share}"

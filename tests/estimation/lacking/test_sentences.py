@@ -111,6 +111,16 @@ def test_the_element_that_a_missing_term_names_is_declared(
     assert _declared_alike(tmp_path, q, sentence, unit) == 1
 
 
+def test_no_share_beyond_all_of_the_force_is_shown() -> None:
+    lack = _lack(OF_KIND["resonance"])
+    sentences = [
+        term_sentence(replace(lack, at=31.0, share=share), load_axis("emps2015"))
+        for share in (0.25, 3.3)
+    ]
+    assert "(25 % of the force is this)" in sentences[0]
+    assert "330" not in sentences[1]
+
+
 def test_a_resonance_is_told_with_its_frequency_and_what_a_rigid_axis_holds_for() -> None:
     lack = replace(_lack(OF_KIND["resonance"]), at=31.0)
     sentence = term_sentence(lack, load_axis("emps2015"))
