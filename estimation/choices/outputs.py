@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from axisid.support.remedy import Setting
+
 CONTROL, POSITION, FORCE, OPEN_LOOP = "control", "position", "force", "open-loop"
 #: In the order of help, first the one by default.
 OUTPUTS: Mapping[str, str] = MappingProxyType(
@@ -13,6 +15,9 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
         OPEN_LOOP: "the position under the recorded control, in windows",
     }
 )
+
+#: How it is asked for.
+OPEN_LOOP_FIT = Setting("fit --output", OPEN_LOOP)
 
 #: What the name of a fit begins with among other methods.
 FIT = "fit:"

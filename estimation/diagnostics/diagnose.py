@@ -315,7 +315,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="instrument strength", check=_strength, rank=12),
         Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
         Diagnostic(name="coarse positions", check=_coarse_positions, rank=9),
-        Diagnostic(name="inverse against direct", check=_forms, rank=9),
+        Diagnostic(name="inverse against direct", check=_forms, rank=5, grave=True),
         Diagnostic(name="second opinion", check=_second_opinion, rank=8),
         Diagnostic(name="excitation", check=_excitation, rank=11),
         Diagnostic(name="precision", check=_precision, rank=13),

@@ -12,6 +12,7 @@ from axisid.estimation.choices.outputs import (
     FIT_STARTS,
     LOSSES,
     OPEN_LOOP,
+    OPEN_LOOP_FIT,
     OUTPUTS,
     RESTS,
     SQUARES,
@@ -54,7 +55,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.remedy import Note, Remedy
 from axisid.support.user_values import is_among, quoted
 
 from .assembly import assembled
@@ -572,7 +573,7 @@ def _horizon(given: object, outputs: Sequence[str]) -> float | None:
         raise UsageError(
             f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; leave "
             "it out, or follow ",
-            Remedy.of(Setting("output", OPEN_LOOP), "."),
+            Remedy.of(OPEN_LOOP_FIT, "."),
             code="fit-horizon-unused",
         )
     return float(given)

@@ -39,8 +39,6 @@ from .starting import Start
 class Didim(Instruments):
     """Output error of the force, by the simulated loop's own rows."""
 
-    needs = "DIDIM simulates the loop"
-
     def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
         """See `Instruments.iteration`."""
         return _ByOutputError(self.name, form, start, problem, self.loss)

@@ -9,7 +9,7 @@ import numpy as np
 
 from axisid.estimation.choices.methods import NOMINAL_START
 from axisid.estimation.estimates import Iterate
-from axisid.estimation.problems import ByInstruments, Problem, Solver, adding
+from axisid.estimation.problems import ByInstruments, Problem, Solver
 from axisid.estimation.regression import (
     Columns,
     Equations,
@@ -74,13 +74,10 @@ class IterationState:
 class Instruments(Method):
     """Instrumental variables from the simulated loop."""
 
-    needs = "Instruments need it"
-
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`."""
         form = problem.form(self.form)
-        with adding(lambda: f"{self.needs}; idm-ls and ddm-ls do without."):
-            problem.check_loop()
+        problem.check_loop()
         check_loss(self.loss, form)
         form, start = start_of(problem, form, self.start)
         if start.named == NOMINAL_START or not form.is_linear:

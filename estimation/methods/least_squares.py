@@ -32,15 +32,15 @@ class LeastSquares(Method):
         try:
             loops, intercept, right = problem.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
+            by_estimate = isinstance(error, EstimationError)
+            said = Note.of("no simulation error, since ", error.note)
             return Fit(
                 form=form,
                 measured=measured,
                 solution=solution,
                 solver=solver,
-                simulated=NotSimulated(
-                    error.problem, error.remedy, by_estimate=isinstance(error, EstimationError)
-                ),
-                remarks=(Note.of("no simulation error, since ", error.note),),
+                simulated=NotSimulated(error.problem, error.remedy, by_estimate=by_estimate),
+                remarks=(said,) if by_estimate else (),  # what no method has, the verdict tells
             )
         simulated: Array = right @ solution.theta + intercept
         return Fit(

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.choices.outputs import OPEN_LOOP_FIT
 from axisid.estimation.loops import loop_starts, two_clocks
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.signals import FilteredRecord, recorded_signals
@@ -16,7 +17,7 @@ from axisid.estimation.simulation import (
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError
+from axisid.support.errors import AxisidError, DataError, ModelError
 from axisid.support.remedy import Remedy, Setting
 
 from .forms import Equations, Form
@@ -24,6 +25,34 @@ from .forms import Equations, Form
 
 class LoopDataError(DataError):
     """The record does not serve to simulate the loop."""
+
+
+_WITHOUT = Remedy.of(
+    " Least squares does without, and so does a fit of the position under the recorded control: ",
+    OPEN_LOOP_FIT,
+    ".",
+)
+
+
+def lacking_loop(axis: GeneratedAxis, record: Record) -> AxisidError | None:
+    """Why there is no closed loop to simulate: the axis has no law, or the record no reference."""
+    if axis.axis.control is None:
+        return _no_law(axis)
+    return _no_reference(record) if record.commanded is None else None
+
+
+def _no_law(axis: GeneratedAxis) -> ModelError:
+    error = no_control_law(axis.axis.name)
+    return ModelError(error.problem, Remedy.of(error.remedy, _WITHOUT), code=error.code)
+
+
+def _no_reference(record: Record) -> LoopDataError:
+    return LoopDataError(
+        f"{record.provenance.source} has no reference column, from which the closed loop "
+        "is simulated; ",
+        Remedy.of("name it with ", Setting("columns", "reference=NAME"), ".", _WITHOUT),
+        code="no-reference",
+    )
 
 
 def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
@@ -40,14 +69,9 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     """
     law = axis.axis.control
     if law is None:
-        raise no_control_law(axis.axis.name)
+        raise _no_law(axis)
     if record.commanded is None:
-        raise LoopDataError(
-            f"{record.provenance.source} has no reference column, from which the closed loop "
-            "is simulated; ",
-            Remedy.of("name it with ", Setting("columns", "reference=NAME"), "."),
-            code="no-reference",
-        )
+        raise _no_reference(record)
     ratio = law_ratio(law, record.period, clock_of(record))
     if ratio is None:
         raise _other_period(axis, law, record)

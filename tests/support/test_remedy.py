@@ -22,12 +22,13 @@ UNNAMED = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 def test_setting_is_an_option_of_a_command(name: str) -> None:
     options = {
         option
-        for command in cli.commands.values()
+        for name, command in cli.commands.items()
         for parameter in command.params
         if isinstance(parameter, click.Option)
-        for option in parameter.opts
+        for each in parameter.opts
+        for option in (each, f"{name} {each}")
     }
-    assert f"--{name}" in options
+    assert (name if " " in name else f"--{name}") in options
 
 
 @pytest.mark.parametrize("name", ARGUMENTS)
@@ -74,6 +75,11 @@ def test_repairs_are_an_argument_of_read_record() -> None:
         ((Setting("draws", "50"),), "--draws 50", "summary(draws=50)"),
         ((Setting("stream"),), "--stream", "identify_stream"),
         ((Setting("axis"),), "--axis", "axis=..."),
+        (
+            (Setting("fit --output", "open-loop"),),
+            "axisid fit --output open-loop",
+            'fit(axis, record, "open-loop")',
+        ),
         ((Setting("json"),), "--json", "to_dict() as JSON"),
         (
             (Setting("stream", given=False),),

@@ -26,6 +26,7 @@ from axisid.modeling.declaration import known_text
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
+from .forms_apart import TOLD_BY_OPEN_LOOP
 from .instruments import Endogeneity, biased_parameters
 
 _DRAWN = Remedy.of("take intervals from draws (", Setting("draws", "10000"), ")")
@@ -138,30 +139,32 @@ def forms_check(found: Attenuation | Missing, *, by_instruments: bool) -> Check 
         return found
     same = found.identity_error <= MAX_IDENTITY_ERROR.value
     near = found.shift <= MAX_UNSEEN_BIAS.value or by_instruments
-    far = found.parted > NOTICEABLE_BIAS.value
+    wide = found.parted > NOTICEABLE_BIAS.value
+    far = wide and found.shift > MAX_BIAS_DISTANCE.value and not by_instruments
     return Check(
         name="inverse against direct",
-        status=passed(same and (near and not far), matters=not same or (far and not near)),
+        status=passed(same and (near and not wide), matters=not same or far),
         figure=100 * found.parted if same else found.identity_error,
         threshold=100 * NOTICEABLE_BIAS.value if same else MAX_IDENTITY_ERROR.value,
         source="1 - r^2 in percent, r^2 the squared partial correlation of force and acceleration, "
         "which inertias of ddm-ls and idm-ls have as their quotient on one set of rows; without "
         "instruments a note where the two are more than half a deviation apart, and a failure from "
-        "10 % on",
-        meaning=_forms_said(found, near=near, far=far, by_instruments=by_instruments)
+        "10 % and three deviations on",
+        meaning=_forms_said(found, near=near, wide=wide, by_instruments=by_instruments)
         if same
         else "least squares of the two forms contradicts the correlation of its own rows, which "
         "no data can do: an internal fault, please report it",
+        remedy=TOLD_BY_OPEN_LOOP if same and far else None,
     )
 
 
-def _forms_said(found: Attenuation, *, near: bool, far: bool, by_instruments: bool) -> str:
+def _forms_said(found: Attenuation, *, near: bool, wide: bool, by_instruments: bool) -> str:
     name = found.parameter
     apart = (
         f"{name} is {found.inverse:.5g} by idm-ls and {found.direct:.5g} by ddm-ls "
         f"(r^2 = {found.r_squared:.5f})"
     )
-    if by_instruments and far:
+    if by_instruments and wide:
         return f"{apart}: noise parts the two; believe the instruments"
     if near:
         return f"{apart}: noise parts the two by {100 * found.parted:.2g} %"

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.checks import Check, passed
+from axisid.estimation.choices.outputs import OPEN_LOOP_FIT
 from axisid.estimation.estimates import Estimate, alike_corrected
 from axisid.estimation.thresholds.diagnostics import (
     MAX_BIAS_DISTANCE,
@@ -17,6 +18,14 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_UNSEEN_BIAS,
     NEGLIGIBLE_BIAS,
     NOTICEABLE_BIAS,
+)
+from axisid.support.remedy import Remedy
+
+#: What tells which of the two forms is off, or that both are, where no instruments do.
+TOLD_BY_OPEN_LOOP = Remedy.of(
+    "; take a fit of the position under the recorded control, which no noise of a derivative "
+    "moves: ",
+    OPEN_LOOP_FIT,
 )
 
 
@@ -58,9 +67,10 @@ def forms_apart_check(inverse: Estimate, direct: Estimate, *, by_instruments: bo
     pairs = _pairs(inverse, direct)
     far = [pair for pair in pairs if pair.is_far]
     apart = far or [pair for pair in pairs if pair.differs]
+    fails = bool(far) and not by_instruments
     return Check(
         name="inverse against direct",
-        status=passed(not apart, matters=bool(far) and not by_instruments),
+        status=passed(not apart, matters=fails),
         figure=100 * max(pair.share for pair in pairs) if pairs else None,
         threshold=100 * NOTICEABLE_BIAS.value,
         source="largest difference of a parameter by idm-ls and ddm-ls in percent of the larger "
@@ -69,6 +79,7 @@ def forms_apart_check(inverse: Estimate, direct: Estimate, *, by_instruments: bo
         meaning=", ".join(pair.text() for pair in apart) + _why(by_instruments=by_instruments)
         if apart
         else "least squares of the two forms agrees",
+        remedy=TOLD_BY_OPEN_LOOP if fails else None,
     )
 
 

@@ -17,6 +17,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.loops import hides_command
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
+from axisid.estimation.regression import lacking_loop
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.diagnostics import (
     COMPARISON_CUTOFF,
@@ -137,9 +138,9 @@ def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
 
 def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     """Check an axis's control law against a record; or say why it cannot be checked."""
-    law = axis.axis.control
-    if law is None:
-        return Missing("the axis declares no control law")
+    law, lacking = axis.axis.control, lacking_loop(axis, record)
+    if law is None and lacking is not None:
+        return Missing.of(lacking.note)
     incomparable = _incomparable(axis, law, record)
     if incomparable is not None:
         return incomparable
@@ -423,9 +424,11 @@ def _incomparable(
     apart = other_period(law, record.period, clock)
     if apart is not None and not apart.confirmed:
         return _other_clock(apart.note)
-    if record.reference is None or record.control is None:
+    lacking = lacking_loop(axis, record)
+    if lacking is not None or record.control is None:
         clocks = f"{apart.note.text}; " if apart is not None else ""
-        return Missing(f"{clocks}the record has no reference or no control")
+        why = "the record has no control" if lacking is None else lacking.note
+        return Missing.of(Note.of(clocks, why))
     if record.added_control is not None and hides_command(axis):
         return Missing(
             "what was added to the control is in the record only as the drive passes on both: its "

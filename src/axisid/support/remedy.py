@@ -21,7 +21,8 @@ class Setting:
     Attributes
     ----------
     name : str
-        Of `ARGUMENTS`: that of the option, without its dashes.
+        Of `ARGUMENTS`: that of the option, without its dashes; behind that of its command and
+        dashes, ``fit --output``, where it is of another command than the one that runs.
     value : str
         As the command line takes it, or a placeholder such as ``NAME``; empty for a switch, and
         where the value is left to the user.
@@ -69,7 +70,8 @@ def as_options(settings: Sequence[Setting]) -> str:
 
 
 def _option(setting: Setting) -> str:
-    option = f"--{setting.name} {setting.value}".rstrip()
+    named = f"axisid {setting.name}" if " " in setting.name else f"--{setting.name}"
+    option = f"{named} {setting.value}".rstrip()
     return option if setting.given else f"leave {option} out"
 
 
@@ -203,6 +205,12 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "loss": Argument(of="identify", name="loss", written=_text("loss")),
         "bounded": Argument(of="identify", name="bounded", written=lambda _: "bounded=True"),
         "horizon": Argument(of="fit", name="horizon", written=_number("horizon")),
+        "fit --output": Argument(
+            of="fit",
+            name="output",
+            call="fit(axis, record, {})",
+            written=lambda values: _quoted(values[-1]),
+        ),
         "free": Argument(of="fit", name="free", written=_text("free")),
         "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
         "leave-out": Argument(of="leave_out", call="leave_out(axis, {})", written=_each_quoted),

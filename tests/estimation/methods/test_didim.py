@@ -345,10 +345,10 @@ def test_another_load_on_the_second_record_is_named(
 def test_without_reference_or_law_it_says_what_it_needs(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    with refuses("no-reference", says="DIDIM simulates the loop"):
+    with refuses("no-reference", says="from which the closed loop is simulated"):
         identify(emps2015, replace(twin, reference=None), methods="didim")
     lawless = build(replace(emps2015.axis, control=None))
-    with refuses("no-control-law", says="DIDIM simulates the loop"):
+    with refuses("no-control-law", says="its closed loop cannot be simulated"):
         identify(lawless, twin, methods="didim")
 
 

@@ -8,9 +8,11 @@ import pytest
 from axisid import Record, identify, load_axis
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.diagnostics.estimates import forms_check
 from axisid.estimation.noise import Attenuation
 from axisid.support.missing import Missing
+from axisid.support.remedy import as_options
 
 
 def test_quotient_of_the_inertias_is_r_squared_of_a_regression_by_others(
@@ -62,12 +64,17 @@ def test_what_contradicts_its_own_rows_is_an_internal_fault() -> None:
     assert "internal fault" in check.meaning
 
 
-def test_forms_far_apart_fail_where_no_instruments_tell() -> None:
+def test_forms_far_apart_are_not_believed_and_lead_to_a_fit_of_the_open_loop() -> None:
     apart = {"inverse": 6.0, "direct": 100.0, "r_squared": 0.06, "shift": 50.0}
     assert _judged(by_instruments=False, **apart).status == "fail"
     assert (
         "without instruments nothing tells which" in _judged(by_instruments=False, **apart).meaning
     )
+    failing = _judged(by_instruments=False, **apart)
+    assert conclusion([failing]).startswith("Do not believe")
+    assert "axisid fit --output open-loop" in failing.note.worded(as_options)
     assert _judged(by_instruments=True, **apart).status == "note"
+    assert "fit(" not in str(_judged(by_instruments=True, **apart).note)
     assert _judged(by_instruments=False, shift=2.0).status == "note"
+    assert _judged(by_instruments=False, **{**apart, "shift": 2.0}).status == "note"
     assert _judged(by_instruments=False).status == "pass"

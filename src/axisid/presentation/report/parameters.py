@@ -223,7 +223,7 @@ def _notes(result: Identification, wording: Wording) -> str:
         notes.append("The dotted lines are the true values of the simulated record.")
     notes += moves_notes(result.diagnosis)
     notes += shared_remarks(list(result.estimates.values()), wording)
-    notes += missing_notes({**result.skipped, **result.failed}, wording)
+    notes += missing_notes({**result.skipped, **result.failed}, wording, result.diagnosis.verdict)
     return _note_lines(notes)
 
 

@@ -27,7 +27,7 @@ from axisid.presentation.blocks import (
 from axisid.presentation.formulas import decimals
 from axisid.support.number_text import range_text
 from axisid.support.real_numbers import is_nothing
-from axisid.support.remedy import Note, Wording, as_arguments, worded
+from axisid.support.remedy import Note, Wording, as_arguments, as_options, worded
 
 from .details import checks_table, details_document
 from .estimate import iterations, places, quantity
@@ -74,7 +74,7 @@ def identification_document(
         *moves_notes(diagnosis),
         *several_notes(result),
         made,
-        *missing_notes(missing, wording),
+        *missing_notes(missing, wording, diagnosis.verdict),
     ]
     return (
         _heading(result, wording),
@@ -349,14 +349,23 @@ def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
         for check in ordered
         if check.status == status
     ]
-    skipped: dict[str, list[str]] = {}
-    for check in checks:
-        if check.status == "not evaluated":
-            skipped.setdefault(check.note.worded(wording), []).append(check.name)
-    judged += [CheckGroup("not evaluated", tuple(names), why) for why, names in skipped.items()]
+    skipped = unmade(checks)
+    judged += [
+        CheckGroup("not evaluated", tuple(names), why.worded(wording))
+        for why, names in skipped.items()
+    ]
     passed = tuple(check.name for check in checks if check.status == "pass")
     judged += [CheckGroup("pass", passed)] if passed else []
     return Checks(judged=tuple(judged), conclusion=conclusion(checks))
+
+
+def unmade(checks: Sequence[Check]) -> dict[Note, list[str]]:
+    """Checks that could not be made, by the one cause that they have."""
+    found: dict[Note, list[str]] = {}
+    for check in checks:
+        if check.status == "not evaluated":
+            found.setdefault(check.note, []).append(check.name)
+    return found
 
 
 def diagnosis_blocks(diagnosis: Diagnosis, *, wording: Wording = as_arguments) -> Document:
@@ -364,11 +373,19 @@ def diagnosis_blocks(diagnosis: Diagnosis, *, wording: Wording = as_arguments) -
     return verdict_block(diagnosis.verdict, wording), checks_table(diagnosis.verdict)
 
 
-def missing_notes(missing: Mapping[str, str | Note], wording: Wording) -> list[str]:
-    """Each reason once, with the methods that are missing for it."""
+def missing_notes(
+    missing: Mapping[str, str | Note], wording: Wording, checks: Sequence[Check] = ()
+) -> list[str]:
+    """Each reason once, with the methods that are missing for it.
+
+    One that checks could not be made for stands in the verdict.
+    """
+    # A file has the reasons of methods as they are worded as options.
+    told = {each for why in unmade(checks) for each in (why, why.worded(as_options))}
     shared: dict[str, list[str]] = {}
     for method, why in missing.items():
         reason = worded(why, wording).removeprefix(f"{method}, ")
+        reason = "see the verdict" if why in told else reason
         shared.setdefault(reason, []).append(method)
     return [f"without {', '.join(of)}: {_sentence(reason)}" for reason, of in shared.items()]
 
