@@ -17,7 +17,7 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
 )
 
 #: How it is asked for.
-OPEN_LOOP_FIT = Setting("fit --output", OPEN_LOOP)
+OPEN_LOOP_FIT = Setting("fit output", OPEN_LOOP)
 
 #: What the name of a fit begins with among other methods.
 FIT = "fit:"

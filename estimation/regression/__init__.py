@@ -54,6 +54,7 @@ from .residual_tests import ResidualTests as ResidualTests
 from .residual_tests import excess_kurtosis as excess_kurtosis
 from .residual_tests import residual_tests as residual_tests
 from .simulated_rows import LoopDataError as LoopDataError
+from .simulated_rows import lacking_law as lacking_law
 from .simulated_rows import lacking_loop as lacking_loop
 from .simulated_rows import loop_equations as loop_equations
 from .simulated_rows import loop_reference as loop_reference

@@ -37,11 +37,12 @@ _WITHOUT = Remedy.of(
 def lacking_loop(axis: GeneratedAxis, record: Record) -> AxisidError | None:
     """Why there is no closed loop to simulate: the axis has no law, or the record no reference."""
     if axis.axis.control is None:
-        return _no_law(axis)
+        return lacking_law(axis)
     return _no_reference(record) if record.commanded is None else None
 
 
-def _no_law(axis: GeneratedAxis) -> ModelError:
+def lacking_law(axis: GeneratedAxis) -> ModelError:
+    """The error of an axis whose records' loop cannot be simulated, with what does without."""
     error = no_control_law(axis.axis.name)
     return ModelError(error.problem, Remedy.of(error.remedy, _WITHOUT), code=error.code)
 
@@ -69,7 +70,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     """
     law = axis.axis.control
     if law is None:
-        raise _no_law(axis)
+        raise lacking_law(axis)
     if record.commanded is None:
         raise _no_reference(record)
     ratio = law_ratio(law, record.period, clock_of(record))

@@ -105,7 +105,8 @@ def test_error_speaks_in_arguments_and_to_the_command_line_in_options(
     assert error.remedy.settings
     assert "--" not in str(error)
     options = error.worded(as_options)
-    assert all(f"--{setting.name}" in options for setting in error.remedy.settings)
+    named = (setting.name.rpartition(" ")[2] for setting in error.remedy.settings)
+    assert all(f"--{name}" in options for name in named)
     assert options.endswith((".", ")"))
 
 

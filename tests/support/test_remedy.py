@@ -28,7 +28,8 @@ def test_setting_is_an_option_of_a_command(name: str) -> None:
         for each in parameter.opts
         for option in (each, f"{name} {each}")
     }
-    assert (name if " " in name else f"--{name}") in options
+    command, _, option = name.rpartition(" ")
+    assert f"{command} --{option}".strip() in options
 
 
 @pytest.mark.parametrize("name", ARGUMENTS)
@@ -76,7 +77,7 @@ def test_repairs_are_an_argument_of_read_record() -> None:
         ((Setting("stream"),), "--stream", "identify_stream"),
         ((Setting("axis"),), "--axis", "axis=..."),
         (
-            (Setting("fit --output", "open-loop"),),
+            (Setting("fit output", "open-loop"),),
             "axisid fit --output open-loop",
             'fit(axis, record, "open-loop")',
         ),

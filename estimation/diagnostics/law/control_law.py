@@ -17,7 +17,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.loops import hides_command
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
-from axisid.estimation.regression import lacking_loop
+from axisid.estimation.regression import lacking_law, lacking_loop
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.diagnostics import (
     COMPARISON_CUTOFF,
@@ -138,9 +138,9 @@ def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
 
 def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     """Check an axis's control law against a record; or say why it cannot be checked."""
-    law, lacking = axis.axis.control, lacking_loop(axis, record)
-    if law is None and lacking is not None:
-        return Missing.of(lacking.note)
+    law = axis.axis.control
+    if law is None:
+        return Missing.of(lacking_law(axis).note)
     incomparable = _incomparable(axis, law, record)
     if incomparable is not None:
         return incomparable

@@ -21,8 +21,8 @@ class Setting:
     Attributes
     ----------
     name : str
-        Of `ARGUMENTS`: that of the option, without its dashes; behind that of its command and
-        dashes, ``fit --output``, where it is of another command than the one that runs.
+        Of `ARGUMENTS`: that of the option, without its dashes; behind that of its command, as
+        ``fit output``, where another command runs.
     value : str
         As the command line takes it, or a placeholder such as ``NAME``; empty for a switch, and
         where the value is left to the user.
@@ -70,8 +70,8 @@ def as_options(settings: Sequence[Setting]) -> str:
 
 
 def _option(setting: Setting) -> str:
-    named = f"axisid {setting.name}" if " " in setting.name else f"--{setting.name}"
-    option = f"{named} {setting.value}".rstrip()
+    command, _, name = setting.name.rpartition(" ")
+    option = f"axisid {command} " * bool(command) + f"--{name} {setting.value}".rstrip()
     return option if setting.given else f"leave {option} out"
 
 
@@ -205,7 +205,7 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "loss": Argument(of="identify", name="loss", written=_text("loss")),
         "bounded": Argument(of="identify", name="bounded", written=lambda _: "bounded=True"),
         "horizon": Argument(of="fit", name="horizon", written=_number("horizon")),
-        "fit --output": Argument(
+        "fit output": Argument(
             of="fit",
             name="output",
             call="fit(axis, record, {})",

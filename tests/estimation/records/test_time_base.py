@@ -42,7 +42,8 @@ def test_other_time_fails_without_a_reference(
 @pytest.mark.parametrize("factor", [0.9996, 1.0, 1.0004])
 def test_crystals_may_differ(emps2015: GeneratedAxis, twin: Record, factor: float) -> None:
     said = in_words(check_law(emps2015, timed(twin, factor)))
-    assert said == "not evaluated: the record has no reference or no control"
+    assert said.startswith("not evaluated: ")
+    assert "has no reference column" in said
 
 
 def test_every_result_fails_by_another_time(emps2015: GeneratedAxis, twin: Record) -> None:
