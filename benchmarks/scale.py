@@ -3,7 +3,7 @@
 A fleet of short twins with three corrupt logs, of whose workers one is killed in the middle: what
 each log costs with its diagnosis, what resuming costs, and how often right and wrong machines are
 told. Then what Dask adds to a task, on a cluster of this machine, what an identification costs
-alone and among lanes, and what a log costs that is read in blocks.
+alone and among lanes, and what a long log costs.
 
     python benchmarks/scale.py                  a table
     python benchmarks/scale.py --json -         one JSON object
@@ -24,7 +24,7 @@ import numpy as np
 from figures import give, parser_of
 from fleet_logs import AXIS, write_logs
 from lanes import measure as lane_figures
-from streams import figures as stream_figures
+from long_logs import figures as long_log_figures
 
 from axisid import fleet
 from axisid.fleets import Fleet
@@ -127,13 +127,13 @@ def main() -> None:
     parser.add_argument("--cycles", type=int, default=2, help="of each log, 3 s each")
     parser.add_argument("--method", action="append", help="of each log, in place of the default")
     parser.add_argument("--jobs", type=int, default=2, help="processes of the fleet")
-    parser.add_argument("--only", choices=["fleet", "dask", "lanes", "streams"], help="one part")
+    parser.add_argument("--only", choices=["fleet", "dask", "lanes", "long"], help="one part")
     given = parser.parse_args()
     parts: Mapping[str, Callable[[], Figures]] = {
         "fleet": lambda: fleet_figures(given.logs, given.jobs, given.cycles, given.method),
         "dask": lambda: dask_figures(TASKS),
         "lanes": lane_figures,
-        "streams": stream_figures,
+        "long": long_log_figures,
     }
     figures: Figures = {}
     for name, measure in parts.items():

@@ -135,7 +135,7 @@ for check in result.diagnosis.verdict[:3]:
 # %% [markdown]
 # ## Studies
 #
-# Many identifications, or one held against other data: `sweep`, `compare`, `validate`, `identify_stream`.
+# Many identifications, or one held against other data: `sweep`, `compare`, `validate`.
 
 # %%
 print(axisid.validate(result, record))

@@ -30,7 +30,6 @@ from .monte_carlo import TwinNoise as TwinNoise
 from .monte_carlo import write_runs as write_runs
 from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit
-from .records import LogBlocks as LogBlocks
 from .records import Repairs as Repairs
 from .reducers import LaneBlock as LaneBlock
 from .regression import Classical as Classical
@@ -45,8 +44,6 @@ from .signals import SampledFilter as SampledFilter
 from .simulation import BatchSimulation as BatchSimulation
 from .simulation import Simulation as Simulation
 from .simulation import simulate_batch as simulate_batch
-from .streaming import StreamedEstimate as StreamedEstimate
-from .streaming import identify_stream as identify_stream
 from .studies import Candidate as Candidate
 from .studies import Comparison as Comparison
 from .studies import FitValidation as FitValidation

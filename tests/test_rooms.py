@@ -51,7 +51,6 @@ FLOORS = (
     ("estimation.diagnostics.remainder",),
     ("estimation.diagnostics",),
     ("estimation.law_search",),
-    ("estimation.streaming",),
     ("estimation.identification",),
     ("estimation.batched.rows",),
     ("estimation.batched", "estimation.freed"),

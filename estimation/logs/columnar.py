@@ -4,7 +4,7 @@ import io
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
@@ -29,7 +29,6 @@ _HEADS = {
     (2, 0): np.lib.format.read_array_header_2_0,
 }
 _DOUBLE = 8  # bytes
-_BLOCKS = 4  # that row groups are read for together
 _BATCH = 65_536  # rows that are unfolded before they are counted
 
 
@@ -130,45 +129,6 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
             f"{file} cannot be read as a Parquet file: {one_line(error)}.", code="damaged-parquet"
         ) from error
     return arrow_columns(table, TableBuilder(room=room)).table(str(file))
-
-
-def parquet_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
-    """The table of a Parquet file, so many rows at a time.
-
-    Raises
-    ------
-    DataError
-        It is damaged, or pyarrow is not installed.
-    """
-    arrow, parquet = _pyarrow(Path(source))
-    origins: dict[str, np.datetime64] = {}
-    buffered = io.BufferedReader(raw)
-    try:
-        with parquet.ParquetFile(buffered) as content:
-            # What was read of a file is held until all groups that were asked for are done with.
-            for groups in _groups(content.metadata, _BLOCKS * rows):
-                for batch in content.iter_batches(batch_size=rows, row_groups=groups):
-                    table = arrow.Table.from_batches([batch]).flatten()
-                    yield arrow_columns(table, TableBuilder(origins=origins)).table(source)
-    except AxisidError:
-        raise
-    except (OSError, ValueError, MemoryError, arrow.ArrowException) as error:
-        raise DataError(f"{source} cannot be read as a Parquet file: {one_line(error)}.") from error
-    finally:
-        buffered.detach()  # whoever opened the file has more to ask of it
-
-
-def _groups(metadata: Any, rows: int) -> Iterator[list[int]]:
-    """Row groups of a Parquet file that follow each other, of so many rows together or more."""
-    groups, held = list[int](), 0
-    for group in range(metadata.num_row_groups):
-        groups.append(group)
-        held += metadata.row_group(group).num_rows
-        if held >= rows:
-            yield groups
-            groups, held = [], 0
-    if groups:
-        yield groups
 
 
 def _pyarrow(file: Path) -> tuple[Any, Any]:

@@ -1,19 +1,17 @@
 """The formats of logs: a row for each. A new one is a reader in a file of its own and a row."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from axisid.estimation.logs.text import text_blocks
 from axisid.estimation.tables import Table
 from axisid.support.files.memory import Room
 
-from .columnar import parquet_blocks, read_npz, read_parquet
-from .json_log import json_lines_blocks, read_json, read_json_lines
-from .matlab import matlab_blocks, read_matlab
+from .columnar import read_npz, read_parquet
+from .json_log import read_json, read_json_lines
+from .matlab import read_matlab
 from .measurement import read_mdf, read_tdms
-from .measurement_blocks import mdf_blocks, tdms_blocks
 from .packings import PACKINGS
 from .rosbag import read_bag
 
@@ -48,11 +46,6 @@ class Format:
         The table of a file's content, from its path, content and the memory that there is.
     read_file : callable or None
         The table of a file that its library opens by itself, from its path and the memory.
-    blocks : callable or None
-        The table so many rows at a time, from the file's name, the opened file and the rows; of
-        text also from the encoding. None for what is read whole only.
-    whole : str
-        Why it is read whole only, in words.
     extra : str
         Of `pyproject.toml`, for what it needs beyond the core.
     """
@@ -63,9 +56,6 @@ class Format:
     start: bytes = b""
     read: Callable[[Path, bytes, Room], Table] | None = None
     read_file: Callable[[Path, Room], Table] | None = None
-    blocks: Callable[..., Iterator[Table]] | None = None
-    in_order: bool = False
-    whole: str = ""
     extra: str = ""
 
     @property
@@ -74,30 +64,15 @@ class Format:
         return self.read is None and self.read_file is None
 
     @property
-    def in_blocks(self) -> str:
-        """What of it is read in blocks, for a sentence."""
-        return f"{self.name} v7.3" if self.blocks is matlab_blocks else self.name
-
-    @property
     def is_binary(self) -> bool:
         """Whether its files are known not to be text."""
         return bool(self.signatures or self.start)
 
 
-_MESSAGES = "its messages come one by one, each topic at its own times"
 #: In the order of messages.
 FORMATS = (
-    Format(
-        name="delimited text",
-        endings=(".csv", ".tsv", ".txt"),
-        blocks=text_blocks,
-        in_order=True,
-    ),
-    Format(
-        name="LabVIEW measurement",
-        endings=(".lvm",),
-        whole="its head is repeated for each of its tables",
-    ),
+    Format(name="delimited text", endings=(".csv", ".tsv", ".txt")),
+    Format(name="LabVIEW measurement", endings=(".lvm",)),
     Format(
         name="MATLAB",
         endings=(".mat",),
@@ -107,7 +82,6 @@ FORMATS = (
             Signature(b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
         ),
         read=read_matlab,
-        blocks=matlab_blocks,
         extra="h5py",
     ),
     Format(
@@ -115,25 +89,12 @@ FORMATS = (
         endings=(".parquet", ".pq"),
         signatures=(Signature(b"PAR1", "a Parquet file"),),
         read=read_parquet,
-        blocks=parquet_blocks,
         extra="parquet",
     ),
-    Format(name="JSON", endings=(".json",), read=read_json, whole="it is one value"),
-    Format(
-        name="JSON lines",
-        endings=(".jsonl", ".ndjson"),
-        read=read_json_lines,
-        blocks=json_lines_blocks,
-        in_order=True,
-    ),
+    Format(name="JSON", endings=(".json",), read=read_json),
+    Format(name="JSON lines", endings=(".jsonl", ".ndjson"), read=read_json_lines),
     # An archive is known by what is in it.
-    Format(
-        name="NumPy",
-        endings=(".npz",),
-        start=ZIP,
-        read=read_npz,
-        whole="its arrays lie one after the other, each packed",
-    ),
+    Format(name="NumPy", endings=(".npz",), start=ZIP, read=read_npz),
     Format(
         name="MDF",
         endings=(".mf4", ".mdf"),
@@ -142,7 +103,6 @@ FORMATS = (
             Signature(b"UnFinMF ", "an MDF file that was not closed"),
         ),
         read_file=read_mdf,
-        blocks=mdf_blocks,
         extra="mdf",
     ),
     Format(
@@ -150,7 +110,6 @@ FORMATS = (
         endings=(".tdms",),
         signatures=(Signature(b"TDSm", "a TDMS file"),),
         read_file=read_tdms,
-        blocks=tdms_blocks,
         extra="tdms",
     ),
     Format(
@@ -158,7 +117,6 @@ FORMATS = (
         endings=(".bag",),
         signatures=(Signature(b"#ROSBAG", "a ROS 1 bag"),),
         read_file=read_bag,
-        whole=_MESSAGES,
         extra="rosbags",
     ),
     Format(
@@ -168,7 +126,6 @@ FORMATS = (
             Signature(b"SQLite format 3\0", "an SQLite database", " if it is a ROS 2 bag"),
         ),
         read_file=read_bag,
-        whole=_MESSAGES,
         extra="rosbags",
     ),
     Format(
@@ -176,7 +133,6 @@ FORMATS = (
         endings=(".mcap",),
         signatures=(Signature(b"\x89MCAP0\r\n", "an MCAP file"),),
         read_file=read_bag,
-        whole=_MESSAGES,
         extra="rosbags",
     ),
 )
@@ -207,13 +163,3 @@ def log_endings() -> tuple[str, ...]:
 def format_endings() -> str:
     """Return the endings of what is no text, one of each format, for a sentence."""
     return ", ".join(each.endings[0] for each in FORMATS if not each.is_text)
-
-
-def streamed_formats() -> str:
-    """Return what can be read in blocks, for a sentence."""
-    *first, last = (
-        f"{each.name} ({', '.join(each.endings)})" if each.is_text else each.in_blocks
-        for each in FORMATS
-        if each.blocks is not None
-    )
-    return f"{', '.join(first)} or {last}"

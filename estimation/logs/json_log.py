@@ -9,19 +9,15 @@
     [["time", "position"], [0, 2], ...]             rows, with their names first or without
 """
 
-import io
 import json
 import math
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
-from itertools import islice
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from axisid.estimation.logs.text import NoStampsError, StampHistory, is_stamp, stamp_seconds
+from axisid.estimation.logs.text import NoStampsError, is_stamp, stamp_seconds
 from axisid.estimation.tables import Table, TableBuilder, split_labels
 from axisid.support.errors import DataError
 from axisid.support.files.memory import Room
@@ -30,11 +26,6 @@ from axisid.support.files.memory import Room
 _UNFOLDED, _UNFOLDED_RECORDS = 12, 28
 _ADVICE = "give arrays by name, or a list of records with a name for each number"
 _DEEPEST = 8  # names below one another
-_PIECE = 1 << 20  # bytes
-_LONGEST_LINE = 1_000_000  # bytes; a document in one line would be read whole
-
-#: What the time stamps of each column have shown.
-Origins = defaultdict[str, StampHistory]
 
 
 def read_json(file: Path, content: bytes, room: Room) -> Table:
@@ -63,45 +54,6 @@ def read_json_lines(file: Path, content: bytes, room: Room) -> Table:
     lines = [(n, line) for n, line in enumerate(content.splitlines(), 1) if line.strip()]
     records = [_decoded(file, line, number) for number, line in lines]
     return _table(file, _columns(records), room)
-
-
-def json_lines_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
-    """The table of JSON lines, so many at a time; its columns are those of the first block.
-
-    Raises
-    ------
-    DataError
-        A line is no JSON, or longer than a record can be; or as `read_json_lines`.
-    """
-    buffered = io.BufferedReader(raw, _PIECE)
-    origins: Origins = defaultdict(partial(StampHistory, goes_on=True))
-    numbered = ((n, line) for n, line in enumerate(_lines(source, buffered), 1) if line.strip())
-    head: list[Any] = []  # names of rows, which stand in the first line alone
-    names: list[str] = []
-    try:
-        while block := list(islice(numbered, rows)):
-            records = [_decoded(Path(source), line, number) for number, line in block]
-            columns = _columns([*head, *records])
-            if not names:
-                names = [*columns]
-                head = records[:1] if _names_of_rows(records[0]) else []
-            lacking: tuple[Sequence[Any], str] = ([None] * len(records), "")
-            known = {name: columns.get(name, lacking) for name in names} if columns else {}
-            yield _table(Path(source), known, origins=origins)
-    finally:
-        buffered.detach()  # whoever opened the file has more to ask of it
-
-
-def _lines(source: str, stream: io.BufferedIOBase) -> Iterator[bytes]:
-    """Lines of a length that a record can have."""
-    for line in iter(partial(stream.readline, _LONGEST_LINE), b""):
-        if len(line) == _LONGEST_LINE:
-            raise DataError(
-                f"{source} has a line of {_LONGEST_LINE} bytes or more, which is no record; write "
-                "one in each line.",
-                code="json-long-line",
-            )
-        yield line
 
 
 def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
@@ -192,16 +144,11 @@ def _names_of_rows(first: Any) -> bool:
     )
 
 
-def _table(
-    file: Path,
-    columns: Mapping[str, tuple[Sequence[Any], str]],
-    room: Room | None = None,
-    origins: Origins | None = None,
-) -> Table:
+def _table(file: Path, columns: Mapping[str, tuple[Sequence[Any], str]], room: Room) -> Table:
     found = TableBuilder(room=room)
     for label, (name, written) in zip(columns, split_labels([*columns]), strict=True):
         cells, unit = columns[label]
-        stamps = _stamps(cells, StampHistory() if origins is None else origins[label])
+        stamps = _stamps(cells)
         values, note = (_values(cells), "") if stamps is None else stamps
         found.add(name, values, unit="s" if note else unit or written, label=label)
         found.note(name, f"{name}: {note}" if note else "")
@@ -223,12 +170,12 @@ def _values(cells: Sequence[Any]) -> np.ndarray[Any, Any]:
     return np.array(["" if cell is None else str(cell) for cell in cells])
 
 
-def _stamps(cells: Sequence[Any], seen: StampHistory) -> tuple[np.ndarray[Any, Any], str] | None:
+def _stamps(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str] | None:
     """Seconds of time stamps and what was assumed; None for what are none."""
     if not all(cell is None or (isinstance(cell, str) and is_stamp(cell)) for cell in cells):
         return None
     texts = [cell or "" for cell in cells]
     try:
-        return stamp_seconds(texts, seen) if any(texts) else None
+        return stamp_seconds(texts) if any(texts) else None
     except NoStampsError:
         return None

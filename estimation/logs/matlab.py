@@ -1,7 +1,6 @@
 """MATLAB files: v4 to v7.2 by SciPy, v7.3 (HDF5) by h5py; structures become dotted names."""
 
 import io
-import math
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -10,11 +9,8 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.estimation.tables import Table, TableBuilder, library, one_line
-from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.errors import AxisidError, DataError
 from axisid.support.files.memory import Room
-from axisid.support.remedy import Remedy, Setting
-
-from .sliced import SlicedColumn, matrix_columns, sliced_tables
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # MATLAB's own header stands before the HDF5 part
@@ -210,52 +206,3 @@ class _Hdf5:
         for k, reference in enumerate(np.ravel(references[()]), 1):
             if reference:
                 self.node(self.content[reference], f"{path}.{k}{field}")
-
-
-class _SlicedHdf5(_Hdf5):
-    """The same, of which the numbers are left in the file."""
-
-    def __init__(self, h5py: Any, content: Any) -> None:
-        super().__init__(h5py, content, Room(source=content.filename, limit=math.inf))
-        self.columns: list[SlicedColumn] = []
-
-    def take(self, path: str, node: Any) -> None:
-        """See `_Hdf5.take`."""
-        self.columns += matrix_columns(path, node.shape, node)
-
-
-def matlab_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
-    """The table of a MATLAB v7.3 file, so many rows at a time.
-
-    Raises
-    ------
-    UsageError
-        The file is of an older version, each of whose variables is packed as a whole.
-    DataError
-        It is damaged, holds no numbers, or h5py is not installed.
-    """
-    head = raw.read(_USER_BLOCK + len(_HDF5)) or b""
-    raw.seek(0)
-    if _HDF5 not in (head[: len(_HDF5)], head[_USER_BLOCK:]):
-        raise UsageError(
-            f"{source} is of MATLAB's formats before v7.3, where a variable is packed as a whole, "
-            "and cannot be read in blocks; in MATLAB, save('log.mat', '-v7.3') writes one that "
-            "can, or ",
-            Remedy.of(Setting("stream", given=False), "."),
-            code="matlab-in-blocks",
-        )
-    h5py = library("h5py", "h5py", Path(source))
-    buffered = io.BufferedReader(raw)
-    try:
-        with h5py.File(buffered, "r") as content:
-            visit = _SlicedHdf5(h5py, content)
-            names = [name for name in content if not name.startswith("#")]
-            for name in names:
-                visit.node(content[name], name)
-            if not visit.columns:
-                raise _without_numbers(source, names)
-            yield from sliced_tables(source, visit.columns, rows, ("MATLAB v7.3",))
-    except (OSError, KeyError, RuntimeError, ValueError) as error:
-        raise _damaged(source, error) from error
-    finally:
-        buffered.detach()  # whoever opened the file has more to ask of it

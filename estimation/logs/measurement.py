@@ -44,20 +44,10 @@ def read_mdf(file: Path, room: Room) -> Table:
         reason = one_line(error)
         _let_go(error)
     if reason:
-        raise damaged_mdf(str(file), reason)
+        raise DataError(f"{file} cannot be read as an MDF file: {reason}.", code="damaged-mdf")
     if not found.columns:
         raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
     return found.table(str(file))
-
-
-def damaged_mdf(source: str, reason: str) -> DataError:
-    """The error of an MDF file that cannot be read."""
-    return DataError(f"{source} cannot be read as an MDF file: {reason}.", code="damaged-mdf")
-
-
-def damaged_tdms(source: str, reason: str) -> DataError:
-    """The error of a TDMS file that cannot be read."""
-    return DataError(f"{source} cannot be read as a TDMS file: {reason}.", code="damaged-tdms")
 
 
 def _let_go(error: BaseException) -> None:
@@ -77,7 +67,7 @@ def _let_go(error: BaseException) -> None:
 
 def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
     found = TableBuilder(room=room)
-    for name, group, index in mdf_names(mdf):
+    for name, group, index in _mdf_names(mdf):
         # Its samples and its times are made before they are seen.
         room.take(2 * _DOUBLE * mdf.groups[group].channel_group.cycles_nr)
         try:
@@ -95,7 +85,7 @@ def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
     return found
 
 
-def mdf_names(mdf: Any) -> list[tuple[str, int, int]]:
+def _mdf_names(mdf: Any) -> list[tuple[str, int, int]]:
     """Channels by names of their own, with group and index; masters are none."""
     places = [
         (name, group, index)
@@ -131,21 +121,23 @@ def read_tdms(file: Path, room: Room) -> Table:
         with _warnings("nptdms") as warned:
             content = nptdms.TdmsFile.read(file)
         channels = [c for group in content.groups() for c in group.channels()]
-        starts = [start for channel in channels if (start := tdms_start(channel)) is not None]
+        starts = [start for channel in channels if (start := _tdms_start(channel)) is not None]
         origin = np.min(starts) if starts else None
         for channel in channels:
             _add_channel(found, channel, origin)
     except AxisidError:
         raise
     except Exception as error:
-        raise damaged_tdms(str(file), one_line(error)) from error
+        raise DataError(
+            f"{file} cannot be read as a TDMS file: {one_line(error)}.", code="damaged-tdms"
+        ) from error
     if not found.columns:
         raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
     warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
     return found.table(str(file), warnings=warnings)
 
 
-def tdms_start(channel: Any) -> np.datetime64 | None:
+def _tdms_start(channel: Any) -> np.datetime64 | None:
     """When a waveform began, if it says so."""
     start = channel.properties.get("wf_start_time")
     begun = isinstance(start, np.datetime64) and not np.isnat(start)
@@ -157,7 +149,7 @@ def _increment(channel: Any) -> float:
     return float(channel.properties.get("wf_increment", 0.0))
 
 
-def waveform_offset(channel: Any, origin: np.datetime64 | None) -> tuple[float, float, str]:
+def _waveform_offset(channel: Any, origin: np.datetime64 | None) -> tuple[float, float, str]:
     """When a waveform begins, its period, s, and what is assumed of it.
 
     The period is 0 of any other channel. Times are since the first of all waveforms began.
@@ -166,7 +158,7 @@ def waveform_offset(channel: Any, origin: np.datetime64 | None) -> tuple[float, 
         return 0.0, 0.0, ""
     offset, start, note = (
         float(channel.properties.get("wf_start_offset", 0.0)),
-        tdms_start(channel),
+        _tdms_start(channel),
         "",
     )
     if start is not None and origin is not None:
@@ -176,7 +168,7 @@ def waveform_offset(channel: Any, origin: np.datetime64 | None) -> tuple[float, 
     return offset, _increment(channel), note
 
 
-def unit_of(channel: Any) -> str:
+def _unit_of(channel: Any) -> str:
     """As its properties write it."""
     return next((str(channel.properties[k]) for k in _UNITS if k in channel.properties), "")
 
@@ -185,7 +177,7 @@ def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None
     """Take a channel, with its times since the first of all waveforms began."""
     clock, note = None, ""
     if len(channel):
-        offset, step, note = waveform_offset(channel, origin)
+        offset, step, note = _waveform_offset(channel, origin)
         if step > 0:
             clock = offset + step * np.arange(len(channel), dtype=np.float64)
     name = f"{channel.group_name}.{channel.name}"
@@ -194,7 +186,7 @@ def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None
     except Exception as error:
         found.passed_over[name] = f"what npTDMS cannot read ({one_line(error)})"
         return
-    found.add(name, values, unit=unit_of(channel), clock=clock)
+    found.add(name, values, unit=_unit_of(channel), clock=clock)
     found.note(name, note)
 
 

@@ -3,8 +3,7 @@
 import gzip
 import io
 import zlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -97,42 +96,13 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
         It is damaged, or unfolds to more than there is room for.
     """
     pieces = []
-    with unpacking(packing, file, io.BytesIO(content)) as stream:
-        while piece := stream.read(_PIECE):
-            room.take(2 * len(piece))  # by itself and joined
-            if text:
-                room.take_text(piece)
-            pieces.append(piece)
-    return b"".join(pieces)
-
-
-class _Held(io.RawIOBase):
-    """A stream that is not closed with what unpacks it."""
-
-    def __init__(self, content: Any) -> None:
-        self._content = content
-
-    def readable(self) -> bool:
-        """Say that it can be read."""
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        """Read into a buffer."""
-        return int(self._content.readinto(buffer) or 0)
-
-
-@contextmanager
-def unpacking(packing: Packing, file: Path, content: Any) -> Iterator[Any]:
-    """A stream of what is unpacked of a stream, which stays open.
-
-    Raises
-    ------
-    DataError
-        It is damaged.
-    """
     try:
-        with packing.opened(file, _Held(content)) as stream:
-            yield stream
+        with packing.opened(file, io.BytesIO(content)) as stream:
+            while piece := stream.read(_PIECE):
+                room.take(2 * len(piece))  # by itself and joined
+                if text:
+                    room.take_text(piece)
+                pieces.append(piece)
     except DataError:
         raise
     except Exception as error:  # each library has errors of its own
@@ -144,3 +114,4 @@ def unpacking(packing: Packing, file: Path, content: Any) -> Iterator[Any]:
             f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew.",
             code="damaged-packing",
         ) from error
+    return b"".join(pieces)

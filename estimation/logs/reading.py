@@ -8,7 +8,7 @@ from pathlib import Path
 from axisid.estimation.logs.text import NoTextError, read_text
 from axisid.estimation.tables import Repair, Table, wide
 from axisid.support.errors import DataError
-from axisid.support.files.memory import IN_BLOCKS, MEMORY, Room, room_for
+from axisid.support.files.memory import MEMORY, SHORTER_FILES, Room, room_for
 from axisid.support.files.unchanged import changed, digest_of, read_whole, stamps
 from axisid.support.remedy import Remedy
 
@@ -58,7 +58,7 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     except MemoryError as error:
         raise DataError(
             f"{file} cannot be read: there is not enough memory for it. ",
-            Remedy.of("Read a piece of it, or ", IN_BLOCKS, "."),
+            Remedy.of(f"{SHORTER_FILES}."),
             code=MEMORY,
         ) from error
     return replace(table, sha256=sha256, path=os.path.abspath(file))

@@ -1,6 +1,6 @@
 """Long tables, in which a row has the time, the name and the value of one signal, made wide."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -48,15 +48,6 @@ def wide(table: Table) -> Table:
     timed = _with_seconds(columns, clock.unit)
     notes = (*table.notes, *((clock.note,) if clock.note else ()), told)
     return replace(table, columns=timed, notes=notes, texts={})
-
-
-def says_long(labels: Collection[str]) -> bool:
-    """Whether the headings of a table say that it is long: a name and a value beside a time."""
-    told = [label.lower() for label in labels]
-    parts = (_NAMES, _VALUES)
-    return 3 <= len(told) <= _MOST_PARTS and all(
-        any(label in part for label in told) for part in parts
-    )
 
 
 def _with_seconds(columns: dict[str, Column], unit: str) -> dict[str, Column]:

@@ -22,8 +22,6 @@ class TableBuilder:
     ----------
     columns, passed_over : dict
         As in `Table`.
-    origins : dict of str to datetime64
-        The first time stamps by column, for what is read in blocks.
     room : Room or None
         The memory that there is for the columns; None where they are in memory already.
     texts : dict
@@ -32,7 +30,6 @@ class TableBuilder:
 
     columns: dict[str, Column] = field(default_factory=dict)
     passed_over: dict[str, str] = field(default_factory=dict)
-    origins: dict[str, np.datetime64] = field(default_factory=dict)
     room: Room | None = None
     texts: dict[str, list[str]] = field(default_factory=dict)
 
@@ -47,17 +44,14 @@ class TableBuilder:
     ) -> None:
         """Take an array: numbers, or time stamps and durations, counted in s.
 
-        Time stamps count from the first, or from the name's entry in `origins`.
+        Time stamps count from the first.
         """
         array, note = np.asarray(values), ""
         number = len(self.columns) + len(self.passed_over) + 1
         if array.dtype.kind == "M" and array.ndim == 1:
             note = f"{name}: time stamps counted from the first"
             stamps = array[~np.isnat(array)]
-            if len(stamps):
-                array = array - self.origins.setdefault(name, stamps[0])
-            else:
-                array = array - array
+            array = array - (stamps[0] if len(stamps) else array)
         if array.dtype.kind == "m":
             array, unit = array / np.timedelta64(1, "s"), "s"
         if array.dtype.kind not in "fiub" or array.ndim != 1:

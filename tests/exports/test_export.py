@@ -15,7 +15,6 @@ import pytest
 
 from axisid import (
     Identification,
-    Prefilter,
     Record,
     export,
     identify,
@@ -26,11 +25,9 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.options.templates import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
-from axisid.estimation.streaming import identify_stream
 from axisid.exports.parameter_tables import with_deviation
 from axisid.exports.targets import TARGETS
 from tests.estimation.methods.test_partially_linear import stribeck_axis
-from tests.estimation.streaming.test_identify_stream import in_blocks
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -175,26 +172,27 @@ def test_partially_linear_axes_are_exported_too() -> None:
     assert repr(found["idm-ls"].parameters["v"].value).split("e")[0] in text
 
 
-@pytest.fixture
-def streamed(emps2015: GeneratedAxis, twin: Record, tmp_path: Path) -> Path:
-    """A file of the record as it comes of reading in blocks."""
-    path = tmp_path / "streamed.json"
-    found = identify_stream(emps2015, in_blocks(twin, 2000), Prefilter(cutoff=60.0))
-    path.write_text(json.dumps(found.to_dict()))
-    return path
-
-
-@pytest.mark.parametrize("kind", ["file", "streamed"])
 def test_axis_of_a_file_is_found_in_the_library_and_asked_for_where_it_is_none(
-    request: pytest.FixtureRequest, tmp_path: Path, kind: str
+    file: Path, tmp_path: Path
 ) -> None:
-    file = request.getfixturevalue(kind)
     assert export(file, "c") == export(file, "c", axis="emps2015")
     assert export(file, "c") == export(file, "c", axis=load_axis("emps2015"))
     other = tmp_path / "other.json"
     other.write_text(file.read_text().replace('"axis": "emps2015"', '"axis": "mine"'))
     with refuses("file-of-another-axis", says=r"'mine'; .* \(axis=\.\.\.\)"):
         export(other, "c")
+
+
+def test_a_result_that_was_read_in_blocks_is_refused_with_what_to_do(
+    run: Run, tmp_path: Path
+) -> None:
+    old = tmp_path / "old.json"
+    old.write_text('{"schema": "axisid.stream/1", "axis": "emps2015", "parameters": {}}')
+    with refuses("other-document", says="no longer read; identify the log again"):
+        export(old, "c")
+    code, out, err = run("export", old, "--to", "c")
+    assert (code, out) == (3, "")
+    assert "--window FROM..TO" in err
 
 
 def test_numbers_of_another_axis_are_refused(run: Run, file: Path, tmp_path: Path) -> None:

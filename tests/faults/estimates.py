@@ -153,12 +153,6 @@ FAULTS: tuple[Fault, ...] = (
         says=r"does not show P[,:] .*make a parameter in N about \S+ and its nominal value is 10",
     ),
     Fault(
-        name="a term that a log in blocks does not show",
-        make=_asked("identify", _SLOW, "--stream"),
-        code=6,
-        says=r"log.csv does not show P",
-    ),
-    Fault(
         name="a term that no cut-off shows",
         make=_asked("sweep", _SLOW, "--from", "50", "--to", "60", "--points", "2", "--no-native"),
         code=6,

@@ -5,7 +5,6 @@ import gzip
 import json
 import os
 import socket
-import tempfile
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,7 +13,6 @@ import numpy as np
 from scipy.io import savemat
 
 from axisid import DataError, UsageError, identify, load_axis, read_record, twin_record
-from axisid.estimation import LogBlocks
 from tests.faults.fault import Fault, Misuse
 
 Make = Callable[[Path], list[object]]
@@ -104,11 +102,6 @@ def _packed_matlab(_: Path) -> list[object]:
     return ["identify", "emps2015", "log.mat", "--max-memory", "0.02"]
 
 
-def _endless_line(_: Path) -> list[object]:
-    Path("log.csv").write_text("time,position,control\n" + "0," * 1_000_000)
-    return ["identify", "emps2015", "log.csv", "--stream"]
-
-
 def _infinite_result(_: Path) -> list[object]:
     Path("a.json").write_text('{"schema": 1e999}')
     return ["compare-results", "a.json", "a.json"]
@@ -195,12 +188,6 @@ def _read() -> Iterator[Fault]:
         ("a log that is a socket", lambda _: ["identify", "emps", _socket("s.csv")], 3, "a socket"),
         ("a log that is a folder", lambda f: ["identify", "emps", f], 3, "it is a folder"),
         (
-            "a log in blocks that is a pipe",
-            lambda _: ["identify", "emps", _pipe("p.csv"), "--stream"],
-            3,
-            "a pipe",
-        ),
-        (
             "a second record that is a pipe",
             lambda _: ["identify", "emps2015", "--validate", _pipe("p.csv")],
             3,
@@ -225,7 +212,6 @@ def _read() -> Iterator[Fault]:
         ("a packed text that unfolds without end", _packed_text, 3, "more than 0.02 GB"),
         ("an archive that unfolds without end", _packed_archive, 3, "more than 0.02 GB"),
         ("a MATLAB file that unfolds without end", _packed_matlab, 3, "more than 0.02 GB"),
-        ("a text without lines", _endless_line, 3, "a line of 1000000 characters or more"),
         (
             "a result with a number beyond all",
             _infinite_result,
@@ -370,9 +356,6 @@ def _ask() -> Iterator[Fault]:
         ("no sweep of no page", ("--no-sweep",), "nothing without --report or --figures"),
         ("more of what is not printed", ("--full", "--json", "-"), "--full is of what is printed"),
         ("an alignment of all rows", ("--decimate", "1", "--decimation", "scipy"), "keeps all"),
-        ("a loop that blocks do not run", ("--stream", "--no-native"), "leave out --no-native"),
-        ("no sweep of blocks", ("--stream", "--no-sweep"), "leave out --no-sweep"),
-        ("room for blocks", ("--stream", "--max-memory", "1"), "--max-memory cannot be done"),
         ("no room", ("--max-memory", "0"), "a positive number of GB"),
         ("room that is no number", ("--max-memory", "nan"), "a positive number of GB"),
     )
@@ -429,23 +412,7 @@ def _done() -> Iterator[Fault]:
 FAULTS: tuple[Fault, ...] = (*_read(), *_write(), *_ask(), *_done())
 
 
-def _changed_in_blocks() -> object:
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, "log.csv")
-        file.write_text("time,position,control\n" + "0,1,2\n" * 1000)
-        blocks = LogBlocks(file=file)
-        first = list(blocks)
-        file.write_text("time,position,control\n" + "0,1,3\n" * 1000)
-        return first, list(blocks)
-
-
 MISUSES: tuple[Misuse, ...] = (
-    Misuse(
-        name="a log that changes from one pass to the next",
-        call=_changed_in_blocks,
-        error=DataError,
-        says="changed while it was read",
-    ),
     Misuse(
         name="room that is no amount of memory",
         call=lambda: read_record("log.csv", max_memory=-1.0),

@@ -120,9 +120,6 @@ _OF_A_LOG = (
     ("shift of no column", ("--shift", "wheel=1"), 2, "'wheel' is no column that can be moved"),
     ("shift beyond the log", ("--shift", "control=99999"), 2, "by 99999 samples, and has 7801"),
     ("shift in kilograms", ("--shift", "control=1kg"), 2, "or a time with its unit, such as 2ms"),
-    ("windows in blocks", ("--stream", "--window", "1..3"), 2, "--window cannot be done in blocks"),
-    ("shift in blocks", ("--stream", "--shift", "control=1"), 2, "--shift cannot be done in bloc"),
-    ("start in blocks", ("--stream", "--start", "nominal"), 2, "leave out --start"),
     ("start of no kind", ("--start", "best"), 2, "'best' is not one of 'least-squares', 'nominal'"),
 )
 #: The same of two logs.
@@ -152,12 +149,6 @@ FAULTS: list[Fault] = [
             says=says,
         )
         for name, start, zone, written, says in _OF_ZONES
-    ),
-    Fault(
-        name="long table in blocks",
-        make=_on_text("long.csv", _long, "--stream"),
-        code=3,
-        says="made wide as a whole; leave --stream out, or write a column",
     ),
     Fault(
         name="columns beyond a headerless file's",

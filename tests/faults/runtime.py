@@ -30,9 +30,8 @@ from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.library_cache import _name
-from axisid.estimation import LogBlocks, simulate_batch
+from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory
-from axisid.estimation.streaming import identify_stream
 from tests.faults.fault import Fault, Misuse
 
 _RUN: list[object] = ["identify", "emps2015", "--method", "idm-iv"]
@@ -171,11 +170,6 @@ def _masked_position() -> Any:
     return np.ma.masked_array(position, mask=np.arange(len(position)) % 100 == 7)
 
 
-def _stream(sample_period: Any = 1e-3, **columns: Any) -> object:
-    blocks = [{"position": _record().position, "control": _record().control, **columns}]
-    return identify_stream(_axis(), blocks, Prefilter(), sample_period=sample_period)
-
-
 _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
     ("no threads", _many(threads=0), "the threads are 0; give a whole number from 1 to 1024"),
     ("a million threads", _many(threads=10**6), "the threads are 1000000; give a whole number"),
@@ -241,11 +235,6 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
         "the sampling period is 'a'; give a positive number of seconds",
     ),
     (
-        "a sampling period of a stream in words",
-        lambda: _stream(sample_period="a"),
-        "the sampling period is 'a'; give a positive number of seconds",
-    ),
-    (
         "segments that are no pairs",
         lambda: Record(**_columns(), segments=[1]),
         r"the segments are \[1\]; give pairs of rows",
@@ -269,11 +258,6 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
         "a motion at no period",
         lambda: trajectory((), "a"),  # type: ignore[arg-type]
         "the period is 'a' s; give a positive number",
-    ),
-    (
-        "a log in blocks that is no path",
-        lambda: LogBlocks(file=1),  # type: ignore[arg-type]
-        "the log is 1; give the path of a file",
     ),
 )
 
@@ -300,12 +284,6 @@ MISUSES: tuple[Misuse, ...] = (
     Misuse(
         name="a masked signal of a record",
         call=lambda: Record(**_columns(position=_masked_position())),
-        error=DataError,
-        says="the position: [0-9]+ of the values are masked; leave them out",
-    ),
-    Misuse(
-        name="a masked signal of a stream",
-        call=lambda: _stream(position=_masked_position()),
         error=DataError,
         says="the position: [0-9]+ of the values are masked; leave them out",
     ),

@@ -148,12 +148,6 @@ _TIME_BASE = (
         says="FAIL control law: the record is sampled every 0.002 s",
     ),
     Fault(
-        name="time times 2 in blocks",
-        make=lambda folder: [*_wrong_time(2.0)(folder), "--stream"],
-        code=0,
-        says="FAIL control law: the record is sampled every 0.002 s",
-    ),
-    Fault(
         name="a sampling period that nothing confirms",
         make=lambda folder: _log(folder, _timeless, "--sample-period", "1.05e-3"),
         code=0,
@@ -277,12 +271,6 @@ _VALUES = (
         code=0,
         says=r"line 7802, the last, looks cut off inside its last number, '-?\d\.\d\d': the "
         "numbers above it have 6 decimals; leave it out with --tail drop",
-    ),
-    Fault(
-        name="a last row cut inside its last number, in blocks",
-        make=lambda folder: [*_log(folder, _same, digits="%.6f", cut=4), "--stream"],
-        code=0,
-        says="the last line looks cut off inside its last number",
     ),
     _repaired(
         "a last row cut inside its last number, left out",

@@ -8,9 +8,8 @@ import pytest
 
 from axisid import DataError
 from axisid.estimation.logs import read_table
-from axisid.estimation.logs.text.reader import encoding_of, text_blocks
 from tests.fuzz.cases import Fuzz, WrongError, pieces_left_out
-from tests.fuzz.text_logs import TextLog, changed_log, damaged, smaller_logs, text_log
+from tests.fuzz.text_logs import TextLog, changed_log, damaged, smaller_logs
 
 
 def _compare(log: TextLog, name: str, column: int, values: np.ndarray) -> None:
@@ -68,30 +67,6 @@ def test_what_is_read_is_what_was_written(file: Path) -> None:
         name="text logs",
         count=600,
         draw=changed_log,
-        check=check,
-        smaller=smaller_logs,
-        shown=lambda log: repr(log.content),
-    ).run()
-
-
-@pytest.mark.slow
-def test_blocks_are_read_as_the_whole_is(file: Path) -> None:
-    def check(log: TextLog) -> None:
-        whole = _columns(log, file)
-        blocks: dict[str, list[np.ndarray]] = {}
-        with file.open("rb", buffering=0) as raw:
-            for table in text_blocks(str(file), raw, 7, encoding_of(str(file), [log.content])):
-                for name, column in table.columns.items():
-                    if name in whole:
-                        blocks.setdefault(name, []).append(column.read().values)
-        for name, pieces in blocks.items():
-            if not np.array_equal(np.concatenate(pieces), whole[name], equal_nan=True):
-                raise WrongError(f"blocks: column {name} differs")
-
-    Fuzz(
-        name="text blocks",
-        count=200,
-        draw=text_log,
         check=check,
         smaller=smaller_logs,
         shown=lambda log: repr(log.content),

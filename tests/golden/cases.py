@@ -82,16 +82,6 @@ CASES: tuple[Case, ...] = (
     ),
     Case(name="twin-sweep-text", command="sweep emps2015 --points 3"),
     Case(
-        name="emps-stream",
-        command="identify emps {folder}/log.csv --stream --sample-period 1e-3 --json -",
-        before=(EMPS,),
-    ),
-    Case(
-        name="emps-stream-text",
-        command="identify emps {folder}/log.csv --stream --sample-period 1e-3",
-        before=(EMPS,),
-    ),
-    Case(
         name="dfki",
         command=f"identify {DFKI} --cutoff 15 --decimate 8 --hold raw --reversals keep --json -",
         before=("{data}/dfki_pendulum",),

@@ -4,7 +4,6 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,14 +15,11 @@ from axisid import (
     identify,
     load_axis,
     load_result,
-    read_record,
     twin_record,
     validate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.loops import loop_starts
-from axisid.estimation.records import LogBlocks
-from axisid.estimation.streaming import identify_stream
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -161,23 +157,6 @@ def test_a_wrong_velocity_is_named_first_with_what_to_do(run: Run, log: Path) ->
     text = " ".join(out.split())
     assert "before this is mended: measured velocity." in text
     assert "(--shift velocity=-3)" in text
-
-
-@pytest.mark.slow
-def test_a_stream_takes_the_same_velocity(emps: GeneratedAxis, log: Path) -> None:
-    columns = {"velocity": "v:mm/s"}
-    for names in ({}, {"position": "nothing"}):
-        at_once = read_record(log, emps, columns=columns)
-        blocks = LogBlocks(file=log, axis=emps, columns=columns, rows=3000)
-        streamed = identify_stream(emps, _without(blocks, bool(names)))
-        expected = identify(emps, at_once, methods="idm-ls")["idm-ls"].theta
-        assert streamed.physical == pytest.approx(expected, rel=3e-3)
-
-
-def _without(blocks: LogBlocks, position: bool) -> Any:
-    if not position:
-        return blocks
-    return [{k: v for k, v in block.items() if k != "position"} for block in blocks]
 
 
 @pytest.mark.slow

@@ -50,7 +50,6 @@ from axisid.estimation import (
     FailedRun,
     Hac,
     LaneBlock,
-    LogBlocks,
     PublishedCovariance,
     RecordLanes,
     Repair,
@@ -66,7 +65,6 @@ from axisid.estimation.diagnostics.law.control_law import check_law
 from axisid.estimation.identification import DriveTime
 from axisid.estimation.identification.drive_timing import DriveTiming
 from axisid.estimation.law_search import find_law
-from axisid.estimation.streaming import identify_stream
 from axisid.fleets import Fleet, FleetRow
 from axisid.modeling import LIBRARY, Column
 from tests.estimation.monte_carlo.short import judged
@@ -116,7 +114,6 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     file = log.with_name("result.json")
     file.write_text(json.dumps(found.to_dict()))
     saved = load_result(file)
-    blocks = [{"position": record.position, "force": record.control * declared.drive.gain}]
     ladder = friction_ladder(declared)
     lanes = RecordLanes(
         reference=reference.copy(),
@@ -203,8 +200,6 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         ),
         "fleet item": FleetItem(log="a.csv", conditions={"temperature": 21.0}),
         "trend": trend([saved]),
-        "streamed estimate": identify_stream(axis, blocks, FILTER, sample_period=record.period),
-        "log blocks": LogBlocks(file=log, axis=declared, columns={"position": "position"}),
         "feed-forward": feed_forward(
             derive(declared), {p.name: (1.0, "") for p in declared.parameters}
         ),
@@ -223,8 +218,7 @@ KINDS = (
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
     "fit,fit on another record,comparison,simulation,batch,lane block,lanes,law check,study,"
     "law search,block,drive timing,drive time,fleet,fleet item,trend,"
-    "streamed estimate,log blocks,feed-forward,"
-    "error AxisidError,"
+    "feed-forward,error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")
 
@@ -247,7 +241,7 @@ def test_copy_is_equal(objects: dict[str, Any], kind: str) -> None:
 #: What says when it is equal, to the last bit, in place of NumPy's array of truths.
 EQUAL = (
     "generated axis,record,masked record,identification,estimate,saved identification,"
-    "saved estimate,validation,sweep,fit,comparison,simulation,batch,streamed estimate"
+    "saved estimate,validation,sweep,fit,comparison,simulation,batch"
 ).split(",")
 
 

@@ -23,7 +23,6 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import REFERENCE, ControlLaw
-from axisid.estimation import LogBlocks, identify_stream
 from tests.refusals import refuses
 
 _HUGE: Any = 10**400  # beyond floating point
@@ -87,14 +86,6 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
     "one axis to compare": (
         lambda g: axisid.compare(g.axis, g.record),
         "1 candidate cannot be compared; give two axes or more",
-    ),
-    "a name as axis of blocks": (
-        lambda _: LogBlocks(file="log.csv", axis="emps"),  # type: ignore[arg-type]
-        "the axis is 'emps'; give an Axis",
-    ),
-    "a file as blocks": (
-        lambda g: identify_stream(g.axis, "log.csv"),  # type: ignore[arg-type]
-        "the blocks are 'log.csv'; give LogBlocks",
     ),
     "no record to sweep": (
         lambda g: axisid.sweep(g.axis, 3, [40.0]),  # type: ignore[arg-type]

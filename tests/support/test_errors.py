@@ -18,7 +18,7 @@ import pytest
 import axisid
 from axisid import AxisidError, Record, read_record
 from axisid.codegen.artefacts import write_files
-from axisid.estimation import LogBlocks, Repairs
+from axisid.estimation import Repairs
 from axisid.estimation.regression.simulated_rows import loop_reference
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.signals.filtered_record import check_filter
@@ -57,7 +57,7 @@ def bare() -> Record:
 
 
 def streamed(folder: Path) -> Path:
-    """What a file of a result in blocks begins with."""
+    """What a file of a result begins with that is no longer read."""
     file = folder / "stream.json"
     file.write_text(json.dumps({"schema": "axisid.stream/1"}))
     return file
@@ -74,7 +74,6 @@ CASES: dict[str, Case] = {
     "empty-cells": lambda _: read_record(log(position=np.where(TIME == 0.1, np.nan, POSITION))),
     "wrapped": lambda _: read_record(log(position=np.mod(40 * TIME, 2 * np.pi))),
     "other-modulus": lambda _: read_record(log(), repairs=Repairs(wrap=1.0)),
-    "not-in-blocks": lambda _: list(LogBlocks(file=Path("log.npz"))),
     "broken-line": lambda folder: read_record(written(folder, f"{TEXT}\n0.4")),
     "no-number": lambda folder: read_record(written(folder, f"{TEXT}\n0.400,a")),
     "memory": lambda folder: read_record(written(folder, TEXT), max_memory=1.0),

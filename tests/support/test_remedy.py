@@ -74,7 +74,11 @@ def test_repairs_are_an_argument_of_read_record() -> None:
         ((Setting("fix", "m=VALUE"),), "--fix m=VALUE", "fix(axis, m=VALUE)"),
         ((Setting("fix", "m=2+-0.1"),), "--fix m=2+-0.1", "fix(axis, m=(2, 0.1))"),
         ((Setting("draws", "50"),), "--draws 50", "summary(draws=50)"),
-        ((Setting("stream"),), "--stream", "identify_stream"),
+        (
+            (Setting("window", "2..5"), Setting("window", "8..")),
+            "--window 2..5 --window 8..",
+            "windows=[(2, 5), (8, None)]",
+        ),
         ((Setting("axis"),), "--axis", "axis=..."),
         (
             (Setting("fit output", "open-loop"),),
@@ -82,11 +86,6 @@ def test_repairs_are_an_argument_of_read_record() -> None:
             'fit(axis, record, "open-loop")',
         ),
         ((Setting("json"),), "--json", "to_dict() as JSON"),
-        (
-            (Setting("stream", given=False),),
-            "leave --stream out",
-            "call identify in place of identify_stream",
-        ),
         ((Setting("wrap", given=False),), "leave --wrap out", "leave wrap out"),
     ],
 )

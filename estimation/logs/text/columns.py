@@ -1,7 +1,6 @@
 """Rows of text as columns: numbers by NumPy's parser, what it stumbles over cell by cell."""
 
 import csv
-from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
@@ -15,10 +14,7 @@ from axisid.support.remedy import Remedy
 
 from .dialect import Dialect, Line, is_comment, is_number
 from .tail import DROP_TAIL, complete_lines
-from .time_stamps import NoStampsError, StampHistory, is_stamp, stamp_seconds
-
-#: What the time stamps of each column have shown so far.
-Origins = defaultdict[int, StampHistory]
+from .time_stamps import NoStampsError, is_stamp, stamp_seconds
 
 
 def without_comments(lines: Iterable[Line]) -> list[Line]:
@@ -26,9 +22,7 @@ def without_comments(lines: Iterable[Line]) -> list[Line]:
     return [line for line in lines if not is_comment(line[1])]
 
 
-def text_columns(
-    source: str, lines: list[Line], dialect: Dialect, origins: Origins | None = None
-) -> dict[str, Column]:
+def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, Column]:
     """Columns of lines of text.
 
     An empty cell is nan. A column of time stamps counts seconds from the first; any other column
@@ -41,8 +35,6 @@ def text_columns(
     lines : list of (int, str)
         Line numbers and texts, without the header and without comments.
     dialect : Dialect
-    origins : defaultdict of int to StampHistory, optional
-        What the time stamps of each column have shown, from one block of lines to the next.
 
     Raises
     ------
@@ -52,13 +44,12 @@ def text_columns(
     numeric = _numeric(dialect, lines[0][1])
     values = _parse([line for _, line in lines], dialect, numeric)
     if values is None:
-        return _parse_slowly(source, lines, dialect, origins)
-    origins = defaultdict(StampHistory) if origins is None else origins
+        return _parse_slowly(source, lines, dialect)
     numbers = [number for number, _ in lines]
     columns = {k: loaded_column(v) for k, v in zip(numeric, values.T, strict=True)}
     for k in set(range(len(dialect.names))) - set(numeric):
         cells = [_plain(line, dialect)[k] for _, line in lines]
-        columns[k] = _of_text(source, dialect, k, numbers, cells, origins)
+        columns[k] = _of_text(source, dialect, k, numbers, cells)
     return _named(dialect, columns)
 
 
@@ -119,11 +110,8 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
     return values if values.shape[1] == len(numeric) else None
 
 
-def _parse_slowly(
-    source: str, lines: list[Line], dialect: Dialect, origins: Origins | None
-) -> dict[str, Column]:
+def _parse_slowly(source: str, lines: list[Line], dialect: Dialect) -> dict[str, Column]:
     """Cell by cell."""
-    whole, origins = origins is None, defaultdict(StampHistory) if origins is None else origins
     width = len(dialect.names)
     values = np.full((len(lines), width), np.nan)
     stumbles: dict[int, int] = {}
@@ -134,7 +122,7 @@ def _parse_slowly(
         except csv.Error as error:
             raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
         if len(cells) != width:
-            tail = _tail_hint(lines, number, dialect, whole=whole)
+            tail = _tail_hint(lines, number, dialect)
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
                 f"columns ({', '.join(dialect.names)}). ",
@@ -152,8 +140,8 @@ def _parse_slowly(
     for k in range(width):
         if k in stumbles:
             cells, row = [text[k] for text in texts], stumbles[k]
-            advice = _tail_hint(lines, numbers[row], dialect, whole=whole)
-            columns[k] = _of_text(source, dialect, k, numbers, cells, origins, row, advice)
+            advice = _tail_hint(lines, numbers[row], dialect)
+            columns[k] = _of_text(source, dialect, k, numbers, cells, row, advice)
         else:
             columns[k] = loaded_column(values[:, k])
     return _named(dialect, columns)
@@ -165,7 +153,6 @@ def _of_text(
     k: int,
     numbers: list[int],
     cells: list[str],
-    origins: Origins,
     row: int = 0,
     advice: Remedy | None = None,
 ) -> Column:
@@ -173,7 +160,7 @@ def _of_text(
     why = ""
     if is_stamp(cells[row]):
         try:
-            seconds, note = stamp_seconds(cells, origins[k])
+            seconds, note = stamp_seconds(cells)
         except NoStampsError as error:
             row, why = error.row or row, error.why
         else:
@@ -182,9 +169,9 @@ def _of_text(
     return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma), texts=cells)
 
 
-def _tail_hint(lines: list[Line], number: int, dialect: Dialect, *, whole: bool) -> Remedy | None:
-    """More to do about a line that is one of the last, in a log that is read whole."""
-    count = complete_lines(lines, dialect) if whole else len(lines)
+def _tail_hint(lines: list[Line], number: int, dialect: Dialect) -> Remedy | None:
+    """More to do about a line that is one of the last."""
+    count = complete_lines(lines, dialect)
     ends = count < len(lines) and number >= lines[count][0]
     return Remedy.of(", or leave the end of the log out with ", DROP_TAIL) if ends else None
 

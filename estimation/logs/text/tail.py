@@ -60,16 +60,14 @@ def cut_in_number(lines: list[Line], dialect: Dialect, *, ended: bool) -> str:
     return cut_number(cells, [end for _, end in alike], ended=ended)
 
 
-def cut_notes(
-    lines: list[Line], dialect: Dialect, *, ended: bool, numbered: bool = True
-) -> tuple[Note, ...]:
+def cut_notes(lines: list[Line], dialect: Dialect, *, ended: bool) -> tuple[Note, ...]:
     """What is said of a last line that looks cut off inside its last number; empty for none."""
     why = cut_in_number(lines, dialect, ended=ended)
     if not why:
         return ()
     number, line = lines[-1]
-    where = f"line {number}, the last," if numbered else "the last line"
-    found = f"{where} looks cut off inside its last number, {_cells(line, dialect)[-1]!r}: {why}; "
+    last = _cells(line, dialect)[-1]
+    found = f"line {number}, the last, looks cut off inside its last number, {last!r}: {why}; "
     return (Note(found, Remedy.of("leave it out with ", DROP_TAIL)),)
 
 

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
 from datetime import date, datetime, time
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
@@ -68,31 +67,6 @@ class NoStampsError(ValueError):
         self.row, self.why = row, why
 
 
-@dataclass(slots=True)
-class StampHistory:
-    """What the stamps of a column have shown, from one block of rows to the next.
-
-    Attributes
-    ----------
-    dates : dict of str
-        Dates as they are written, in their order.
-    first : (str, int) or None
-        Date of the first stamp, and its ns from midnight, UTC where it has a zone.
-    last : int or None
-        ns from midnight of the last stamp.
-    midnights : int
-        Times that stamps without a date passed midnight.
-    goes_on : bool
-        Whether further blocks may follow, and pass midnight; then this is said beforehand.
-    """
-
-    dates: dict[str, None] = field(default_factory=dict)
-    first: tuple[str, int] | None = None
-    last: int | None = None
-    midnights: int = 0
-    goes_on: bool = False
-
-
 def is_stamp(cell: str) -> bool:
     """Whether a cell is a time stamp; hours and minutes alone need a date or a half of the day."""
     return _groups(cell) is not None
@@ -107,7 +81,7 @@ def _groups(cell: str) -> tuple[str, ...] | None:
     return parts if parts[0] or parts[3] or parts[5] else None
 
 
-def stamp_seconds(cells: Sequence[str], seen: StampHistory) -> tuple[Array, str]:
+def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     """Seconds from the first stamp, nan where a cell is empty, and what was assumed.
 
     Dates are ``2026-02-01``, ``2026/02/01``, ``1.2.2026`` (the day first), and ``02/01/2026`` where
@@ -122,13 +96,13 @@ def stamp_seconds(cells: Sequence[str], seen: StampHistory) -> tuple[Array, str]
     filled = [k for k, cell in enumerate(cells) if cell]
     seconds = np.full(len(cells), np.nan)
     try:
-        seconds[filled], note = _filled_seconds([cells[k] for k in filled], seen)
+        seconds[filled], note = _filled_seconds([cells[k] for k in filled])
     except NoStampsError as error:
         raise NoStampsError(filled[error.row], error.why) from error
     return seconds, f"time stamps counted from the first{note}"
 
 
-def _filled_seconds(cells: Sequence[str], seen: StampHistory) -> tuple[Array, str]:
+def _filled_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     """Seconds from the first stamp, of cells none of which is empty."""
     found = [_groups(cell) for cell in cells]
     if None in found:
@@ -138,24 +112,17 @@ def _filled_seconds(cells: Sequence[str], seen: StampHistory) -> tuple[Array, st
         if "" in part and any(part):
             raise NoStampsError(0, "its stamps are of several kinds")
     local = _since_midnight(*times)
-    seen.dates |= dict.fromkeys(dates)
-    order, note = _order(seen.dates)
+    order, note = _order(dict.fromkeys(dates))
     days = _mapped(dates, lambda text: _day(text, order))
     if any("/" in zone for zone in dict.fromkeys(zones)) and any(dates):
         within = local - _SECOND * _ahead_by_place(zones, days, local)
     else:
         within = local - _SECOND * _mapped(zones, _zone)
     if not any(dates):
-        last = within[0] if seen.last is None else seen.last
-        back = np.diff(within, prepend=last) < -_DAY * _SECOND // 2
-        days = seen.midnights + np.cumsum(back)
-        seen.last, seen.midnights = int(within[-1]), int(days[-1])
-        if seen.midnights or seen.goes_on:
+        days = np.cumsum(np.diff(within, prepend=within[0]) < -_DAY * _SECOND // 2)
+        if days[-1]:
             note = ", over midnight where they start again"
-    if seen.first is None:
-        seen.first = dates[0], int(within[0])
-    start, before = seen.first
-    return (days - _day(start, order)) * _DAY + (within - before) / _SECOND, note
+    return (days - _day(dates[0], order)) * _DAY + (within - within[0]) / _SECOND, note
 
 
 def _mapped(texts: Sequence[str], number: Callable[[str], int]) -> _Whole:

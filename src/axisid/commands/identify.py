@@ -40,7 +40,6 @@ from axisid.commands.options.several_options import (
 )
 from axisid.presentation.console import ProgressLine
 
-from .identify_in_blocks import identify_streamed
 from .identify_outputs import put_identification
 
 if TYPE_CHECKING:
@@ -59,12 +58,6 @@ def _check_idle(methods: tuple[str, ...], covariance: str, json_file: str | None
     check_estimator(methods, covariance)
     if json_file == "-":
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
-
-
-def _check_one(records: tuple[str, ...]) -> None:
-    """Refuse several records where they are read in blocks."""
-    if len(records) > 1:
-        raise click.UsageError("--stream reads one RECORD in blocks; name one, or leave it out.")
 
 
 def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float:
@@ -143,12 +136,6 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @click.option(
     "--full", is_flag=True, help="Print intervals, correlations and every diagnostic's figures too."
 )
-@click.option(
-    "--stream",
-    is_flag=True,
-    help="Read a log larger than memory in blocks: by IDM-LS, or with --method idm-iv by "
-    "instruments, whose loop is simulated block by block.",
-)
 @json_option("Write the result as JSON; - for standard output.")
 @click.option(
     "--report", metavar="FILE", help="Write a page of HTML to show: verdict, tables, figures."
@@ -191,7 +178,6 @@ def identify(
     bounded: bool,
     draws: int | None,
     full: bool,
-    stream: bool,
     json_file: str | None,
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
@@ -216,13 +202,6 @@ def identify(
     filtering.prefilter()  # refused before anything is read
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
     check_targets(targets, (*record, axis, *further), force=force)
-    if stream:
-        _check_one(record)
-        log = record[0] if record else None
-        identify_streamed(
-            axis, log, methods, filtering, reading, json_file, left_out, no_native=no_native
-        )
-        return
     own_columns = columns_by_place(columns_of, len(record))
     _check_idle(methods, covariance, json_file)
     _check_figures(figures, figure_format, len(record), force=force)

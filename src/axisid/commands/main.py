@@ -42,9 +42,9 @@ _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
 
 
 _NO_MEMORY = (
-    "there is not enough memory for this record and these options. Take a piece of the record, "
-    "decimate more, ask for fewer draws, or give it to axisid identify --stream, which reads it in "
-    "blocks."
+    "there is not enough memory for this record and these options. Cut windows out of the log, "
+    "which are parts of one regression with a verdict (--window FROM..TO --window FROM..TO), "
+    "decimate more, or ask for fewer draws."
 )
 
 

@@ -14,7 +14,6 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.law_search import LawSearch
 from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.records import Record
-from axisid.estimation.streaming import StreamedEstimate
 from axisid.estimation.studies import Comparison, Sweep, Validation
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
@@ -27,7 +26,6 @@ from axisid.presentation.documents import (
     law_search_dict,
     output_fit_dict,
     record_dict,
-    stream_dict,
     sweep_dict,
     validation_dict,
 )
@@ -77,7 +75,6 @@ from axisid.presentation.text import (
     identification_document,
     law_search_document,
     record_document,
-    stream_document,
     sweep_document,
     validation_document,
 )
@@ -135,7 +132,6 @@ as_blocks.register(Sweep, sweep_document)
 as_blocks.register(LawSearch, law_search_document)
 as_blocks.register(Comparison, comparison_document)
 as_blocks.register(Validation, validation_document)
-as_blocks.register(StreamedEstimate, stream_document)
 as_blocks.register(OutputFit, output_fit_document)
 as_blocks.register(MonteCarlo, monte_carlo_document)
 as_blocks.register(ResultComparison, _settled(result_comparison_document))
@@ -186,7 +182,6 @@ as_document.register(Sweep, sweep_dict)
 as_document.register(LawSearch, law_search_dict)
 as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
-as_document.register(StreamedEstimate, stream_dict)
 as_document.register(OutputFit, output_fit_dict)
 as_document.register(MonteCarlo, monte_carlo_dict)
 as_document.register(ResultComparison, ResultComparison.to_dict)

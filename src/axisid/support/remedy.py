@@ -49,15 +49,12 @@ class Argument:
         How the callable is written around its arguments; ``{}`` for the one that is called anyway.
     written : callable
         Takes the values and gives the text of all of them.
-    without : str
-        How to do without it; empty where the argument is left out.
     """
 
     of: str
     name: str = ""
     call: str = "{}"
     written: Callable[[Sequence[str]], str]
-    without: str = ""
 
 
 #: Gives the words for settings that stand together.
@@ -86,12 +83,8 @@ def as_arguments(settings: Sequence[Setting]) -> str:
         call.format(", ".join(ARGUMENTS[name].written(each) for name, each in values.items()))
         for call, values in calls.items()
     ]
-    return ", ".join(written + [_without(each.name) for each in settings if not each.given])
-
-
-def _without(name: str) -> str:
-    argument = ARGUMENTS[name]
-    return argument.without or f"leave {argument.name} out"
+    without = [f"leave {ARGUMENTS[each.name].name} out" for each in settings if not each.given]
+    return ", ".join(written + without)
 
 
 def _text(name: str) -> Callable[[Sequence[str]], str]:
@@ -117,6 +110,12 @@ def _mapping(name: str) -> Callable[[Sequence[str]], str]:
         return f"{name}={{{', '.join(f'{_quoted(k)}: {_quoted(v)}' for k, _, v in pairs)}}}"
 
     return written
+
+
+def _windows(values: Sequence[str]) -> str:
+    """A list of pairs of times, of options ``FROM..TO``."""
+    ends = (value.partition("..")[::2] for value in values)
+    return f"windows=[{', '.join(f'({a or None}, {b or None})' for a, b in ends)}]"
 
 
 def _names(name: str) -> Callable[[Sequence[str]], str]:
@@ -161,6 +160,7 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "sample-period": Argument(
             of="read_record", name="sample_period", written=_number("sample_period")
         ),
+        "window": Argument(of="read_record", name="windows", written=_windows),
         "max-memory": Argument(of="read_record", name="max_memory", written=_bytes("max_memory")),
         "mask": Argument(
             of="estimation.Repairs", name="mask", call=_REPAIRS, written=_text("mask")
@@ -215,12 +215,6 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
         "leave-out": Argument(of="leave_out", call="leave_out(axis, {})", written=_each_quoted),
         "ladder": Argument(of="friction_ladder", call="friction_ladder(axis)", written="".join),
-        "stream": Argument(
-            of="estimation.identify_stream",
-            call="identify_stream",
-            written="".join,
-            without="call identify in place of identify_stream",
-        ),
         "record": Argument(of="export", name="record", written=_number("record")),
         "axis": Argument(of="load_result", name="axis", written=_text("axis")),
         "json": Argument(of="Identification.to_dict", call="to_dict() as JSON", written="".join),

@@ -156,41 +156,6 @@ def test_repairs_without_a_record_are_refused(run: Run) -> None:
 
 
 @pytest.mark.slow
-def test_log_is_streamed(
-    run: Run, root: Path, tmp_path: Path, columns: dict[str, np.ndarray]
-) -> None:
-    file = write(tmp_path / "log.csv", columns)
-    options = (file, "--columns", CHOSEN)
-    whole = estimates(run, *options)
-    code, out, err = run("identify", "emps2015", *options, "--stream", "--json", "-")
-    assert (code, err) == (0, "")
-    streamed = json.loads(out)
-    schema = json.loads((root / "docs" / "schema" / "results-1.json").read_text())
-    Draft202012Validator(schema).validate(streamed)
-    found = [p["value"] for p in streamed["parameters"].values()]
-    assert found == pytest.approx(values(whole), rel=1e-10)
-    assert streamed["record"]["sha256"] == whole["record"]["sha256"]
-    code, out, _ = run("identify", "emps2015", *options, "--stream")
-    assert code == 0
-    assert "read in blocks" in out
-    result = tmp_path / "streamed.json"
-    assert run("identify", "emps2015", *options, "--stream", "--json", result)[0] == 0
-    code, out, err = run("export", result, "--axis", "emps2015", "--to", "csv")
-    assert (code, err) == (0, "")
-    assert out.splitlines()[1].startswith(f"emps2015,idm-ls,M,kg,{found[0]!r},")
-
-
-@pytest.mark.parametrize("options", [["--gaps", "split"], ["--draws", "9"], ["--method", "ddm-iv"]])
-def test_what_streaming_cannot_do_is_refused(
-    run: Run, tmp_path: Path, columns: dict[str, np.ndarray], options: list[str]
-) -> None:
-    file = write(tmp_path / "log.csv", columns)
-    code, _, err = run("identify", "emps2015", file, "--stream", *options)
-    assert code == 2
-    assert "--stream" in err
-
-
-@pytest.mark.slow
 def test_windows_and_shifts_are_taken_and_told(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
@@ -246,22 +211,3 @@ def test_windows_and_shifts_that_cannot_be_are_refused(
     code, _, err = run("identify", "emps2015", file, "--columns", CHOSEN, *arguments, *FILTER)
     assert code == (3 if "--from" in arguments[:1] else 2)
     assert said in " ".join(err.split())
-
-
-@pytest.mark.slow
-def test_instruments_of_a_log_in_blocks_are_written_and_read_again(
-    run: Run, root: Path, tmp_path: Path, columns: dict[str, np.ndarray], twin: Record
-) -> None:
-    columns = columns | {"ref": np.asarray(twin.reference)[: len(columns["t"])]}
-    file, result = write(tmp_path / "log.csv", columns), tmp_path / "streamed.json"
-    named = ("--columns", f"{CHOSEN},reference=ref")
-    options = (file, *named, "--stream", "--method", "idm-iv", "--json", result)
-    assert run("identify", "emps2015", *options)[0] == 0
-    streamed = json.loads(result.read_text())
-    schema = json.loads((root / "docs" / "schema" / "results-1.json").read_text())
-    Draft202012Validator(schema).validate(streamed)
-    assert streamed["method"] == "idm-iv"
-    assert len(streamed["iterations"]) == len(streamed["iteration_simulation_errors_percent"])
-    code, out, err = run("export", result, "--axis", "emps2015", "--to", "csv")
-    assert (code, err) == (0, "")
-    assert out.splitlines()[1].startswith("emps2015,idm-iv,M,kg,")

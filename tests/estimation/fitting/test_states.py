@@ -9,7 +9,6 @@ from axisid import Parameter, Record, build, fit, identify, simulate
 from axisid.codegen.artefacts import generated_axis
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import dahl
-from axisid.estimation.streaming import identify_stream
 from axisid.support.arrays import Array
 from tests.axes.remembering import CASCADE, Fc, bristle, declared, virtual, x
 from tests.refusals import refuses
@@ -38,8 +37,6 @@ def test_methods_of_rows_refuse_what_no_record_has(how: dict[str, Any]) -> None:
     record = _record(axis, axis.nominal, noise=0.0, samples=50)
     with refuses("states-no-rows"):
         identify(axis, record, **how)
-    with refuses("states-no-rows"):
-        identify_stream(axis, [])
     with refuses("states-open-loop"):
         fit(axis, record, "open-loop")
 

@@ -12,8 +12,6 @@ from axisid.estimation import LawCheck, check_law
 from axisid.estimation.records import Record
 from axisid.estimation.regression.following_loops import FollowingLoops
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.streaming import identify_stream
-from axisid.support.arrays import Array
 from tests.axes.lagging import KP, KV, PERIOD, THETA, TRUTH, lagging, noisy
 
 CASES = [
@@ -68,24 +66,6 @@ def test_with_noise_instruments_are_within_their_deviations(timing: dict[str, fl
         assert abs(value.corrected - true) < 2.5 * value.deviation
 
 
-def _blocks(record: Record) -> list[dict[str, Array]]:
-    names = ("time", "position", "control")
-    columns = {name: np.asarray(getattr(record, name)) for name in names}
-    return [
-        {name: values[i : i + 3000] for name, values in columns.items()}
-        for i in range(0, len(record), 3000)
-    ]
-
-
-@pytest.mark.slow
-def test_blocks_give_the_estimate_of_the_whole_record() -> None:
-    axis = build(lagging(lag=1e-3, delay=3.5e-4))
-    record = twin_record(axis)
-    whole = identify(axis, record, methods=["idm-ls"]).estimates["idm-ls"]
-    streamed = identify_stream(axis, _blocks(record))
-    assert np.allclose(streamed.physical, whole.physical, rtol=1e-9)
-
-
 @pytest.mark.slow
 def test_loops_follow_a_record_without_its_reference() -> None:
     axis = build(noisy(lagging(lag=8e-4, delay=1.35e-3, logged="applied"), 1e-6))
@@ -134,12 +114,3 @@ def test_an_undeclared_dead_band_is_taken_for_friction_and_named_with_its_width(
     (failing,) = (check for check in result.verdict if check.status == "fail")
     assert failing.name == "missing terms"
     assert "Drive(deadband=0.05" in failing.meaning
-
-
-@pytest.mark.slow
-def test_blocks_remember_the_rate_of_the_command() -> None:
-    axis = build(lagging(**PATH))
-    record = twin_record(axis)
-    whole = identify(axis, record, methods=["idm-ls"]).estimates["idm-ls"]
-    streamed = identify_stream(axis, _blocks(record))
-    assert np.allclose(streamed.physical, whole.physical, rtol=1e-9)

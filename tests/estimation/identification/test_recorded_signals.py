@@ -8,7 +8,6 @@ import pytest
 
 from axisid import (
     Identification,
-    Prefilter,
     Record,
     build,
     identify,
@@ -17,7 +16,6 @@ from axisid import (
     validate,
 )
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation import identify_stream
 from axisid.estimation.simulation import trajectory
 from axisid.support.errors import DataError
 from axisid.support.missing import Missing
@@ -131,23 +129,13 @@ def test_a_loop_at_a_clock_of_its_own_reads_the_signals_between_samples(every: i
 
 
 @pytest.mark.slow
-def test_a_pause_a_second_record_and_a_log_in_blocks_take_signals_along() -> None:
+def test_a_pause_and_a_second_record_take_signals_along() -> None:
     axis = build(recorded_axis("pressure"))
     one, two = twin(axis, "pressure", 1), twin(axis, "pressure", 2)
     cut = one.windowed((0.3, 3.0), (3.5, 7.5))
     for result in (identify(axis, cut), identify(axis, [one, two])):
         area = result.estimates["idm-iv"].parameters["A"]
         assert sum(area.interval) / 2 == pytest.approx(TRUTH["A"], abs=3 * area.sd)
-    blocks = [
-        {name: values[a : a + 1000] for name, values in one.channels().items()}
-        for a in range(0, len(one), 1000)
-    ]
-    stream = identify_stream(axis, blocks, Prefilter())
-    whole = identify(axis, one, Prefilter(), methods=["idm-ls"]).estimates["idm-ls"]
-    streamed = [value.value for value in stream.parameters.values()]
-    assert streamed == pytest.approx(whole.theta, rel=1e-6)
-    with pytest.raises(DataError, match="pressure"):
-        identify_stream(axis, [{k: v for k, v in b.items() if k != "pressure"} for b in blocks])
 
 
 def test_a_record_without_a_reference_follows_its_position_under_the_signal() -> None:

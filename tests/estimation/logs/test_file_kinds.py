@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from axisid import DataError, read_record
-from axisid.estimation import LogBlocks
 from tests.refusals import refuses
 
 TEXT = "time,position\n" + "\n".join(f"{k},{k % 7}.5" for k in range(40)) + "\n"
@@ -89,14 +88,14 @@ def test_pipe_is_refused_and_not_waited_for(tmp_path: Path, ending: str) -> None
         read_record(pipe)
 
 
-def test_blocks_are_of_regular_files_of_their_kind(tmp_path: Path) -> None:
+def test_logs_are_regular_files_of_their_kind(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.csv"
     os.mkfifo(pipe)
     (tmp_path / "log.csv").write_bytes(b"PAR1....")
     (tmp_path / "folder.csv").mkdir()
     for name, message in (("pipe", "no regular file"), ("log", "Parquet"), ("folder", "a folder")):
         with pytest.raises(DataError, match=message):
-            list(LogBlocks(file=tmp_path / f"{name}.csv"))
+            read_record(tmp_path / f"{name}.csv")
     with refuses("log-not-a-file"):
         read_record("/dev/zero")
 

@@ -353,7 +353,7 @@ def test_without_reference_or_law_it_says_what_it_needs(
 
 
 @pytest.mark.slow
-def test_the_command_runs_it_where_it_is_named(run: Run, tmp_path: Path) -> None:
+def test_the_command_runs_it_where_it_is_named(run: Run) -> None:
     code, out, _ = run("identify", "emps2015", "--method", "idm-iv", "--method", "didim")
     assert code == 0
     assert "IDM-IV" in out
@@ -364,8 +364,3 @@ def test_the_command_runs_it_where_it_is_named(run: Run, tmp_path: Path) -> None
     code, _, err = run("identify", "emps2015", "--method", "all", "--method", "didim")
     assert code == 2
     assert "--method all is by itself" in err
-    code, _, err = run(
-        "identify", "emps2015", str(tmp_path / "x.csv"), "--stream", "--method", "didim"
-    )
-    assert code == 2
-    assert "--method" in err

@@ -20,7 +20,6 @@ from axisid import (
     validate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation import identify_stream
 from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.problems.visibility import Reach, check_visible, natural_sizes
 from axisid.estimation.regression.forms import InverseForm
@@ -103,13 +102,9 @@ def test_without_it_the_others_are_found_and_what_stands_for_it_is_told() -> Non
 
 
 @pytest.mark.slow
-def test_streams_sweeps_and_comparisons_name_it_too() -> None:
+def test_sweeps_and_comparisons_name_it_too() -> None:
     axis = build(with_stribeck(1e-3))
     record = twin_record(axis)
-    blocks = [{"time": record.time, "position": record.position, "control": record.control}]
-    with refuses("not-shown", says="Fs") as refused:
-        identify_stream(axis, blocks)  # type: ignore[arg-type]
-    assert leaves_out(refused.value) == ["Fs"]
     with refuses("none-identified", says="does not show Fs"):
         sweep(axis, record, (40.0, 60.0))
     ladder = friction_ladder(load_axis("emps2015"), stribeck=1e-3)
@@ -117,20 +112,6 @@ def test_streams_sweeps_and_comparisons_name_it_too() -> None:
     assert list(found.failures) == ["Stribeck"]
     assert "does not show Fs" in found.failures["Stribeck"].text
     assert found.recommended == "Coulomb"
-
-
-@pytest.mark.slow
-def test_streamed_without_it_gives_what_the_whole_gives() -> None:
-    axis = with_stribeck(1e-3)
-    record = twin_record(build(axis))
-    blocks = [{"time": record.time, "position": record.position, "control": record.control}]
-    plain = build(leave_out(axis, "Fs"))
-    streamed = identify_stream(plain, blocks)  # type: ignore[arg-type]
-    measured = replace(record, reference=None)  # a stream simulates nothing
-    whole = identify(plain, measured, methods="idm-ls")["idm-ls"]
-    assert streamed.physical == pytest.approx(whole.physical, rel=1e-9)
-    assert "left out   Fs = 0 N" in streamed.summary()
-    assert streamed.to_dict()["left_out"] == {"Fs": 0.0}
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from axisid import Record, load_axis, read_record
-from axisid.estimation import LogBlocks, Repairs
+from axisid.estimation import Repairs
 from tests.refusals import refuses
 
 TIME = 1e-3 * np.arange(400)
@@ -109,12 +109,3 @@ def test_it_is_cut_split_and_resampled_as_the_others() -> None:
     np.testing.assert_allclose(smooth.injected, 0.1 * np.sin(60 * smooth.time), atol=1e-6)
     with refuses("empty-cells", says="injected is nan"):
         read_record({**LOG, "exc": np.where(TIME == 0.1, np.nan, LOG["exc"])}, **given)  # type: ignore[arg-type]
-
-
-def test_blocks_give_it_too(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
-    np.savetxt(
-        file, np.column_stack([*LOG.values()]), delimiter=",", header=",".join(LOG), comments=""
-    )
-    (block,) = LogBlocks(file=file, columns=NAMED, injected_at="control")
-    np.testing.assert_allclose(block["injected"], LOG["exc"])

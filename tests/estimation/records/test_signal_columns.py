@@ -11,7 +11,6 @@ import pytest
 
 from axisid import Record, build, read_record, twin_record
 from axisid.estimation import Repairs
-from axisid.estimation.records import LogBlocks
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Array
 from tests.axes.recorded import recorded_axis, recorded_values
@@ -147,12 +146,6 @@ def test_long_tables_have_signals_too(tmp_path: Path) -> None:
     file.write_text("\n".join(lines))
     record = read_record(file, AXIS)
     assert record.signals["pressure"] == pytest.approx(PRESSURE)
-
-
-def test_a_log_in_blocks_brings_its_signals(tmp_path: Path) -> None:
-    blocks = LogBlocks(file=written(tmp_path, columns()), axis=AXIS, rows=300)
-    found = np.concatenate([block["pressure"] for block in blocks])
-    assert np.array_equal(found, PRESSURE)
 
 
 def test_a_json_log_has_signals(tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
 from axisid.estimation.records.times.own_period import own_period
-from axisid.estimation.streaming import identify_stream
 from axisid.support.missing import Missing
 from tests.refusals import refuses
 
@@ -138,18 +137,6 @@ def test_times_without_a_phase_leave_the_period_open(rng: np.random.Generator) -
     period, uncertainty = own_period(np.cumsum(rng.uniform(0.2e-3, 1.8e-3, 3000)))
     assert period == pytest.approx(1e-3, rel=0.05)
     assert uncertainty == 0.1
-
-
-def test_blocks_fail_by_another_time_too(emps2015: GeneratedAxis, twin: Record) -> None:
-    def streamed(factor: float, **options: Any) -> Any:
-        columns = timed(twin, factor).channels()
-        return identify_stream(emps2015, [columns], **options)
-
-    assert streamed(1.0).time_base is None
-    assert "FAIL" not in streamed(1.0).summary()
-    assert "check the time column" in streamed(1.05).to_dict()["time_base"]
-    assert "FAIL   control law: the record is sampled" in streamed(1.05).summary()
-    assert streamed(2.0, sample_period=2e-3).time_base is None
 
 
 def test_real_records_have_the_time_that_their_axes_declare(

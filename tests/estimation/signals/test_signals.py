@@ -6,7 +6,6 @@ import pytest
 
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.streaming import identify_stream
 from tests.refusals import refuses
 
 
@@ -24,8 +23,6 @@ def test_time_in_another_unit_is_asked_about_before_the_filter(
     record = replace(twin, time=factor * twin.time, sample_period=None)
     with refuses("time-unit", says=f"{told}: is time's unit right.*As it stands, the"):
         identify(emps2015, record, Prefilter(cutoff=60.0))
-    with refuses("time-unit", says=told):
-        identify_stream(emps2015, [record.channels()], Prefilter(cutoff=60.0))
 
 
 def test_filter_that_does_not_suit_the_record_is_the_only_complaint_otherwise(

@@ -18,7 +18,6 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import stribeck
-from axisid.estimation import identify_stream
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.signals.without_turns import dependence, searches_friction
 from axisid.estimation.simulation.twin import trajectory
@@ -56,17 +55,6 @@ def test_rests_are_left_out_however_long(rest: float, noise: float) -> None:
     assert result.prefilter.reversals == "leave-out"
     for estimate in result.estimates.values():
         assert estimate.physical == pytest.approx(TRUTH, rel=2e-3 if noise == 0 else 1e-2)
-
-
-def test_a_log_in_blocks_leaves_rests_out_too() -> None:
-    axis = build(stage())
-    record = rested(axis, 2.0)
-    columns = {"time": record.time, "position": record.position, "control": record.control}
-    blocks = [{n: v[k : k + 3000] for n, v in columns.items()} for k in range(0, len(record), 3000)]  # type: ignore[index]
-    found = identify_stream(axis, blocks)
-    assert found.prefilter.reversals == "leave-out"
-    whole = identify(axis, record, methods="idm-ls")["idm-ls"]
-    assert found.physical == pytest.approx(whole.physical, rel=1e-9)
 
 
 def test_rests_that_are_kept_are_named_where_the_loop_does_not_follow() -> None:

@@ -134,7 +134,7 @@ def drop(name: str) -> Callable[[dict[str, Any]], None]:
         ("time,position\n", "is not JSON"),
         ("[" * 100_000, "is not JSON"),
         ("[1]", "it has no schema, not 'axisid.identification/1'"),
-        ('{"schema": "axisid.stream/1"}', "was read in blocks"),
+        ('{"schema": "axisid.stream/1"}', "no longer read; identify the log again"),
         ('{"schema": "axisid.sweep/1"}', "its schema is 'axisid.sweep/1'"),
         (
             '{"schema": "axisid.identification/1"}',

@@ -407,7 +407,7 @@ def _first(content: dict[str, Any]) -> dict[str, Any]:
         (lambda _: '{"schema": ["x"]}', "it has no schema"),
         (lambda text: text.replace("identification/1", "identification/0"), "identification/0'"),
         (lambda text: text.replace("identification/1", "sweep/1"), "'axisid.sweep/1'"),
-        (lambda text: text.replace("identification/1", "stream/1"), "was read in blocks"),
+        (lambda text: text.replace("identification/1", "stream/1"), "are no longer read"),
         (_changed(lambda w: w.pop("verdict")), "object missing required field verdict"),
         (_changed(lambda w: _first(w).update(rows="7")), "expected int, got str at"),
         (_changed(lambda w: _first(w).update(rows=3)), "has 3 rows for 3 parameters"),

@@ -222,7 +222,6 @@ def test_a_log_that_cannot_be_read_is_named_and_can_be_skipped(logs: list[str]) 
         (("--known", "m_add=0,x"), "number 2 is no value"),
         (("--local", "nothing"), "no parameter 'nothing'"),
         (("--columns-of", "3", "time=t"), "record 3 is none"),
-        (("--stream",), "reads one RECORD"),
         (("--gain", "declared"), "--gain says nothing without --known"),
     ],
 )

@@ -19,7 +19,6 @@ from axisid.presentation.schema import (
     WrittenIdentification,
     WrittenLawSearch,
     WrittenOutputFit,
-    WrittenStream,
     WrittenSweep,
     plain,
     schema_of,
@@ -30,7 +29,6 @@ DOCUMENTS = (
     WrittenIdentification,
     WrittenSweep,
     WrittenComparison,
-    WrittenStream,
     WrittenLawSearch,
     WrittenOutputFit,
 )

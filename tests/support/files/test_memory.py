@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import json
 import re
 import tracemalloc
 import zipfile
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from axisid import read_record
+from axisid import Record, read_record
 from axisid.support.files import memory
 from axisid.support.files.memory import machine_memory, room_for
 from tests.bounded import within
@@ -137,6 +138,38 @@ def test_messages_of_a_bag_are_counted(tmp_path: Path) -> None:
         read_record(tmp_path / "log", max_memory=1e5)
 
 
+def test_a_file_too_large_to_read_is_to_be_cut_into_shorter_ones(tmp_path: Path) -> None:
+    """Windows would not do: the whole file is read before they are taken."""
+    file = tmp_path / "log.csv"
+    file.write_text("time,position\n" + "0,1\n" * 1000)
+    with refuses("memory", says="into shorter files, .* records of one regression") as refused:
+        read_record(file, max_memory=1e5)
+    assert refused.value.remedy is not None
+    assert [setting.name for setting in refused.value.remedy.settings] == ["max-memory"]
+    with refuses("memory"):
+        read_record(file, windows=[(0.0, 1.0)], max_memory=1e5)
+
+
+@pytest.mark.slow
+def test_what_a_log_that_is_too_large_is_told_to_do_identifies_it(
+    run: Any, tmp_path: Path, twin: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "log.npz"
+    np.savez(file, **twin.channels())
+    monkeypatch.setattr(memory, "machine_memory", lambda: 2 * 800 * 0.9 * len(twin))
+    code, _, err = run("identify", "emps2015", file)
+    assert code == 3
+    assert "(--window FROM..TO --window FROM..TO), or allow more (--max-memory GB)" in err
+    cut = ("--window", "..3", "--window", "3.5..")
+    for options in (cut, ("--max-memory", "1")):
+        code, out, err = run("identify", "emps2015", file, *options, "--json", "-")
+        assert (code, err) == (0, "")
+        found = json.loads(out)
+        assert found["verdict"]
+        (value,) = (e["parameters"]["M"] for e in found["estimates"] if e["method"] == "idm-iv")
+        assert abs(value["value"] - twin.provenance.truth["M"]) < 4 * value["sd_hac"]
+
+
 def test_log_that_fits_is_read(tmp_path: Path) -> None:
     rows = "\n".join(f"{k},{k % 7}.5,{k % 5}" for k in range(2000))
     file = tmp_path / "log.csv"
@@ -156,8 +189,13 @@ def test_more_samples_than_can_be_identified_are_refused_unless_the_user_allows_
     time = 1e-3 * np.arange(60_000)
     file = tmp_path / "log.npz"
     np.savez_compressed(file, time=time, position=np.sin(time), control=np.cos(time))
-    with refuses("memory", says="identifying the 60000 samples of .*, half of what there is"):
+    told = "identifying the 60000 samples of .*, half of what there is"
+    with refuses("memory", says=told) as refused:
         read_record(file)
+    assert refused.value.remedy is not None
+    assert [s.name for s in refused.value.remedy.settings] == ["window", "window", "max-memory"]
+    assert "windows=[(FROM, TO), (FROM, TO)]" in str(refused.value)
+    assert "parts of one regression with a verdict" in str(refused.value)
     assert len(read_record(file, windows=[(0.0, 20.0)])) == 20_001
     assert len(read_record(file, max_memory=1e9)) == 60_000
 

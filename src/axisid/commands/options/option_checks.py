@@ -1,7 +1,7 @@
 """Options that would be ignored are refused: the user meant something by them."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import click
 from click.core import ParameterSource
@@ -54,11 +54,3 @@ def check_idle(option: str, why: str) -> None:
     """Refuse an option that has no effect, for a reason that goes on after its name."""
     if option in given_options():
         raise click.UsageError(f"{option} {why}; leave one of them out.")
-
-
-def check_allowed(allowed: Iterable[str], what: str) -> None:
-    """Refuse options beyond those that a way to run knows."""
-    kept = {*allowed}
-    beyond = [option for option in given_options() if option not in kept]
-    if beyond:
-        raise click.UsageError(f"{what}; leave out {' and '.join(beyond)}.")

@@ -12,7 +12,7 @@ import click
 
 if TYPE_CHECKING:
     from axisid.codegen.artefacts import GeneratedAxis
-    from axisid.estimation.records import LogBlocks, Record
+    from axisid.estimation.records import Record
 
 #: First and last time, s; None for the log's own.
 Window = tuple[float | None, float | None]
@@ -81,19 +81,6 @@ class Reading:
     def with_columns(self, columns: str) -> "Reading":
         """The same with columns of one log in place of those of all."""
         return replace(self, columns=_roles(columns, "--columns-of"))
-
-    def blocks(self, file: str, axis: "GeneratedAxis") -> "LogBlocks":
-        """The same in blocks, for a log larger than memory; nothing can be repaired then."""
-        from axisid.estimation.records import LogBlocks
-
-        repairs = {*self.given} - {"--columns", "--injected-at", "--sample-period"}
-        if repairs:
-            raise click.UsageError(
-                f"{' and '.join(sorted(repairs))} cannot be done in blocks; leave --stream out."
-            )
-        return LogBlocks(
-            file=Path(file), axis=axis, columns=self.columns, injected_at=self.injected_at
-        )
 
 
 _ENDS = (
@@ -179,13 +166,6 @@ _OPTIONS = (
         metavar="GB",
         help="Memory that reading a log may take.  [default: half of the machine's]",
     ),
-)
-
-#: Names of all of them on the command line.
-RECORD_OPTIONS = (
-    *(f"--{name.replace('_', '-')}" for name in Reading.__dataclass_fields__),
-    "--from",
-    "--to",
 )
 
 

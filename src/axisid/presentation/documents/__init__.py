@@ -15,6 +15,5 @@ from .law_search import law_search_dict as law_search_dict
 from .output_fit import output_fit_dict as output_fit_dict
 from .same_members import number as number
 from .same_members import read_as as read_as
-from .stream import stream_dict as stream_dict
 from .sweep import sweep_dict as sweep_dict
 from .validation import validation_dict as validation_dict

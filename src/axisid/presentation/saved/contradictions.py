@@ -13,8 +13,6 @@ from axisid.presentation.schema import (
     WrittenPrefilter,
     WrittenRecord,
     WrittenResponse,
-    WrittenStream,
-    WrittenStreamRecord,
     WrittenValue,
 )
 from axisid.support.errors import DataError, ModelError
@@ -33,17 +31,15 @@ _SAME = 1e-6  # relative, of a variance and a deviation: writing and reading cha
 _NOTHING = 1e-300  # a variance whose root squared loses digits
 
 
-def refuse_contradictions(document: WrittenIdentification | WrittenStream, file: str) -> None:
+def refuse_contradictions(document: WrittenIdentification, file: str) -> None:
     """Refuse a file whose members do not belong together.
 
     Raises
     ------
     DataError
     """
-    if not isinstance(document, WrittenStream):
-        _refuse_unknown(document, file)
-    found = _streamed(document) if isinstance(document, WrittenStream) else _identified(document)
-    if problem := next(found, ""):
+    _refuse_unknown(document, file)
+    if problem := next(_identified(document), ""):
         raise contradiction(file, problem)
 
 
@@ -64,11 +60,6 @@ def contradiction(file: str, problem: str) -> DataError:
     return DataError(
         f"{file} contradicts itself: {problem}. ", WRITE_AGAIN, code="contradictory-result"
     )
-
-
-def _streamed(document: WrittenStream) -> Iterator[str]:
-    yield from _record(document.record, document.prefilter, document.rows)
-    yield from _values(document.parameters, {}, document.estimated_by)
 
 
 def _identified(document: WrittenIdentification) -> Iterator[str]:
@@ -115,9 +106,7 @@ def _several(document: WrittenIdentification) -> Iterator[str]:
         yield "it has a declared drive gain beside none that is identified"
 
 
-def _record(
-    record: WrittenRecord | WrittenStreamRecord, prefilter: WrittenPrefilter, rows: int
-) -> Iterator[str]:
+def _record(record: WrittenRecord, prefilter: WrittenPrefilter, rows: int) -> Iterator[str]:
     samples, period = record.samples, record.sample_period
     if period <= 0:
         yield f"the sample period is {period:g} s"

@@ -8,7 +8,6 @@ from axisid.presentation.schema import (
     WrittenDriveTime,
     WrittenIdentification,
     WrittenResponse,
-    WrittenStream,
     plain,
 )
 from axisid.support.errors import UsageError
@@ -23,15 +22,12 @@ def written_drive(written: WrittenResponse) -> Drive:
     return Drive(gain=1.0, **told)
 
 
-def refuse_other_drive(
-    document: WrittenIdentification | WrittenStream, file: str, axis: Axis
-) -> None:
+def refuse_other_drive(document: WrittenIdentification, file: str, axis: Axis) -> None:
     """Refuse an axis whose drive differs from the identified one where no code tells them apart.
 
     Parameters
     ----------
-    document : WrittenIdentification or WrittenStream
-        A log that was read in blocks says nothing of its drive.
+    document : WrittenIdentification
     file : str
     axis : Axis
         As it was given, a time of its drive that is estimated still a parameter.
@@ -41,8 +37,6 @@ def refuse_other_drive(
     UsageError
         It has another lag, delay, place of the recorded control, or deviation of its gain.
     """
-    if isinstance(document, WrittenStream):
-        return
     for name, then, now in _differences(document, axis.drive):
         raise UsageError(
             f"{file} was identified with the drive's {name} {then}, but {axis.name!r} as it is "

@@ -5,8 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import overload
 
-from msgspec import UNSET
-
 from axisid.codegen.artefacts import signature
 from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.derivation import AxisModel, derive
@@ -19,7 +17,6 @@ from axisid.presentation.schema import (
     WrittenMonteCarlo,
     WrittenOutputFit,
     WrittenResponse,
-    WrittenStream,
     read_document,
     schema_of,
 )
@@ -36,9 +33,14 @@ from .study import SavedMonteCarlo
 from .views import saved_document
 
 _REFUSED = {
-    schema_of(WrittenStream): Note(
-        "is of a log that was read in blocks, which has no verdict and no covariances; ",
-        Remedy.of("to have them, ", Setting("stream", given=False), "."),
+    "axisid.stream/1": Note(
+        "is of a log that was read in blocks, and such results are no longer read; ",
+        Remedy.of(
+            "identify the log again, by windows cut out of it if it is too large (",
+            Setting("window", "FROM..TO"),
+            Setting("window", "FROM..TO"),
+            ").",
+        ),
     ),
     schema_of(WrittenOutputFit): Note(
         "is of a fit of an output, which has one estimate and no method; read it with load_result, "
@@ -59,16 +61,6 @@ def read_identification(file: str | Path) -> SavedIdentification:
     """
     path = _path(file)
     return _checked(path, read_document(path, WrittenIdentification, refused=_REFUSED))
-
-
-def read_fit(file: str | Path) -> SavedIdentification | WrittenStream:
-    """Read a file as `read_identification` does, or one of a log that was read in blocks."""
-    path = _path(file)
-    document = read_document(path, WrittenIdentification, WrittenStream)
-    if isinstance(document, WrittenIdentification):
-        return _checked(path, document)
-    refuse_contradictions(document, str(path))
-    return document
 
 
 def _path(file: object) -> Path:
@@ -171,7 +163,7 @@ def _joined(saved: SavedIdentification, axis: Axis | str | Path | None) -> Saved
 
 
 def joined_model(
-    document: WrittenIdentification | WrittenStream, file: str, given: Axis | str | Path | None
+    document: WrittenIdentification, file: str, given: Axis | str | Path | None
 ) -> AxisModel | None:
     """Derive the axis that a file is of: the one that is given, or the library's of its name.
 
@@ -210,12 +202,12 @@ def joined_model(
     )
 
 
-def _as_identified(document: WrittenIdentification | WrittenStream, axis: Axis) -> Axis:
+def _as_identified(document: WrittenIdentification, axis: Axis) -> Axis:
     """The axis without what was left out, and with what was fixed where it fixes nothing itself.
 
     A time of its drive that was estimated is what was found.
     """
-    drive = document.drive if isinstance(document, WrittenIdentification) else UNSET
+    drive = document.drive
     if isinstance(drive, WrittenResponse) and isinstance(drive.estimated, WrittenDriveTime):
         found = drive.estimated
         axis = replace(axis, drive=axis.drive.with_time(found.of, found.value))
@@ -225,26 +217,20 @@ def _as_identified(document: WrittenIdentification | WrittenStream, axis: Axis) 
     return fix(left, **fixed)
 
 
-def _fixed(document: WrittenIdentification | WrittenStream) -> Mapping[str, WrittenKnown]:
-    """What was declared as known, by name; a log that was read in blocks makes no use of it."""
-    if isinstance(document, WrittenStream) or not document.estimates[0].physical:
+def _fixed(document: WrittenIdentification) -> Mapping[str, WrittenKnown]:
+    """What was declared as known, by name."""
+    if not document.estimates[0].physical:
         return {}
     return document.estimates[0].physical.fixed
 
 
-def has_own_parameters(document: WrittenIdentification | WrittenStream) -> bool:
+def has_own_parameters(document: WrittenIdentification) -> bool:
     """Whether records have parameters of their own, or something is known of each."""
-    if isinstance(document, WrittenStream):
-        return False
     return bool(document.local) or any(member.known for member in document.records or ())
 
 
-def _check_fixed(
-    document: WrittenIdentification | WrittenStream, file: str, model: AxisModel
-) -> None:
+def _check_fixed(document: WrittenIdentification, file: str, model: AxisModel) -> None:
     """Refuse an axis with other fixed values than those that the physical parameters are from."""
-    if isinstance(document, WrittenStream):
-        return
     then, now = _fixed(document), {p.name: p for p in model.base.known}
     for name in dict.fromkeys([*then, *now]):
         old, new = then.get(name), now.get(name)
@@ -262,12 +248,9 @@ def _known(value: float | None, sd: float) -> str:
     return f"fixed at {value!r}" + (f" +- {sd!r}" if sd else "")
 
 
-def _check_parameters(
-    document: WrittenIdentification | WrittenStream, file: str, model: AxisModel
-) -> None:
+def _check_parameters(document: WrittenIdentification, file: str, model: AxisModel) -> None:
     if has_own_parameters(document):
         return
     wanted = sorted(p.name for p in model.axis.parameters)
-    estimates = [document] if isinstance(document, WrittenStream) else document.estimates
-    if any(sorted(estimate.parameters) != wanted for estimate in estimates):
+    if any(sorted(estimate.parameters) != wanted for estimate in document.estimates):
         raise DataError(f"{file} lacks parameters of the axis {model.axis.name!r}. ", WRITE_AGAIN)

@@ -5,16 +5,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from axisid.estimation.estimates import Value, physical_parameters
-from axisid.estimation.identification import Identification, RecordInfo, record_place
+from axisid.estimation.identification import Identification, RecordInfo
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
-from axisid.presentation.schema import WrittenStream
 from axisid.support.errors import UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
-from .estimate import named
-from .file import joined_model, read_fit
+from .file import joined_model, read_identification
 from .identification import SavedIdentification
 from .part import SavedPart
 
@@ -105,20 +103,14 @@ def fitted_axis(
         return _identified(result, derive(result.axis.declared), result.axis.signature)
     if isinstance(result, SavedIdentification) and axis is None:
         return _of_file(result, derive(result.own_axis), record)
-    saved = result if isinstance(result, SavedIdentification) else read_fit(result)
-    document = saved.document if isinstance(saved, SavedIdentification) else saved
-    file = saved.file if isinstance(saved, SavedIdentification) else str(result)
-    model = joined_model(document, file, axis)
+    saved = result if isinstance(result, SavedIdentification) else read_identification(result)
+    model = joined_model(saved.document, saved.file, axis)
     if model is None:
         raise UsageError(
-            f"{file} does not hold the axis {document.axis!r}; ",
+            f"{saved.file} does not hold the axis {saved.document.axis!r}; ",
             Remedy.of("give the one it was identified with (", Setting("axis"), ")."),
             code="file-of-another-axis",
         )
-    if isinstance(saved, WrittenStream):
-        if record is not None:
-            record_place(record, 1)
-        return _streamed(saved, model)
     return _of_file(saved, model, record)
 
 
@@ -182,17 +174,6 @@ def _identified(
         estimates={m: e.parameters for m, e in result.estimates.items()},
         physical={m: p.parameters for m, p in result.physical.items()},
         preferred=result.preferred.method,
-    )
-
-
-def _streamed(written: WrittenStream, model: AxisModel) -> FittedAxis:
-    return FittedAxis(
-        model=model,
-        signature=written.signature,
-        source=_writable(written.record.source),
-        sha256=written.record.sha256 or "",
-        estimates={written.estimated_by: named(written.parameters)},
-        preferred=written.estimated_by,
     )
 
 

@@ -33,7 +33,6 @@ from .diagnosis import WrittenNoiseBias as WrittenNoiseBias
 from .diagnosis import WrittenSetting as WrittenSetting
 from .diagnosis import WrittenStrength as WrittenStrength
 from .estimate import WrittenEstimate as WrittenEstimate
-from .estimate import WrittenStream as WrittenStream
 from .identification import WrittenApart as WrittenApart
 from .identification import WrittenIdentification as WrittenIdentification
 from .identification import WrittenMember as WrittenMember
@@ -63,7 +62,6 @@ from .record import WrittenRepair as WrittenRepair
 from .record import WrittenRequest as WrittenRequest
 from .record import WrittenResponse as WrittenResponse
 from .record import WrittenSignal as WrittenSignal
-from .record import WrittenStreamRecord as WrittenStreamRecord
 from .residuals import WrittenAutocorrelation as WrittenAutocorrelation
 from .residuals import WrittenCrossCorrelation as WrittenCrossCorrelation
 from .residuals import WrittenNormality as WrittenNormality

@@ -1,4 +1,4 @@
-"""One method's estimate, and one of a log that was read in blocks."""
+"""One method's estimate."""
 
 from collections.abc import Mapping
 from typing import Annotated, Literal
@@ -6,13 +6,12 @@ from typing import Annotated, Literal
 from msgspec import UNSET, UnsetType
 
 from .base import JsonObject, Matrix, about
-from .record import WrittenPrefilter, WrittenStreamRecord
 from .residuals import WrittenResidualTests
 from .values import WrittenDirectValue, WrittenDrawn, WrittenPhysical, WrittenValue
 
 
 class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
-    """One method's estimate, and one of a log that was read in blocks."""
+    """One method's estimate."""
 
     method: Annotated[str, about("As identify takes it.")]
     parameters: Annotated[Mapping[str, WrittenValue], about("Physical, by name.")]
@@ -98,50 +97,3 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     theta_ddm_gain_slopes: Annotated[
         Mapping[str, float] | None, about("The same of the direct model.")
     ]
-
-
-class WrittenStream(
-    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.stream/1"
-):
-    """An estimate of a log that was read in blocks."""
-
-    axis: str
-    signature: Annotated[str, about("Of the generated code.")]
-    left_out: Annotated[
-        Mapping[str, float] | UnsetType,
-        about("What stands for the parameters that were left out, SI, by name."),
-    ] = UNSET
-    record: Annotated[WrittenStreamRecord, about("Where the data come from.")]
-    prefilter: WrittenPrefilter
-    parameters: Annotated[Mapping[str, WrittenValue], about("By name.")]
-    beyond_bounds: Annotated[
-        str | None,
-        about("Which parameters are outside their declared bounds; null for none."),
-    ]
-    time_base: Annotated[
-        str | None,
-        about("What speaks against the log's sampling period; null for nothing."),
-    ]
-    rows: Annotated[int, about("Of the regression.")]
-    lags: Annotated[int, about("Of the HAC covariance.")]
-    equation_error_percent: float
-    method: Annotated[
-        Literal["idm-iv"] | UnsetType,
-        about("By which it was estimated; left out for least squares, idm-ls, as what follows."),
-    ] = UNSET
-    simulation_error_percent: Annotated[float | UnsetType, about("By the simulated loop.")] = UNSET
-    iterations: Annotated[
-        tuple[Mapping[str, float], ...] | UnsetType,
-        about("Physical parameters by iterate, SI."),
-    ] = UNSET
-    iteration_simulation_errors_percent: tuple[float, ...] | UnsetType = UNSET
-    started: Annotated[
-        Literal["least-squares", "nominal"] | UnsetType, about("Where the iteration started.")
-    ] = UNSET
-    remarks: Annotated[tuple[str, ...] | UnsetType, about("On the iteration.")] = UNSET
-    condition_number: Annotated[float | None, about("Of the regressor.")]
-
-    @property
-    def estimated_by(self) -> str:
-        """The method, whether it is written or not."""
-        return "idm-ls" if self.method is UNSET else self.method

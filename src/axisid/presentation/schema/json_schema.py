@@ -7,7 +7,6 @@ from msgspec import json
 
 from .comparison import WrittenComparison, WrittenResultComparison
 from .diagnosis import WrittenLawSearch
-from .estimate import WrittenStream
 from .identification import WrittenIdentification, WrittenSweep
 from .monte_carlo import WrittenMonteCarlo
 from .output_fit import WrittenOutputFit
@@ -17,7 +16,6 @@ _DOCUMENTS = (
     WrittenSweep,
     WrittenComparison,
     WrittenResultComparison,
-    WrittenStream,
     WrittenLawSearch,
     WrittenOutputFit,
     WrittenMonteCarlo,

@@ -139,17 +139,6 @@ class WrittenSignal(JsonObject, frozen=True, kw_only=True):
     between: Annotated[Literal["linear", "held"], about("How it runs between samples.")]
 
 
-class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):
-    """Where the data come from, of a log that was read in blocks."""
-
-    assumed: Annotated[
-        tuple[str, ...],
-        about("What was taken of the file: separator, encoding, units and their conversion."),
-    ]
-    samples: int
-    sample_period: Annotated[float, about("s")]
-
-
 class WrittenRequest(JsonObject, frozen=True, kw_only=True):
     """A prefilter as it was asked for; null is what was left open, to be chosen for the record."""
 

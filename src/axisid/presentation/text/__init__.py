@@ -24,7 +24,6 @@ from .record import record_facts as record_facts
 from .record import records_table as records_table
 from .record import set_aside_facts as set_aside_facts
 from .record import several_notes as several_notes
-from .stream import stream_document as stream_document
 from .sweep import sweep_document as sweep_document
 from .validation import validation_document as validation_document
 from .validation import validation_table as validation_table

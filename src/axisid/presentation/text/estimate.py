@@ -3,7 +3,6 @@
 import math
 
 from axisid.estimation.estimates import Estimate, Value
-from axisid.estimation.streaming import StreamedEstimate
 from axisid.presentation.blocks import Column, Document, Quantity, Table, text_columns
 from axisid.support.number_text import range_text
 
@@ -35,7 +34,7 @@ def estimate_document(estimate: Estimate) -> Document:
     return (table,)
 
 
-def iterations(estimate: Estimate | StreamedEstimate) -> str:
+def iterations(estimate: Estimate) -> str:
     """How many iterations there were, and from where; a dash for least squares."""
     if not estimate.iterates:
         return "-"

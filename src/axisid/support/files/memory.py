@@ -18,10 +18,14 @@ from axisid.support.user_values import quoted
 GIGABYTE = 1e9
 #: Code of an error about a log that takes more memory than there is.
 MEMORY = "memory"
-#: How to read what memory cannot hold, the end of a sentence.
-IN_BLOCKS = Remedy.of(
-    "delimited text, Parquet, MATLAB v7.3, MDF or TDMS in blocks, as identify does (",
-    Setting("stream"),
+#: What to do about a file that memory cannot hold, the beginning of a sentence.
+SHORTER_FILES = "Cut the log into shorter files, which are records of one regression with a verdict"
+_WINDOW = Setting("window", "FROM..TO")
+#: What to do about more samples than memory can hold, likewise.
+WINDOWS = Remedy.of(
+    "Cut windows out of the log, which are parts of one regression with a verdict (",
+    _WINDOW,
+    _WINDOW,
     ")",
 )
 _SHARE = 0.5  # of the machine's memory, which reads no log alone
@@ -80,7 +84,7 @@ class Room:
             As `take` does.
         """
         if amount > self.left:
-            raise self._too_much(f"reading {self.source}")
+            raise self._too_much(f"reading {self.source}", SHORTER_FILES)
 
     def check_samples(self, count: int) -> None:
         """Refuse more samples than can be identified; reading alone takes far less of them.
@@ -91,19 +95,13 @@ class Room:
             As `take` does, unless the user set the limit.
         """
         if not self.given and _IDENTIFIED * count > self.limit:
-            raise self._too_much(f"identifying the {count} samples of {self.source}")
+            raise self._too_much(f"identifying the {count} samples of {self.source}", WINDOWS)
 
-    def _too_much(self, what: str) -> DataError:
+    def _too_much(self, what: str, less: str | Remedy) -> DataError:
         whose = "as much as it may" if self.given else "half of what there is"
         return DataError(
             f"{what} would take more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. ",
-            Remedy.of(
-                "Read a piece of the log, read ",
-                IN_BLOCKS,
-                ", or allow more (",
-                Setting("max-memory", "GB"),
-                ").",
-            ),
+            Remedy.of(less, ", or allow more (", Setting("max-memory", "GB"), ")."),
             code=MEMORY,
         )
 

@@ -9,7 +9,6 @@ import pytest
 from axisid import DataError, Record, read_record
 from axisid.estimation import Repairs
 from axisid.estimation.logs.text.cut_number import cut_number
-from axisid.estimation.records.blocks import LogBlocks
 from axisid.support.remedy import Setting
 
 FORMATS: dict[str, Callable[[float], str]] = {
@@ -105,15 +104,12 @@ def test_cut_row_is_told_and_left_out_on_request(
     text = "\n".join([separator.join(("time", "position", "control")), *lines])
     file.write_bytes(f"{text}\n".encode(encoding))
     assert not read_record(file).provenance.doubts
-    assert not LogBlocks(file=file).provenance().doubts
     for lost in (1, 4) if end else (2, 4):
         file.write_bytes(text[:-lost].encode(encoding))
         (told,) = read_record(file).provenance.doubts
         assert "line 3001, the last, looks cut off inside its last number" in told.text
         assert told.remedy is not None
         assert told.remedy.settings == (Setting("tail", "drop"),)
-        (told,) = LogBlocks(file=file).provenance().doubts
-        assert "the last line looks cut off inside its last number" in told.text
         kept = read_record(file, repairs=Repairs(tail="drop"))
         assert len(kept) == 2999
         assert "from line 3001" in kept.provenance.repairs[0].text

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from axisid import read_record
-from axisid.estimation import LogBlocks
 from tests.refusals import refuses
 
 N = 50
@@ -64,10 +63,8 @@ def test_comments_are_passed_over_and_units_are_those_of_the_head(
     assert ("comments passed over: 1" in assumed) == ("start" in first)
 
 
-def test_file_without_samples_and_a_file_in_blocks_are_refused(tmp_path: Path) -> None:
+def test_file_without_samples_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "log.lvm"
     file.write_text(HEADS)
     with refuses("labview-without-samples"):
         read_record(file)
-    with refuses("labview-in-blocks", says="a LabVIEW file"):
-        list(LogBlocks(file=lvm(tmp_path / "log.txt")))

@@ -5,7 +5,7 @@ from datetime import UTC
 import numpy as np
 import pytest
 
-from axisid.estimation.logs.text.time_stamps import NoStampsError, StampHistory, stamp_seconds
+from axisid.estimation.logs.text.time_stamps import NoStampsError, stamp_seconds
 
 EXPECTED = [0.0, 0.25, 60.5]
 
@@ -29,38 +29,30 @@ EXPECTED = [0.0, 0.25, 60.5]
     ],
 )
 def test_stamps_of_many_ways_count_from_the_first(cells: list[str]) -> None:
-    seconds, note = stamp_seconds(cells, StampHistory())
+    seconds, note = stamp_seconds(cells)
     assert seconds == pytest.approx(EXPECTED, abs=1e-12)
     assert note.startswith("time stamps counted from the first")
 
 
 def test_nanoseconds_are_kept() -> None:
-    seconds, _ = stamp_seconds(
-        ["2026-02-01 12:00:00", "2026-02-01 12:00:00.000000001"], StampHistory()
-    )
+    seconds, _ = stamp_seconds(["2026-02-01 12:00:00", "2026-02-01 12:00:00.000000001"])
     assert seconds[1] == 1e-9
 
 
 def test_empty_cell_has_no_time() -> None:
-    seconds, _ = stamp_seconds(["", "12:00:00", "", "12:00:01"], StampHistory())
+    seconds, _ = stamp_seconds(["", "12:00:00", "", "12:00:01"])
     assert np.array_equal(seconds, [np.nan, 0.0, np.nan, 1.0], equal_nan=True)
 
 
 def test_times_without_a_date_pass_midnight_and_say_so() -> None:
     cells = ["23:59:59.5", "00:00:00", "00:00:00.5", "12:00:00", "23:59:59.5", "00:00:01"]
-    seen = StampHistory()
-    blocks = [stamp_seconds(cells[k : k + 2], seen) for k in (0, 2, 4)]
+    seconds, note = stamp_seconds(cells)
     expected = [0.0, 0.5, 1.0, 43200.5, 86400.0, 86401.5]
-    assert np.concatenate([seconds for seconds, _ in blocks]) == pytest.approx(expected)
-    assert "midnight" in blocks[0][1]
-    seconds, note = stamp_seconds(["12:00:01", "12:00:00"], StampHistory())
+    assert seconds == pytest.approx(expected)
+    assert "midnight" in note
+    seconds, note = stamp_seconds(["12:00:01", "12:00:00"])
     assert "midnight" not in note
     assert seconds[1] == -1.0  # a small step back is left as it is, to be refused
-
-
-def test_blocks_that_may_yet_pass_midnight_say_so_beforehand() -> None:
-    _, note = stamp_seconds(["12:00:00", "12:00:01"], StampHistory(goes_on=True))
-    assert "midnight" in note
 
 
 @pytest.mark.parametrize(
@@ -71,12 +63,9 @@ def test_order_of_day_and_month_is_told_by_a_number_beyond_twelve(
     dates: list[str], days: int, first: str
 ) -> None:
     cells = [f"{date} 12:00:00" for date in dates]
-    seconds, note = stamp_seconds(cells, StampHistory())
+    seconds, note = stamp_seconds(cells)
     assert seconds[1] == days * 86400
     assert note.endswith(f"{first} first")
-    seen = StampHistory()
-    parts = [stamp_seconds([cell], seen)[0][0] for cell in cells]
-    assert parts == [0.0, days * 86400]
 
 
 @pytest.mark.parametrize(
@@ -97,7 +86,7 @@ def test_order_of_day_and_month_is_told_by_a_number_beyond_twelve(
 )
 def test_what_may_mean_two_times_or_none_is_refused(cells: list[str], row: int, why: str) -> None:
     with pytest.raises(NoStampsError, match=why or None) as caught:
-        stamp_seconds(cells, StampHistory())
+        stamp_seconds(cells)
     assert caught.value.row == row
     assert bool(caught.value.why) == bool(why)
 
@@ -125,19 +114,19 @@ def test_a_zone_of_a_place_counts_through_the_change_of_the_clock(
         + f" {zone}"
         for k in range(12)
     ]
-    seconds, _ = stamp_seconds(cells, StampHistory())
+    seconds, _ = stamp_seconds(cells)
     assert seconds == pytest.approx(0.25 * np.arange(12))
 
 
 def test_zones_of_letters_and_in_brackets_are_read() -> None:
     cells = ["2026-10-25 02:59:59 CEST", "2026-10-25 02:00:00 CET", "2026-10-25 01:00:01 UTC"]
-    seconds, _ = stamp_seconds(cells, StampHistory())
+    seconds, _ = stamp_seconds(cells)
     assert seconds == pytest.approx([0.0, 1.0, 2.0])
     iso = ["2026-02-01T12:00:00+01:00[Europe/Berlin]", "2026-02-01T12:00:01+01:00[Europe/Berlin]"]
-    assert stamp_seconds(iso, StampHistory())[0] == pytest.approx([0.0, 1.0])
+    assert stamp_seconds(iso)[0] == pytest.approx([0.0, 1.0])
 
 
 @pytest.mark.parametrize("zone", ["Mars/Olympus", "XYZ", "ABCD"])
 def test_a_zone_that_is_not_known_is_told(zone: str) -> None:
     with pytest.raises(NoStampsError, match=f"the zone '{zone}' is not known"):
-        stamp_seconds([f"2026-02-01 12:00:00 {zone}"], StampHistory())
+        stamp_seconds([f"2026-02-01 12:00:00 {zone}"])

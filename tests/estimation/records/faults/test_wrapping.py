@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from axisid import load_axis, read_record
 from axisid.estimation import Repairs
-from axisid.estimation.records.blocks import extent
 from axisid.estimation.records.faults.wrapping import undone
 from tests.refusals import refuses
 
@@ -131,29 +130,12 @@ def test_wrapped_position_is_recognised_unasked() -> None:
     assert any("the position jumps by 1." in note.text for note in by_range.provenance.doubts)
 
 
-def in_blocks(position: np.ndarray, rows: int) -> list[dict[str, np.ndarray]]:
-    return [
-        {"time": TIME[a : a + rows], "position": position[a : a + rows]} for a in range(0, N, rows)
-    ]
-
-
-def test_wrapped_position_is_recognised_block_by_block() -> None:
-    wrapped = np.mod(TURNING, TURN)
-    first = 2 + int(np.flatnonzero(np.abs(np.diff(wrapped)) > 1)[0])
-    blocks = in_blocks(wrapped, 30)
-    with refuses("wrapped", says=rf"before data row {first} \(\d such jumps\), .*looks wrapped"):
-        extent("log", blocks, None, load_axis("rotary_table"))
-
-
-@pytest.mark.parametrize("rows", [1, 2, 7, 99, 100, 101, N])
-def test_blocks_tell_the_jumps_that_the_whole_log_has(rows: int) -> None:
+def test_a_jump_beside_a_rest_that_jitters_is_told() -> None:
     axis = replace(load_axis("emps2015"), columns={})
     ticking = np.where(TIME < 0.05, 1e-6 * (np.arange(N) // 4 % 2), 0.0)  # a rest that jitters
     position = ticking + 0.01 * TIME + np.where(np.arange(N) < 100, 0.0, 0.9)
-    told = [*read_record(log(position), axis).provenance.doubts]
+    told = read_record(log(position), axis).provenance.doubts
     assert told[0].text.startswith("the position jumps by 0.9 m before data row 101:")
-    blocks = [{"position": block["position"]} for block in in_blocks(position, rows)]
-    assert list(extent("log", blocks, 1e-3, axis).notes) == told
 
 
 def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:

@@ -8,7 +8,6 @@ import pytest
 
 from axisid import DataError, Record, read_record
 from axisid.estimation import Repairs
-from axisid.estimation.records.blocks import extent
 from axisid.support.remedy import as_options
 from tests.refusals import refuses
 
@@ -42,9 +41,6 @@ def test_period_that_drifts_is_refused_and_may_be_resampled() -> None:
     with refuses("uneven-time", says=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
         read_record(wavy)
     assert asked(refused.value) == ["resample"]
-    with refuses("uneven-time", says=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
-        extent("log", [{r: v[k : k + 700] for r, v in wavy.items()} for k in (0, 700, 1400)], None)
-    assert asked(refused.value) == ["stream"]
     record = read_record(wavy, repairs=Repairs(resample="auto"))
     assert record.position == pytest.approx(np.sin(30 * record.time), abs=1e-6)
 
