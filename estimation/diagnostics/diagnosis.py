@@ -229,7 +229,7 @@ class Case:
     @cached_property
     def strength(self) -> Check | Missing:
         """Whether those instruments are strong, or why that cannot be told."""
-        if self.instruments is None and isinstance(self.beside, Missing):
+        if isinstance(self.instruments, Missing) and isinstance(self.beside, Missing):
             return self.beside
         return strength_check(self.preferred, self.instruments)
 

@@ -109,18 +109,24 @@ def slopes_by_added(
     slopes = injected_slopes(stretch, own, substeps, added)
     if slopes is None:
         return None
-    alone = stretch.rows(lambda name: own_part(stretch, name) * added)
-    return slopes - np.where(stretch.counted[:, None], alone, 0.0)
+    for place, name in enumerate(stretch.outputs):
+        if alone := own_part(stretch, name):
+            counted = stretch.counted[place :: len(stretch.outputs), None]
+            slopes[place :: len(stretch.outputs)] -= np.where(counted, alone * added, 0.0)
+    return slopes
 
 
 def injected_slopes(
     stretch: Stretch, own: Array, substeps: int | None, added: Array
 ) -> Array | None:
     """Slopes as the loop has them, with what is added in its control; None without a loop."""
-    inputs = stretch.inputs
-    lanes = ADDED_SHARE * np.hstack([added, -added])
+    inputs, count = stretch.inputs, added.shape[1]
+    # Of many columns what is copied costs more than the loops.
+    lanes = np.empty((len(added), 2 * count))
+    np.multiply(added, ADDED_SHARE, out=lanes[:, :count])
+    np.negative(lanes[:, :count], out=lanes[:, count:])
     if inputs.injected is not None:
-        lanes = lanes + inputs.injected[:, None]
+        lanes += inputs.injected[:, None]
     found = simulate_lanes(
         stretch.axis,
         np.tile(own, (lanes.shape[1], 1)),
@@ -131,7 +137,10 @@ def injected_slopes(
     if found.failures:
         return None
     more, less = np.split(stretch.rows(found.__getitem__), 2, axis=1)
-    return np.where(stretch.counted[:, None], (more - less) / (2 * ADDED_SHARE), 0.0)
+    slopes = more - less
+    slopes /= 2 * ADDED_SHARE
+    slopes[~stretch.counted] = 0.0
+    return np.asarray(slopes)
 
 
 def own_part(stretch: Stretch, signal: str) -> float:

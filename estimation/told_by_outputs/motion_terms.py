@@ -19,7 +19,7 @@ from axisid.support.missing import Missing
 from .missing import Asking, Left
 
 _OF_CONTROL: tuple[Kind, ...] = ("delay", "dead band")  # that act where the control does
-_AT_ONCE = 4_000_000  # numbers that are added side by side
+_AT_ONCE = 150_000  # numbers that are added side by side: of more, copies leave the cache
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
