@@ -98,7 +98,6 @@ BY_NAME = (
     "commands.many",
     "commands",
 )
-MOST_FILES = 12
 STAGES = ("modeling", "codegen", "estimation")
 #: Folders of tests that are no room's: the whole, results and texts that are kept, what goes wrong,
 #: and what tests are made of.
@@ -189,15 +188,6 @@ def test_tests_mirror_the_rooms(root: Path) -> None:
     rooms = {room for floor in FLOORS for room in floor}
     assert mirrored == rooms - TESTED_ELSEWHERE.keys()
     assert set(TESTED_ELSEWHERE.values()) <= mirrored
-
-
-def test_no_room_has_too_many_files(modules: dict[str, Path]) -> None:
-    sizes: dict[str, int] = {}
-    for name, file in modules.items():
-        if file.name != "__init__.py":
-            room = _room(name, modules)
-            sizes[room] = sizes.get(room, 0) + 1
-    assert {room: size for room, size in sizes.items() if size > MOST_FILES} == {}
 
 
 def test_every_import_points_down_also_late_and_typing_only_ones(

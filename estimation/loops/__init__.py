@@ -25,7 +25,6 @@ from .law_ticks import measured_velocity as measured_velocity
 from .mean_control import mean_until_next as mean_until_next
 from .start import loop_starts as loop_starts
 from .start import moved_start as moved_start
-from .start import start_of_log as start_of_log
 from .start_memory import START_SAMPLES as START_SAMPLES
 from .start_memory import at_rest_misses as at_rest_misses
 from .start_memory import below_limit as below_limit

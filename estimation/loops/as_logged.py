@@ -45,7 +45,7 @@ def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = Tr
     if hides_command(axis):
         limit, path = axis.axis.drive.limit, axis.axis.drive.path
         path = path if steps else replace(path, quantisation=0.0)
-        commands, _ = through_path(path, np.clip(commands, -limit, limit), law_of(axis).period)
+        commands = through_path(path, np.clip(commands, -limit, limit), law_of(axis).period)
     return as_logged(axis, commands)
 
 

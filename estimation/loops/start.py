@@ -45,23 +45,6 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
     )
 
 
-def start_of_log(axis: GeneratedAxis, head: Record, rows: int, power: float) -> LoopStart:
-    """Where the loop of a log starts whose first samples are at hand.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a control law.
-    head : Record
-        With a reference, and a control if the log has one.
-    rows : int
-        Of the head that are the log's.
-    power : float
-        Mean square of the control of the whole log.
-    """
-    return _start(axis, head, (0, rows), power)
-
-
 def moved_start(
     axis: GeneratedAxis, start: LoopStart, reference: float, first: Sequence[float], away: float
 ) -> LoopStart:
@@ -85,9 +68,7 @@ def moved_start(
     return replace(start, memory=start.memory + change.full().ravel())
 
 
-def _start(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], power: float | None = None
-) -> LoopStart:
+def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
     record, rows = placed(axis, record, span), slice(*span)
     position = record.position[rows]
     if record.integrated:
@@ -97,6 +78,6 @@ def _start(
     start = LoopStart(
         position=float(position[0]),
         velocity=velocity,
-        memory=first_memory(axis, record, span, power=power),
+        memory=first_memory(axis, record, span),
     )
     return with_drive(axis, record, span, start)

@@ -41,12 +41,7 @@ def start_of_law(
 
 
 def first_memory(
-    axis: GeneratedAxis,
-    record: Record,
-    span: tuple[int, int],
-    ticks: LawTicks | None = None,
-    *,
-    power: float | None = None,
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks | None = None
 ) -> Array | None:
     """What the drive remembers at the first sample of a segment, (m,).
 
@@ -60,8 +55,6 @@ def first_memory(
         The segment: first row and the one after the last.
     ticks : LawTicks, optional
         Of the segment, where they are known.
-    power : float, optional
-        Mean square of the control, where the segment is the beginning of one; else its own.
 
     Returns
     -------
@@ -79,8 +72,7 @@ def first_memory(
     at_rest = state_at_rest(axis, ticks)
     made = control_along(axis, ticks, at_rest)
     off = wanted - made
-    power = float(np.mean(control**2)) if power is None else power
-    if not law.balanced and not at_rest_misses(off, seen, power):
+    if not law.balanced and not at_rest_misses(off, seen, float(np.mean(control**2))):
         return None
     found = _solved(axis, ticks, wanted, seen, at_rest)
     if np.any(seen & ~below_limit(axis, made)):  # where nothing shows what moves it

@@ -7,15 +7,7 @@ Knows nothing of verdicts and of how it is shown.
 from .bound_record import bound_record as bound_record
 from .estimating import estimate_by as estimate_by
 from .instrumental import Instruments as Instruments
-from .instrumental import IterationState as IterationState
-from .instrumental import Step as Step
-from .instrumental import Steps as Steps
-from .instrumental import from_least_squares as from_least_squares
-from .method import Fit as Fit
 from .method import Method as Method
 from .methods import METHODS as METHODS
 from .pace import Pace as Pace
 from .robust import scale_of as scale_of
-from .starting import Start as Start
-from .starting import least_squares_start as least_squares_start
-from .starting import nominal_start as nominal_start

@@ -1,6 +1,5 @@
 """Instrumental variables: instruments from the simulated loop, until the estimate stands still."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -11,7 +10,6 @@ from axisid.estimation.choices.methods import NOMINAL_START
 from axisid.estimation.estimates import Iterate
 from axisid.estimation.problems import ByInstruments, Problem, Solver
 from axisid.estimation.regression import (
-    Columns,
     Equations,
     Form,
     InverseForm,
@@ -82,7 +80,7 @@ class Instruments(Method):
         form, start = start_of(problem, form, self.start)
         if start.named == NOMINAL_START or not form.is_linear:
             return self.iteration(form, start, problem).fit()
-        return from_least_squares(
+        return _from_least_squares(
             self.iteration(form, start, problem),
             lambda why: self.iteration(form, nominal_start(form, why), problem),
         )
@@ -92,12 +90,12 @@ class Instruments(Method):
         return Iteration(self.name, form, start, problem, self.loss)
 
 
-def from_least_squares(first: "Steps", from_nominal: Callable[[Note], "Steps"]) -> Fit:
+def _from_least_squares(first: "Iteration", from_nominal: Callable[[Note], "Iteration"]) -> Fit:
     """The fit of an iteration that starts from least squares, or from the nominal values.
 
     Parameters
     ----------
-    first : Steps
+    first : Iteration
     from_nominal : callable
         The iteration from the nominal values, for why it does not start from least squares; where
         `first` comes to no end.
@@ -117,8 +115,8 @@ def from_least_squares(first: "Steps", from_nominal: Callable[[Note], "Steps"]) 
     return near if near is not None and second.jumps else found
 
 
-class Steps(ABC):
-    """The iteration of one method, wherever its rows are.
+class Iteration:
+    """The iteration of one method on the rows of a problem.
 
     Parameters
     ----------
@@ -127,28 +125,17 @@ class Steps(ABC):
     form : Form
         Linearised where it starts, if it is not linear.
     start : Start
+    problem : Problem
     loss : str
         Of `ROW_LOSSES`.
     """
 
-    def __init__(self, method: str, form: Form, start: Start, loss: str) -> None:
+    def __init__(self, method: str, form: Form, start: Start, problem: Problem, loss: str) -> None:
         self._method, self._form, self._start, self._loss = method, form, start, loss
+        self._on = problem
         self._iterates: list[Iterate] = []
         self._pace = Pace()
         self.jumps = False  # whether the fit is near an estimate, and none
-
-    @property
-    @abstractmethod
-    def rest(self) -> float:
-        """Part of the samples at which the axis stands still."""
-
-    @abstractmethod
-    def _at(self, physical: Array) -> IterationState:
-        """The rows, and those of the loop simulated with parameters (p,)."""
-
-    @abstractmethod
-    def _regressor(self, measured: Equations) -> Columns:
-        """The measured regressor, checked."""
 
     def fit(self) -> Fit:
         """Iterate.
@@ -179,7 +166,7 @@ class Steps(ABC):
             return self._ended(nearest, reached, (_jumping(nearest.size),))
 
     def _moving(self, physical: Array) -> EstimationError:
-        rests = rests_first(self.rest)
+        rests = rests_first(self._on.rest)
         cause = Note.of("It may be that ", rests, ".") if rests else self._elsewhere()
         said = Note.of(
             f"{self._method} still moves after {_MOST} iterations; the last estimate is "
@@ -195,15 +182,10 @@ class Steps(ABC):
             return Remedy.of(law, "better nominal values.")
         return Remedy.of(law, "the nominal values: ", Setting("start", NOMINAL_START), ".")
 
-    def _made(
-        self,
-        measured: Equations,
-        physical: Array,
-        loops: tuple[Simulation, ...],
-        intercept: Array,
-        Z: Array,
-    ) -> IterationState:
-        """Take note of an iterate, by the rows of the loop that was simulated with it."""
+    def _at(self, physical: Array) -> IterationState:
+        """The rows, and those of the loop simulated with parameters (p,), an iterate."""
+        measured = self._on.rows(self._form.at(physical) if self._iterates else self._form)
+        loops, intercept, Z = self._simulated(physical)
         # Of the point that is simulated, which a damped step leaves short of the solution.
         theta = self._form.regressed(physical)
         # The loop satisfies the model row by row, so this is its left side.
@@ -214,30 +196,39 @@ class Steps(ABC):
         )
         return IterationState(measured, physical, loops, simulated, intercept, Z)
 
+    def _simulated(self, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
+        """The loops simulated with parameters (p,), and their intercept and regressor."""
+        start = self._start
+        if self._iterates or not start.loops:
+            return self._on.simulated(self._form, physical)
+        right = start.right or self._on.right_of(self._form, physical, start.loops)
+        return start.loops, *right
+
     def _step(self, at: IterationState) -> Step:
         """From where the iteration is to the estimate by the loop that is simulated there."""
         names = [q.label for q in self._form.quantities]
         simulated = factor(at.Z, names, "the simulated loop")
         solution = self._solution(at, simulated)
         goal, jacobian = self._form.physical(solution.theta)
-        deviation = np.sqrt(np.diag(delta_method(self._covariance(solution), jacobian)))
+        covariance = delta_method(PublishedCovariance().matrix(solution), jacobian)
+        deviation = np.sqrt(np.diag(covariance))
         # Of the whole step: part of one may be small far from the solution.
         size, further = self._pace.step(at.physical, goal, deviation)
         return Step(at.physical, goal, further, size, solution, simulated, at.intercept)
 
-    def _covariance(self, solution: Solution) -> Array:
-        """Of a step's goal, in the regression's own parameters, (k, k)."""
-        return PublishedCovariance().matrix(solution)
-
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
         """By the simulated loop as instruments."""
-        regressor = self._regressor(at.measured)
+        regressor = self._on.factored(self._form, at.measured)
         left = at.measured.left - at.measured.intercept
         plain = instrumental_variables(left, regressor, simulated)
         return robust_solution(left, regressor, simulated, self._loss, plain)
 
     def _next(self, step: Step, physical: Array, share: float) -> Array:
-        """Where the iteration goes from parameters (p,)."""
+        """Where the iteration goes from parameters (p,); partially linear ones stay in bounds."""
+        if not self._form.is_linear and isinstance(self._form, InverseForm):
+            if step.size <= CONVERGED.value:
+                return np.clip(step.goal, *search_bounds(self._form.axis))
+            return damped_step(self._form, self._on.rows, step.simulated, physical, step.goal)
         whole = step.size <= CONVERGED.value or share == 1.0
         return step.goal if whole else physical + share * (step.goal - physical)
 
@@ -288,50 +279,6 @@ class Steps(ABC):
         except EstimationError as error:
             problem = f"{what}: {error.problem}"
             raise EstimationError(problem, error.remedy, code=error.code) from error
-
-
-class Iteration(Steps):
-    """The iteration on the rows of a problem.
-
-    Parameters
-    ----------
-    method, form, start, loss
-        As of `Steps`.
-    problem : Problem
-    """
-
-    def __init__(self, method: str, form: Form, start: Start, problem: Problem, loss: str) -> None:
-        super().__init__(method, form, start, loss)
-        self._on = problem
-
-    @property
-    def rest(self) -> float:
-        """See `Steps.rest`."""
-        return self._on.rest
-
-    def _at(self, physical: Array) -> IterationState:
-        measured = self._on.rows(self._form.at(physical) if self._iterates else self._form)
-        loops, intercept, Z = self._simulated(physical)
-        return self._made(measured, physical, loops, intercept, Z)
-
-    def _simulated(self, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
-        """The loops simulated with parameters (p,), and their intercept and regressor."""
-        start = self._start
-        if self._iterates or not start.loops:
-            return self._on.simulated(self._form, physical)
-        right = start.right or self._on.right_of(self._form, physical, start.loops)
-        return start.loops, *right
-
-    def _regressor(self, measured: Equations) -> Columns:
-        return self._on.factored(self._form, measured)
-
-    def _next(self, step: Step, physical: Array, share: float) -> Array:
-        """Where the iteration goes, of a partially linear model within its bounds."""
-        if self._form.is_linear or not isinstance(self._form, InverseForm):
-            return super()._next(step, physical, share)
-        if step.size <= CONVERGED.value:
-            return np.clip(step.goal, *search_bounds(self._form.axis))
-        return damped_step(self._form, self._on.rows, step.simulated, physical, step.goal)
 
 
 def _jumping(size: float) -> str:

@@ -86,18 +86,7 @@ def _of_least_squares(problem: Problem) -> Start:
     unexplained = relative_error_percent(
         measured.left - right @ physical - intercept, measured.left
     )
-    return least_squares_start(form, physical, unexplained, loops, (intercept, right))
-
-
-def least_squares_start(
-    form: Form,
-    physical: Array,
-    unexplained: float,
-    loops: tuple[Simulation, ...] = (),
-    right: tuple[Array, Array] | None = None,
-) -> Start:
-    """Least squares, (p,), or the nominal values where its loop leaves so much unexplained, %."""
     if not unexplained < MAX_SIMULATION_ERROR.value:
         said = f"the loop of least squares leaves {unexplained:.3g} % of the force unexplained"
         return nominal_start(form, Note(said))
-    return Start(np.asarray(physical), LEAST_SQUARES_START, loops, right=right)
+    return Start(np.asarray(physical), LEAST_SQUARES_START, loops, right=(intercept, right))

@@ -39,8 +39,6 @@ from .solver import Solver as Solver
 from .solver import by_least_squares as by_least_squares
 from .visibility import Reach as Reach
 from .visibility import check_has_rows as check_has_rows
-from .visibility import check_identifiable as check_identifiable
 from .visibility import check_time_known as check_time_known
-from .visibility import check_visible as check_visible
 from .visibility import natural_sizes as natural_sizes
 from .visibility import shown_up_to as shown_up_to

@@ -2,26 +2,23 @@
 
 import math
 
-from axisid.estimation.records.times import UNEVEN
+from axisid.estimation.records.times import RESAMPLE_EVENLY, UNEVEN
 from axisid.estimation.thresholds.records import (
     MAX_MEAN_STEP_DEVIATION,
     MAX_STATED_PERIOD_DEVIATION,
 )
 from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import is_real
-from axisid.support.remedy import Remedy
 from axisid.support.user_values import quoted
 
 
-def check_even(
-    source: str, typical: float, mean: float, period: float | None, advice: Remedy
-) -> None:
+def check_even(source: str, typical: float, mean: float, period: float | None) -> None:
     """Refuse a median and a mean step, s, that are apart, or are not the period that was given."""
     if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
         raise DataError(
             f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
             f"{mean:.6g} s in the mean. ",
-            advice,
+            RESAMPLE_EVENLY,
             code=UNEVEN,
         )
     if period is not None:

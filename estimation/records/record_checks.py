@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from axisid.estimation.records.times import (
     BACKWARD,
-    RESAMPLE_EVENLY,
     UNEVEN,
     advice_on_backward,
     advice_on_uneven,
@@ -134,9 +133,8 @@ def check_time(source: str, time: Array, spans: tuple[Span, ...], period: float 
     steps = np.diff(time)
     _check_steps(source, steps, inside)
     mean = float(np.mean(steps[inside]))
-    check_even(source, float(np.median(steps[inside])), mean, period, RESAMPLE_EVENLY)
-    drift = drift_of([time[a:b] for a, b in spans])
-    drift.check(source, mean, RESAMPLE_EVENLY)
+    check_even(source, float(np.median(steps[inside])), mean, period)
+    drift_of([time[a:b] for a, b in spans]).check(source, mean)
 
 
 def _check_steps(source: str, steps: Array, inside: NDArray[np.bool_]) -> None:

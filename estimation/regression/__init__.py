@@ -56,7 +56,6 @@ from .residual_tests import residual_tests as residual_tests
 from .simulated_rows import LoopDataError as LoopDataError
 from .simulated_rows import lacking_law as lacking_law
 from .simulated_rows import lacking_loop as lacking_loop
-from .simulated_rows import loop_equations as loop_equations
 from .simulated_rows import loop_reference as loop_reference
 from .simulated_rows import simulated_loops as simulated_loops
 from .simulated_rows import simulated_position as simulated_position

@@ -330,37 +330,32 @@ def widened(covariance: Array, least: Array) -> Array:
     return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
 
 
-def score_products(scores: Array, neighbours: Neighbours, lags: int, first: int = 0) -> Array:
-    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k).
-
-    Those from the row `first` on are counted, beside all that are before them.
-    """
+def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:
+    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
     placed = neighbours.on_grid(scores, lags + 1)
-    place = neighbours.place_on_grid(first, lags + 1)
     if lags >= _MANY_LAGS and lags * len(placed) >= _MANY_PRODUCTS:
-        return _products_by_transform(placed[max(place - lags, 0) :], lags, min(place, lags))
-    return np.array([_product(placed, lag, place) for lag in range(lags + 1)])
+        return _products_by_transform(placed, lags)
+    return np.array([_product(placed, lag) for lag in range(lags + 1)])
 
 
-def _product(placed: Array, lag: int, first: int) -> Array:
-    late = max(lag, first)
-    return np.asarray(placed[late:].T @ placed[late - lag : max(len(placed) - lag, 0)])
+def _product(placed: Array, lag: int) -> Array:
+    return np.asarray(placed[lag:].T @ placed[: max(len(placed) - lag, 0)])
 
 
-def _products_by_transform(scores: Array, lags: int, first: int) -> Array:
+def _products_by_transform(scores: Array, lags: int) -> Array:
     """`score_products` of rows without gaps, by Fourier transforms of pieces of them.
 
     Their cost does not grow with the lags, which grow with the rows.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 
-    rows, k = len(scores) - first, scores.shape[1]
+    rows, k = scores.shape
     piece_rows = min(max(_PIECE_PER_LAG * lags, _PIECE), max(rows, 1) + lags)
     length = next_fast_len(piece_rows, real=True)
     step = length - lags  # rows of a piece, each beside those up to so many lags before it
     pieces = -(-rows // step)
     padded = np.zeros((lags + pieces * step, k))
-    padded[lags - first : lags + rows] = scores
+    padded[lags : lags + rows] = scores
     total = np.zeros((length // 2 + 1, k, k), dtype=np.complex128)
     for piece in range(pieces):
         early = padded[piece * step : piece * step + length]

@@ -18,8 +18,6 @@ from axisid.support.arrays import Array
 
 from .signals import Motion, drive_force
 
-_FORGOTTEN = 37  # time constants, after which rounding is more than what a lag leaves
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Acting:
@@ -37,10 +35,8 @@ class Acting:
     mean: Array
 
 
-def through_path(
-    path: CommandPath, commands: Array, period: float, before: float | None = None
-) -> tuple[Array, float]:
-    """The controls that act of commands within the limit, (N,), and the last one before its steps.
+def through_path(path: CommandPath, commands: Array, period: float) -> Array:
+    """The controls that act of commands within the limit, (N,); the first one acted before them.
 
     Parameters
     ----------
@@ -49,30 +45,26 @@ def through_path(
         Of one stretch.
     period : float
         For which each is held, s.
-    before : float, optional
-        What acted before them, without steps and dead band; the first command by default.
     """
     acting = commands
     if path.is_limited and len(commands):
-        begin = float(commands[0]) if before is None else before
-        acting = _limited(commands, path.rate_limit * period, begin)
-    last = float(acting[-1]) if len(acting) else before or 0.0
+        acting = _limited(commands, path.rate_limit * period)
     if path.quantisation:
         acting = np.floor(acting * (1 / path.quantisation) + 0.5) * path.quantisation
     if path.deadband:
         acting = acting - np.clip(acting, -path.deadband, path.deadband)
-    return acting, last
+    return acting
 
 
-def _limited(commands: Array, most: float, before: float) -> Array:
+def _limited(commands: Array, most: float) -> Array:
     """Values that follow commands by so much a sample at most, (N,)."""
     found = commands.copy()
-    steps = np.abs(np.diff(commands, prepend=before)) > most
+    steps = np.abs(np.diff(commands, prepend=commands[0])) > most
     at = 0  # what is before it is found
     for first in np.flatnonzero(steps):
         if first < at:
             continue
-        at, now = int(first), before if first == 0 else float(found[first - 1])
+        at, now = int(first), float(found[first - 1])
         while at < len(commands) and abs(off := commands[at] - now) > most:
             now += math.copysign(most, off)
             found[at] = now
@@ -98,7 +90,7 @@ def acting_control(
     if not drive.changes_logged:
         return control
     pieces = np.split(control, list(starts)[1:])
-    return np.concatenate([through_path(drive.path, piece, period)[0] for piece in pieces])
+    return np.concatenate([through_path(drive.path, piece, period) for piece in pieces])
 
 
 def acting_along(
@@ -145,14 +137,6 @@ def _recursion(factor: float, added: Array, start: float) -> Array:
 
     later, _ = lfilter([1.0], [1.0, -factor], added[:-1], zi=[factor * start])
     return np.concatenate([[start], later])
-
-
-def response_reach(axis: GeneratedAxis, period: float) -> int:
-    """Samples before one whose commands its force still shows, of a record of a period, s."""
-    drive = axis.axis.drive
-    if not (drive.lag or drive.delay) or drive.logged == "current":
-        return 0
-    return drive.response(period).late + 1 + math.ceil(_FORGOTTEN * drive.lag / period)
 
 
 def acting_force(

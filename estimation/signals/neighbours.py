@@ -104,13 +104,6 @@ class Neighbours:
         there = self.places[found] == wanted
         return np.flatnonzero(there), found[there]
 
-    def place_on_grid(self, row: int, reach: int) -> int:
-        """Where `on_grid` has a row; with the number of rows, where the next one would be."""
-        if self.whole or not row:
-            return row
-        steps = np.minimum(np.diff(self.places), reach)
-        return int(steps[:row].sum()) + (row == len(self))
-
 
 def _filled(values: Array, steps: NDArray[np.int64]) -> Array:
     """Values, (n,) or (n, k), so many places apart, and zeros between."""

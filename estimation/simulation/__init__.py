@@ -7,9 +7,6 @@ Knows nothing of filters and estimates.
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
 from .closed_loop import (
-    run_loop as run_loop,
-)
-from .closed_loop import (
     simulate as simulate,
 )
 from .closed_loop import (
@@ -18,26 +15,18 @@ from .closed_loop import (
 from .lanes import LoopInputs as LoopInputs
 from .lanes import settled_substeps as settled_substeps
 from .lanes import simulate_lanes as simulate_lanes
-from .loop_start import single_start as single_start
 from .recorded import at_law as at_law
-from .recorded import first_values as first_values
 from .recorded import lines as lines
 from .runaway import allowed_distance as allowed_distance
-from .runaway import widened_distance as widened_distance
 from .simulated import SIMULATED as SIMULATED
 from .simulated import Simulation as Simulation
 from .simulated import logged_control as logged_control
 from .simulated import measured_positions as measured_positions
 from .simulated import signals_about as signals_about
-from .steps import check_inertia as check_inertia
-from .steps import diverged as diverged
-from .steps import first_substeps as first_substeps
-from .steps import further_substeps as further_substeps
 from .steps import has_constant_substeps as has_constant_substeps
 from .steps import has_inertia as has_inertia
 from .steps import most_substeps as most_substeps
 from .steps import no_control_law as no_control_law
-from .steps import place_at as place_at
 from .steps import substeps_at_start as substeps_at_start
 from .twin import TwinPlan as TwinPlan
 from .twin import trajectory as trajectory

@@ -160,7 +160,7 @@ def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
         motion = (simulation.force, simulation.position, simulation.velocity)
         return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
     late = 0 if response is None else response.late
-    control, _ = through_path(drive.path, simulation.control, law.period)
+    control = through_path(drive.path, simulation.control, law.period)
     return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
 
 
@@ -175,7 +175,7 @@ def _acting(axis: GeneratedAxis, simulation: Simulation) -> Array:
     """The controls as the drive lets them act, before its delay and lag, (N,)."""
     response = axis.axis.response
     assert response is not None  # noqa: S101  # whoever asks has one
-    return through_path(axis.axis.drive.path, simulation.control, response.period)[0]
+    return through_path(axis.axis.drive.path, simulation.control, response.period)
 
 
 def _one_later(values: Array) -> Array:

@@ -8,7 +8,6 @@ from .agreement import delta_method_check as delta_method_check
 from .agreement import fixed_check as fixed_check
 from .agreement import forms_check as forms_check
 from .agreement import ls_against_iv as ls_against_iv
-from .bounds import bounds_note as bounds_note
 from .bounds import within_bounds as within_bounds
 from .coarse_positions import coarse_positions as coarse_positions
 from .drive_gain import gain_check as gain_check

@@ -8,8 +8,6 @@ from .clipping import Mask as Mask
 from .clipping import clipped as clipped
 from .clipping import clipping_notes as clipping_notes
 from .clipping import quantum_of as quantum_of
-from .jumps import Jumps as Jumps
-from .jumps import jump_note as jump_note
 from .jumps import remaining_jumps_note as remaining_jumps_note
 from .spikes import spike_notes as spike_notes
 from .wrapping import Modulus as Modulus

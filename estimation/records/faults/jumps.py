@@ -1,4 +1,4 @@
-"""Jumps of a position that are left, of a log read whole or block by block."""
+"""Jumps of a position that are left."""
 
 import math
 
@@ -16,55 +16,19 @@ from .wrapping import IN_DEGREES, OTHER_MODULUS, Modulus, Places, long_steps
 _TURN = 2 * math.pi
 
 
-class Jumps:
-    """Steps of more than half the position's range, with rest or slow motion around them.
+def _jumps(position: Array, gaps: Places) -> tuple[Places, Array]:
+    """Samples before steps of more than half the range, and their sizes, with slow motion around.
 
-    What half the range is shows at the end only; until then it keeps the steps of more than half
-    of the range so far.
+    Steps over gaps are none.
     """
-
-    def __init__(self) -> None:
-        self.least, self.most = math.inf, -math.inf
-        self.last = np.empty(0)  # sample
-        self.open = np.zeros(1)  # the last step whose neighbours are known, and the one after it
-        self.steps = 0  # whose neighbours are known
-        self.places = np.empty(0, dtype=np.int64)
-        self.sizes = np.empty(0)
-        self.middles: list[float] = []  # median steps of the blocks
-
-    def add(self, position: Array, gaps: Places | None = None) -> None:
-        """Take the next samples; steps that are gaps in a log read whole are none."""
-        if not len(position):
-            return
-        self.least = min(self.least, float(position.min()))
-        self.most = max(self.most, float(position.max()))
-        steps = np.abs(np.diff(np.concatenate([self.last, position])))
-        if gaps is not None:
-            steps[gaps] = 0.0
-        self.last = position[-1:].copy()
-        if len(steps):
-            self.middles.append(float(np.median(steps)))
-            self._decide(steps)
-
-    def _decide(self, steps: Array) -> None:
-        """Keep what may be a jump of the steps whose neighbours on both sides are there."""
-        queue = np.concatenate([self.open, steps])
-        inner, around = queue[1:-1], np.maximum(queue[:-2], queue[2:])
-        large = np.flatnonzero(inner > MIN_JUMP.value * (self.most - self.least))
-        large = large[around[large] < MAX_STEP_BESIDE_JUMP.value * inner[large]]
-        places = np.concatenate([self.places, self.steps + large])
-        sizes = np.concatenate([self.sizes, inner[large]])
-        kept = sizes > MIN_JUMP.value * (self.most - self.least)
-        self.places, self.sizes = places[kept], sizes[kept]
-        self.steps += len(inner)
-        self.open = queue[-2:].copy()
-
-    def found(self) -> tuple[Places, Array]:
-        """The jumps, once all samples were taken: samples before them, and their sizes."""
-        self._decide(np.zeros(1))
-        middle = np.median(self.middles) if self.middles else 0.0
-        quiet = self.sizes * MAX_STEP_BESIDE_JUMP.value > middle
-        return self.places[quiet], self.sizes[quiet]
+    steps = np.abs(np.diff(position))
+    steps[gaps] = 0.0
+    beside = np.pad(steps, 1)
+    large = np.flatnonzero(steps > MIN_JUMP.value * np.ptp(position))
+    middle = np.median(steps) if len(steps) else 0.0
+    slow = np.maximum(np.maximum(beside[:-2], beside[2:])[large], middle)
+    places = large[slow < MAX_STEP_BESIDE_JUMP.value * steps[large]]
+    return places, steps[places]
 
 
 def remaining_jumps_note(
@@ -90,16 +54,7 @@ def remaining_jumps_note(
     DataError
         The jumps are whole turns, or there are jumps though a modulus was given.
     """
-    jumps = Jumps()
-    jumps.add(position.values, long_steps(position, gap))
-    return jump_note(source, jumps, axis, modulus)
-
-
-def jump_note(
-    source: str, jumps: Jumps, axis: Axis | None, modulus: Modulus | None = None
-) -> Note | None:
-    """The same of jumps that were looked for block by block."""
-    places, sizes = jumps.found()
+    places, sizes = _jumps(position.values, long_steps(position, gap))
     if not len(places):
         return None
     size = float(np.median(sizes))

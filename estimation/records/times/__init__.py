@@ -7,7 +7,6 @@ from .own_period import own_period as own_period
 from .time_steps import BACKWARD as BACKWARD
 from .time_steps import RESAMPLE_EVENLY as RESAMPLE_EVENLY
 from .time_steps import UNEVEN as UNEVEN
-from .time_steps import Drift as Drift
 from .time_steps import advice_on_backward as advice_on_backward
 from .time_steps import advice_on_uneven as advice_on_uneven
 from .time_steps import count_by_period as count_by_period

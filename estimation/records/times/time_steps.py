@@ -1,6 +1,7 @@
 """Steps of a time column: which are gaps, where the clock goes back, how far the period drifts."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,36 +157,21 @@ def open_end(pieces: Sequence[Array]) -> float:
     return len(pieces) * float(np.ptp(steps)) / total if total > 0 else 0.0
 
 
+@dataclass(frozen=True, slots=True)
 class Drift:
-    """Mean steps of windows of 100 samples, of segments read whole or block by block."""
+    """Least and largest mean step of windows of 100 samples, s."""
 
-    def __init__(self) -> None:
-        self.least, self.most = np.inf, 0.0
-        self._last: float | None = None
-        self._seen = 0
+    least: float
+    most: float
 
-    def add(self, time: Array) -> None:
-        """Take the next samples of a segment."""
-        ends = time[-self._seen % WINDOW :: WINDOW]
-        self._seen += len(time)
-        if not len(ends):
-            return
-        before = [] if self._last is None else [self._last]
-        means = np.diff(np.concatenate([before, ends])) / WINDOW
-        self._last = float(ends[-1])
-        self.least = min(self.least, float(means.min(initial=np.inf)))
-        self.most = max(self.most, float(means.max(initial=0.0)))
-
-    def end(self) -> None:
-        """The segment ends."""
-        self._last, self._seen = None, 0
-
-    def check(self, source: str, mean: float, advice: Remedy) -> None:
+    def check(self, source: str, mean: float) -> None:
         """Refuse a period, s, that is not that of every part of the log."""
         apart = MAX_MEAN_STEP_DEVIATION.value
         if self.most > mean * (1 + apart) or self.least < mean * (1 - apart):
             raise DataError(
-                f"{source}: {self._found()}, which cannot be taken as even. ", advice, code=UNEVEN
+                f"{source}: {self._found()}, which cannot be taken as even. ",
+                RESAMPLE_EVENLY,
+                code=UNEVEN,
             )
 
     def remark(self, mean: float, spread: float) -> Note | None:
@@ -217,8 +203,5 @@ def step_notes(least: float, most: float, mean: float, drift: Drift) -> tuple[No
 
 def drift_of(pieces: Sequence[Array]) -> Drift:
     """Drift over segments, the times of each (n,)."""
-    drift = Drift()
-    for piece in pieces:
-        drift.add(piece)
-        drift.end()
-    return drift
+    means = np.concatenate([np.diff(piece[::WINDOW]) / WINDOW for piece in pieces])
+    return Drift(float(means.min(initial=np.inf)), float(means.max(initial=0.0)))

@@ -32,16 +32,6 @@ def test_pairs_are_rows_a_lag_apart(numbers: list[int], lag: int) -> None:
     assert listed(order, lag) == expected
 
 
-@given(places, st.integers(1, 70))
-def test_every_row_is_found_at_its_place_on_the_grid(numbers: list[int], reach: int) -> None:
-    order = Neighbours(np.array(numbers))
-    values = 1.0 + np.arange(len(order))
-    grid = order.on_grid(values[:, None], reach)[:, 0]
-    found = [order.place_on_grid(row, reach) for row in range(len(order) + 1)]
-    assert np.array_equal(grid[found[:-1]], values)
-    assert found[-1] == len(grid)
-
-
 @given(st.lists(places, min_size=1, max_size=4))
 def test_rows_of_two_pieces_are_never_a_lag_apart(pieces: list[list[int]]) -> None:
     joined = Neighbours.joined([Neighbours(np.array(piece)) for piece in pieces])
