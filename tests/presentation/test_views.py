@@ -49,7 +49,7 @@ def test_every_result_has_text_plain_data_and_a_page(
 
 def test_every_kind_of_result_has_its_row() -> None:
     kinds = {kind.__name__ for kind in Presentable.__subclasses__()}
-    assert len(kinds) == 16
+    assert len(kinds) == 15
     for view in (views.as_blocks, views.as_document):
         assert kinds <= {kind.__name__ for kind in view.registry}
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.signals.drive_response import acting_along, through_path
-from axisid.modeling.declaration import CommandPath, Response
+from axisid.estimation.signals.drive_response import acting_along
+from axisid.modeling.declaration import Response
 
 PERIOD, FINE = 1e-3, 4000
 
@@ -39,22 +39,3 @@ def test_mean_and_samples_are_those_of_small_steps(lag: float, delay: float) -> 
     recorded = np.concatenate([np.repeat(forces[:1], response.late), forces])[: len(forces)]
     applied = acting_along(recorded, response, logged="applied")
     assert np.allclose(applied.mean[:-1], found.mean[:-1], rtol=0, atol=1e-12)
-
-
-def test_commands_come_through_alike_in_one_piece_and_in_several() -> None:
-    path = CommandPath(rate_limit=400.0, quantisation=0.1, deadband=0.25)
-    commands = np.random.default_rng(5).normal(size=400).cumsum() / 2
-    slow, now = [], float(commands[0])
-    for command in commands:
-        now = min(max(command, now - 0.4), now + 0.4)
-        slow.append(now)
-    acting = np.round(np.array(slow) / 0.1) * 0.1
-    acting = np.sign(acting) * np.maximum(np.abs(acting) - 0.25, 0.0)
-    found, last = through_path(path, commands, PERIOD)
-    assert np.allclose(found, acting, rtol=0, atol=1e-12)
-    assert last == pytest.approx(slow[-1])
-    pieces, before = [], None
-    for piece in np.split(commands, [1, 150, 151]):
-        through, before = through_path(path, piece, PERIOD, before)
-        pieces.append(through)
-    assert np.array_equal(np.concatenate(pieces), found)

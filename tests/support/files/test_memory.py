@@ -2,7 +2,6 @@
 
 import gzip
 import io
-import json
 import re
 import tracemalloc
 import zipfile
@@ -14,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from axisid import Record, read_record
+from axisid import read_record
 from axisid.support.files import memory
 from axisid.support.files.memory import machine_memory, room_for
 from tests.bounded import within
@@ -148,26 +147,6 @@ def test_a_file_too_large_to_read_is_to_be_cut_into_shorter_ones(tmp_path: Path)
     assert [setting.name for setting in refused.value.remedy.settings] == ["max-memory"]
     with refuses("memory"):
         read_record(file, windows=[(0.0, 1.0)], max_memory=1e5)
-
-
-@pytest.mark.slow
-def test_what_a_log_that_is_too_large_is_told_to_do_identifies_it(
-    run: Any, tmp_path: Path, twin: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file = tmp_path / "log.npz"
-    np.savez(file, **twin.channels())
-    monkeypatch.setattr(memory, "machine_memory", lambda: 2 * 800 * 0.9 * len(twin))
-    code, _, err = run("identify", "emps2015", file)
-    assert code == 3
-    assert "(--window FROM..TO --window FROM..TO), or allow more (--max-memory GB)" in err
-    cut = ("--window", "..3", "--window", "3.5..")
-    for options in (cut, ("--max-memory", "1")):
-        code, out, err = run("identify", "emps2015", file, *options, "--json", "-")
-        assert (code, err) == (0, "")
-        found = json.loads(out)
-        assert found["verdict"]
-        (value,) = (e["parameters"]["M"] for e in found["estimates"] if e["method"] == "idm-iv")
-        assert abs(value["value"] - twin.provenance.truth["M"]) < 4 * value["sd_hac"]
 
 
 def test_log_that_fits_is_read(tmp_path: Path) -> None:
