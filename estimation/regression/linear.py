@@ -148,7 +148,9 @@ def checked_columns(
     n, k = columns.shape
     if n <= k:
         raise EstimationError(
-            f"{n} rows are left for {k} parameters; record longer, or decimate or drop less.",
+            f"{n} rows are left for {k} parameters; fit the simulated loop (axisid fit, in Python "
+            "fit(axis, record)), which has no filter and takes all samples, or record longer, or "
+            "decimate or drop less.",
             code="too-few-rows",
         )
     if not np.all(np.isfinite(columns)):

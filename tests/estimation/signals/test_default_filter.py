@@ -3,13 +3,17 @@
 import copy
 import pickle
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from axisid import Prefilter, Record, identify
+from axisid import Prefilter, Record, build, fit, identify
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.commands.options.filter_options import Filtering
 from axisid.estimation import FilteredRecord
+from tests.axes.servo import TRUTH, servo, servo_log, servo_record
+from tests.refusals import refuses
 
 
 @pytest.mark.parametrize(
@@ -57,3 +61,18 @@ def test_a_log_of_100_hertz_is_identified_unasked(emps2015: GeneratedAxis, twin:
     result = identify(emps2015, slow)
     assert result.prefilter.cutoff == pytest.approx(20.0)
     assert result["idm-ls"].parameters["M"].value == pytest.approx(100.0, rel=0.03)
+
+
+@pytest.mark.slow
+def test_log_of_which_the_filter_leaves_too_few_rows_is_led_to_the_fit_that_takes_all(
+    tmp_path: Path,
+) -> None:
+    joint = build(servo())
+    log = servo_log(joint, tmp_path / "a.json", lambda t: 0.5 * np.sin(6 * np.pi * t), 0.3)
+    record = servo_record(joint, log)
+    with refuses("too-few-rows", says=r"axisid fit.*fit\(axis, record\)"):
+        identify(joint, record)
+    fitted = fit(joint, record)
+    for name, truth in TRUTH.items():
+        if name != "o":
+            assert fitted[name].value == pytest.approx(truth, rel=0.02)
