@@ -21,6 +21,7 @@ from axisid.modeling.derivation import common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import ModelError, UsageError
+from axisid.support.remedy import Remedy, Setting
 
 from .known import Known
 
@@ -150,7 +151,7 @@ def layout_of(
         A parameter that is not known of the records enters nonlinearly.
     """
     names = tuple(dict.fromkeys(local))
-    _check(axis, known, names)
+    _check(axis, records, known, names)
     axes = _axes(axis, records, known)
     terms = [_terms(own, i, known, names) for i, own in enumerate(axes)]
     products = [*dict.fromkeys(p for of_one in terms for row in of_one for p in row if p[0])]
@@ -188,7 +189,9 @@ class _Common:
     local: Mapping[str, tuple[str, ...]]
 
 
-def _check(axis: GeneratedAxis, known: Sequence[Known], local: tuple[str, ...]) -> None:
+def _check(
+    axis: GeneratedAxis, records: int, known: Sequence[Known], local: tuple[str, ...]
+) -> None:
     declared = [p.name for p in axis.declared.parameters]
     law = axis.declared.control
     gains = [*law.gains] if law is not None else []
@@ -211,16 +214,23 @@ def _check(axis: GeneratedAxis, known: Sequence[Known], local: tuple[str, ...]) 
                 f"{name!r} is known of each record and its own as well; leave one of the two out.",
                 code="known-and-local",
             )
-    if fixed := [p.name for p in axis.base.known]:
+    if fixed := axis.base.known:
         raise UsageError(
-            f"{' and '.join(fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, which is weighed "
-            "where all parameters are shared; say it of each record as known, or leave it out.",
+            f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, "
+            "which is weighed where all parameters are shared; in its place say of each record ",
+            Remedy.of(*(_known_of_each(p, records) for p in fixed), "."),
             code="fixed-of-several",
         )
     if not {*declared} - {each.name for each in known}:
         raise UsageError(
             "every parameter is known; leave at least one to identify.", code="all-known"
         )
+
+
+def _known_of_each(fixed: Parameter, records: int) -> Setting:
+    """What is known of all records, as it is said of each."""
+    told = f"{fixed.known}+-{fixed.known_sd}" if fixed.known_sd else str(fixed.known)
+    return Setting("known", f"{fixed.name}={','.join([told] * records)}")
 
 
 def _axes(axis: GeneratedAxis, records: int, known: Sequence[Known]) -> list[GeneratedAxis]:

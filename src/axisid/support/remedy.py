@@ -128,7 +128,9 @@ def _by_record(name: str) -> Callable[[Sequence[str]], str]:
 
     def written(values: Sequence[str]) -> str:
         pairs = (value.partition("=") for value in values)
-        listed = ", ".join(f"{_quoted(k)}: [{v.replace(',', ', ')}]" for k, _, v in pairs)
+        listed = ", ".join(
+            f"{_quoted(k)}: [{', '.join(map(_with_deviation, v.split(',')))}]" for k, _, v in pairs
+        )
         return f"{name}={{{listed}}}"
 
     return written
@@ -137,8 +139,13 @@ def _by_record(name: str) -> Callable[[Sequence[str]], str]:
 def _assigned(values: Sequence[str]) -> str:
     """Arguments by name, of options ``NAME=VALUE+-SD``."""
     pairs = (value.partition("=") for value in values)
-    told = ((name, *value.partition("+-")) for name, _, value in pairs)
-    return ", ".join(f"{n}=({v}, {sd})" if sd else f"{n}={v}" for n, v, _, sd in told)
+    return ", ".join(f"{name}={_with_deviation(value)}" for name, _, value in pairs)
+
+
+def _with_deviation(value: str) -> str:
+    """A value, or with its standard deviation a pair of them, of ``VALUE+-SD``."""
+    told, _, sd = value.partition("+-")
+    return f"({told}, {sd})" if sd else told
 
 
 def _each_quoted(values: Sequence[str]) -> str:

@@ -8,6 +8,7 @@ import pytest
 from axisid import UsageError, build, fix, load_axis
 from axisid.estimation.joint.known import known_of
 from axisid.estimation.joint.layout import GAIN, layout_of
+from axisid.support.remedy import as_options
 from tests.axes.leaning import leaning
 from tests.axes.stage import generated, stage
 from tests.refusals import refuses
@@ -87,8 +88,13 @@ def test_parameters_that_enter_nonlinearly_have_to_be_known() -> None:
 
 def test_what_is_fixed_of_all_records_is_said_of_each() -> None:
     axis = build(fix(stage(), M=(100.0, 1.0)))
-    with refuses("fixed-of-several"):
+    with refuses("fixed-of-several") as refused:
         layout_of(axis, 2, (), ("tau0",), commanded=True)
+    assert "--known M=100.0+-1.0,100.0+-1.0" in refused.value.worded(as_options)
+    assert 'known={"M": [(100.0, 1.0), (100.0, 1.0)]}' in str(refused.value)
+    told = known_of({"M": [(100.0, 1.0), (100.0, 1.0)]}, 2)
+    found = layout_of(generated(), 2, told, ("tau0",), commanded=True)
+    assert found.known[0].name == "M"
 
 
 def test_a_drive_that_is_no_gain_keeps_what_is_declared() -> None:
