@@ -100,7 +100,7 @@ def command_path(rate_limit: object, quantisation: object, deadband: object) -> 
         raise ModelError(
             f"the drive's quantisation is {step:g}, below {_LEAST_STEP:g}, which no control shows; "
             "give a step in the control's unit, or 0 for none.",
-            code="drive-band",
+            code="drive-step",
         )
     return CommandPath(rate_limit=rate, quantisation=step, deadband=band)
 

@@ -411,8 +411,9 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
     loop = VirtualLoop(axis.functions, theta, settings_)
     again, where, _ = loop.run(reference, None, None, at_rest)
     assert (status, stopped) == (again, where) == (3, stopped)
+    still = dict.fromkeys(("position", "velocity"), np.zeros(8))
     monkeypatch.setattr(
-        "axisid.codegen.native.native.NativeLibrary.simulate", lambda *_: (3, 7, {})
+        "axisid.codegen.native.native.NativeLibrary.simulate", lambda *_: (3, 7, still)
     )
     with refuses("loop-diverges", says="changes the friction direction without end at sa"):
         simulate(axis, theta, reference, PERIOD)

@@ -85,10 +85,10 @@ def test_a_parameter_in_another_unit_is_not_compared(
     files: tuple[Path, Path], tmp_path: Path
 ) -> None:
     def rescale(content: dict[str, Any]) -> None:
-        content["estimates"][0]["parameters"]["M"]["unit"] = "g"
+        content["estimates"][0]["parameters"]["M"]["unit"] = "kg m"
 
     result = compare_results(files[0], spoiled(files[0], tmp_path, rescale))
-    assert result.alone == (("idm-ls M [kg]",), ("idm-ls M [g]",))
+    assert result.alone == (("idm-ls M [kg]",), ("idm-ls M [kg m]",))
 
 
 def test_exact_estimates_have_no_deviations(files: tuple[Path, Path], tmp_path: Path) -> None:
@@ -209,10 +209,6 @@ def test_a_result_without_a_simulation_is_compared(
     assert "-" in found.summary()
 
 
-def _renamed(by_name: dict[str, Any]) -> dict[str, Any]:
-    return {f"{name}_2": value for name, value in by_name.items()}
-
-
 def test_results_of_different_axes_are_told_and_no_line_is_wider_than_a_page(
     files: tuple[Path, Path], tmp_path: Path
 ) -> None:
@@ -220,10 +216,7 @@ def test_results_of_different_axes_are_told_and_no_line_is_wider_than_a_page(
         content["axis"] = "another"
         content["record"]["source"] = f"log of {'a long day ' * 12}"
         content["record"]["columns"] = {"position": "Achse 1.Istposition", "control": "Strom"}
-        for estimate in content["estimates"]:
-            for member in ("parameters", "curvatures"):
-                estimate[member] = _renamed(estimate[member])
-            estimate["iterations"] = [_renamed(each) for each in estimate["iterations"]]
+        content |= json.loads(json.dumps(content).replace('"M"', '"M_2"'))
 
     text = compare_results(files[0], spoiled(files[1], tmp_path, other)).summary()
     lines = text.splitlines()

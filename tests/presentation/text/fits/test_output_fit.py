@@ -31,7 +31,7 @@ def test_every_parameter_has_a_row_with_what_was_asked_of_it(
 
 @pytest.mark.slow
 def test_what_is_left_of_each_record_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
-    document = output_fit_document(fit(emps2015, [twin, twin]))
+    document = output_fit_document(fit(emps2015, [twin, twin], rests="keep"))
     assert len(_table(document, 1).rows) == 2
     assert str(len(twin)) in _table(document, 1).rows[0]
 
