@@ -399,17 +399,20 @@ class _Run:
         sizes = self._sizes(begun) if count > 1 else self.scale
         for k in range(count):
             try:
-                found.append(self._search(begun) if not k else self._about(first, sizes, random))
+                at = self._about(first, sizes, random) if k else begun
+                searched = Search(*self._searching).run if found else self._search
+                found.append(searched(at))
             except EstimationError as error:
                 lost.append(error)
         if not found:
             raise lost[0]
         return tuple(self._alike(each) for each in found)
 
-    def _about(self, first: FitStart, sizes: Array, random: np.random.Generator) -> Found:
+    def _about(self, first: FitStart, sizes: Array, random: np.random.Generator) -> Array:
+        """A further start, (P,)."""
         drawn = self.unknowns.drawn_about(first.physical, sizes, random)
         at = np.where(self.of_start, first.physical, drawn)
-        return Search(*self._searching).run(self.unknowns.inside(at, self.scale))
+        return self.unknowns.inside(at, self.scale)
 
     def _sizes(self, begun: Array) -> Array:
         """By how much each parameter has to change to change the outputs as much as any does, (P,).

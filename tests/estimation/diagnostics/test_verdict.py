@@ -106,7 +106,7 @@ def test_real_record_has_another_viscous_friction_in_each_direction(
     verdict = identify(emps, emps_record).verdict
     (check,) = (c for c in verdict if c.name == "missing terms")
     assert check.status == "fail"
-    assert check.meaning.startswith("viscous friction differs with the direction, ")
+    assert check.meaning.startswith("viscous friction that differs with the direction, ")
     assert "-73." in check.meaning
     assert "declare asymmetric_viscous(" in check.meaning
 

@@ -179,16 +179,16 @@ def test_a_period_in_another_unit_is_refused() -> None:
 def test_a_smooth_reference_is_made_once_for_all_loops_of_a_record(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from axisid.estimation.simulation import two_clocks
+    from scipy import interpolate
 
     axis, made = twin_axis(4.0), []
     record = twin_record(axis, sample_period=LOG)
-    spline = two_clocks.CubicSpline
+    spline = interpolate.CubicSpline
 
     def counted(*arguments: np.ndarray) -> object:
         made.append(arguments)
         return spline(*arguments)
 
-    monkeypatch.setattr(two_clocks, "CubicSpline", counted)
+    monkeypatch.setattr(interpolate, "CubicSpline", counted)
     identify(axis, record, methods=["idm-iv"])
     assert len(made) == 1

@@ -23,7 +23,7 @@ def other(emps2015: GeneratedAxis) -> Record:
 
 @pytest.fixture(scope="module")
 def opened(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
-    return fit(emps2015, twin, "open-loop", start=TRUTH)
+    return fit(emps2015, twin, "open-loop", start=TRUTH, horizon=1.0)
 
 
 def test_its_own_record_is_left_what_the_fit_left(opened: OutputFit, twin: Record) -> None:
