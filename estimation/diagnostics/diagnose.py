@@ -69,7 +69,7 @@ _LAST, _BEFORE_SIMULATION = 100, 1
 #: Checks of what an axis declares.
 _OF_THE_MODEL = ("missing terms", "control law")
 #: Checks of fits alone by which no number is to be believed, with their rank among the others.
-_GRAVE_OF_FITS = {"any parameter shown": 3, "one end": 3, "what was known": 4}
+_GRAVE_OF_FITS = {"windows": 2, "any parameter shown": 3, "one end": 3, "what was known": 4}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from axisid.estimation.diagnostics import repeated_check
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.estimates import few_rows
 from axisid.estimation.joint import GAIN
-from axisid.estimation.predictions import WindowPredictions
+from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
 from axisid.estimation.thresholds.estimates import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_ROWS_PER_PARAMETER,
@@ -43,7 +43,8 @@ def windows_check(of: Judged) -> Iterator[Check]:
     good, remedy = steady >= of.horizon and not few, _shorter(of) if few else None
     said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
     if few:
-        said = f"{few} windows are too few to tell deviations, or what the model lacks; "
+        several = "1 window is" if few == 1 else f"{few} windows are"
+        said = f"{several} too few to tell deviations, or what the model lacks; "
     if steady < of.horizon:
         said = (
             f"errors grow more than {MAX_GROWTH.value:g} times in windows of {of.horizon:g} s, as "
@@ -145,10 +146,12 @@ def _few_windows(of: Judged) -> int:
 
 
 def _shorter(of: Judged) -> Remedy:
-    """Windows so short that they are as many as advised."""
+    """Windows so short that they are as many as advised, where they still are windows."""
     length = (of.horizon or 1.0) * _few_windows(of) / ADVISED_WINDOWS.value
     places = 1 - math.floor(math.log10(length))
     shorter = math.floor(length * 10**places) / 10**places
+    if shorter < FEWEST_IN_WINDOW * max(record.period for record in of.records):
+        return Remedy.of("follow a longer record.")
     return Remedy.of("follow a longer record, or use ", Setting("horizon", f"{shorter:g}"))
 
 

@@ -265,7 +265,10 @@ class Ended:
         scores = self.at_liberty
         if self.errors_by_noise is not None:
             return scores.coloured(self.autoregressions)
-        return self.first_coloured if self.horizon is None else scores.by_windows()
+        if self.horizon is None:
+            return self.first_coloured
+        found = scores.by_windows()  # of few windows next to nothing, as a fit makes their sum 0
+        return replace(found, matrix=widened(found.matrix, np.diag(scores.independent())))
 
     @property
     def freedom(self) -> Array:

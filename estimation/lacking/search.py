@@ -19,6 +19,7 @@ from axisid.estimation.thresholds.lacking import (
     FALSE_DISCOVERY_RATE,
     MAX_SCORE_CHANCE,
     MAX_SHARE_TO_DOUBT,
+    MIN_EXPLAINED_BY_LAST,
     MIN_EXPLAINED_SHARE,
     MIN_MISSING_FORCE,
     MIN_OWN_PART_OF_PLAIN,
@@ -137,8 +138,15 @@ def _strongest(
 
 
 def _is_possible(lack: Lack) -> bool:
-    """Whether it has the sign that it must have: of friction, of a load behind a spring."""
-    return bool(lack.parameter) or not OF_KIND[lack.kind].is_positive or lack.values[0] > 0
+    """Whether it has the sign that it must have, and is most of what is left if it is the last.
+
+    Of friction, of a load behind a spring.
+    """
+    if lack.parameter:
+        return True
+    term = OF_KIND[lack.kind]
+    enough = lack.explained >= MIN_EXPLAINED_BY_LAST.value or not term.is_last
+    return enough and (lack.values[0] > 0 or not term.is_positive)
 
 
 def _is_confirmed(lack: Lack) -> bool:

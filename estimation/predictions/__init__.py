@@ -15,5 +15,6 @@ from .measured_output import MeasuredOutput as MeasuredOutput
 from .measured_output import measured_output as measured_output
 from .slopes import Slopes as Slopes
 from .slopes import slopes_of as slopes_of
+from .window_predictions import FEWEST_IN_WINDOW as FEWEST_IN_WINDOW
 from .window_predictions import WindowPredictions as WindowPredictions
 from .window_predictions import default_horizon as default_horizon

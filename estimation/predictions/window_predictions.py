@@ -29,7 +29,8 @@ from axisid.support.remedy import Remedy, Setting
 from .added_slopes import ADDED_SHARE, Motion
 from .lanes import LANE_LOST, Lanes
 
-_FEWEST = 20  # samples in a window
+#: Samples in a window.
+FEWEST_IN_WINDOW = 20
 _FITTED = 20  # samples from the first on, from which a first velocity is begun
 _ROUNDS = 8  # of the first positions and velocities, at each point, at most
 _SHARES = np.array([1.0, 0.25, 0.03])  # of a step of them, that are tried
@@ -412,7 +413,7 @@ def _count(records: Sequence[Record], horizon: float) -> int:
 
 def _size(horizon: float, period: float) -> int:
     """Samples of a window."""
-    return max(round(horizon / period), _FEWEST)
+    return max(round(horizon / period), FEWEST_IN_WINDOW)
 
 
 def _rows(errors: Array) -> Array:
