@@ -147,7 +147,7 @@ def _few_windows(of: Judged) -> int:
 
 def _shorter(of: Judged) -> Remedy:
     """Windows so short that they are as many as advised, where they still are windows."""
-    length = (of.horizon or 1.0) * _few_windows(of) / ADVISED_WINDOWS.value
+    length = sum(len(each) * each.period for each in of.records) / ADVISED_WINDOWS.value
     places = 1 - math.floor(math.log10(length))
     shorter = math.floor(length * 10**places) / 10**places
     if shorter < FEWEST_IN_WINDOW * max(record.period for record in of.records):
