@@ -5,8 +5,8 @@ with an integral the control is undetermined there. Behind an encoder they misle
 rest, and record and loop come to rest and leave it at different times.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +26,12 @@ class Rests:
 
     Attributes
     ----------
-    data : tuple of FilteredRecord
-        Under the default filter, which says how near; none where all samples are kept.
+    data : mapping of int to FilteredRecord
+        By record, under the default filter, which says how near; none of records whose samples are
+        all kept.
     """
 
-    data: tuple[FilteredRecord, ...] = ()
+    data: Mapping[int, FilteredRecord] = field(default_factory=dict)
 
     @classmethod
     def of(cls, axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> "Rests":
@@ -39,17 +40,18 @@ class Rests:
         Friction that remembers is shown near reversals alone, and records that are too short for
         the filter are kept whole.
         """
-        if any(axis.states for axis in axes):
+        pairs = enumerate(zip(axes, records, strict=True))
+        served = [i for i, pair in pairs if not pair[0].states and _is_served(*pair)]
+        if not served:
             return cls()
-        try:
-            return cls(bound_records(axes, records, Prefilter()))
-        except AxisidError:
-            return cls()
+        chosen = [axes[i] for i in served], [records[i] for i in served]
+        return cls(dict(zip(served, bound_records(*chosen, Prefilter()), strict=True)))
 
     @property
     def count(self) -> bool:
         """Whether samples near rests count, as without them a parameter is hardly shown."""
-        return any(not data.excluded and data.rows_near_turns.any() for data in self.data)
+        kept = [data for data in self.data.values() if not data.excluded]
+        return any(data.rows_near_turns.any() for data in kept)
 
     def counted(self, predictions: Predictions, physical: Array | None = None) -> Array:
         """1 for rows that count, 0 near rests of the records, and of their loops there, (n,).
@@ -62,25 +64,25 @@ class Rests:
             of a record that does.
         """
         counted = predictions.counted
-        if not any(data.excluded for data in self.data):
+        if not any(data.excluded for data in self.data.values()):
             return counted
         with np.errstate(all="ignore"):
             motions = () if physical is None else predictions.motions(physical) or ()
         near = np.concatenate(
             [
-                self._near(data, samples, [m.velocity for m in motions if m.record == r])
-                for r, (data, samples) in enumerate(
-                    zip(self.data, predictions.samples, strict=True)
-                )
+                self._near(r, samples, [m.velocity for m in motions if m.record == r])
+                for r, samples in enumerate(predictions.samples)
             ]
         )
         return np.where(np.repeat(near, len(predictions.units)), 0.0, counted)
 
-    @staticmethod
     def _near(
-        data: FilteredRecord, samples: NDArray[np.intp], loops: Sequence[Array]
+        self, number: int, samples: NDArray[np.intp], loops: Sequence[Array]
     ) -> NDArray[np.bool_]:
         """Which samples are near a rest of a record, or of its loops by their velocities."""
+        data = self.data.get(number)
+        if data is None:
+            return np.zeros(len(samples), dtype=bool)
         turns = data.excluded
         if turns and loops:
             velocity = np.zeros(len(data))
@@ -88,3 +90,12 @@ class Rests:
             turns += data.sampling.turns(velocity, data.fastest)
         near = covered(turns, len(data))[samples]
         return covered(data.excluded, len(data))[samples] if near.all() else near
+
+
+def _is_served(axis: GeneratedAxis, record: Record) -> bool:
+    """Whether the default filter can serve a record."""
+    try:
+        FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
+    except AxisidError:
+        return False
+    return True

@@ -64,7 +64,7 @@ class Along:
     Attributes
     ----------
     time, position, velocity, acceleration, direction, force : (N,) array
-        SI; the position about its middle.
+        SI; the position about its middle, and so is the time of what drifts.
     spans : sequence of (int, int)
         Stretches that do not go on from each other.
     rows : (n,) array of int, optional
@@ -378,7 +378,7 @@ TERMS: tuple[Term, ...] = (
 
 
 def _drifting(term: Term) -> Callable[[Along, Array], Array]:
-    return lambda s, at: (s.time - s.time.mean())[:, None, None] * term.columns(s, at)
+    return lambda s, at: s.time[:, None, None] * term.columns(s, at)
 
 
 #: What nearly any axis has, as it changes with time; parameters by their names tell it too.

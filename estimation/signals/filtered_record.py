@@ -118,10 +118,6 @@ class FilteredRecord(Exact):
             return None
         return replace(self, record=replace(record, velocity=None, acceleration=None))
 
-    def keeping_reversals(self) -> "FilteredRecord":
-        """The record with the samples near reversals and rests."""
-        return self._without(())
-
     def with_mean_control(self, between: Array | None) -> "FilteredRecord":
         """The record with what its control is more in the mean than at the samples, (N,)."""
         if between is None or self.record.force is not None or self.prefilter.hold != "zoh":

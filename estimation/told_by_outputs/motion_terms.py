@@ -96,7 +96,12 @@ class _Search:
         self._predictions, self._physical, self._left = predictions, physical, left
         places = np.concatenate([m.position for m in motions])
         middle = float(places.max() + places.min()) / 2
-        self._motions, self._along = motions, [_along(m, middle) for m in motions]
+        ends = [(m.record, end) for m in motions for end in m.time[[0, -1]]]
+        spans = {r: [end for own, end in ends if own == r] for r, _ in ends}
+        self._motions = motions
+        self._along = [
+            _along(m, middle, (min(spans[m.record]) + max(spans[m.record])) / 2) for m in motions
+        ]
         self.whole = _joined(self._along)
         self._size = float(np.sqrt(np.mean(self.whole.force**2)))
 
@@ -154,10 +159,11 @@ class _Search:
                 )
 
 
-def _along(m: Motion, middle: float) -> Along:
+def _along(m: Motion, middle: float, half_time: float) -> Along:
+    """A motion about a position, and about the middle of its record's time."""
     long, velocity = len(m.time) // m.windows, m.when_it_acts(m.velocity)
     return Along(
-        time=m.time,
+        time=m.time - half_time,
         position=m.when_it_acts(m.position - middle),
         velocity=velocity,
         acceleration=m.when_it_acts(m.rate_of(m.velocity)),

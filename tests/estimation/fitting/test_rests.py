@@ -11,6 +11,7 @@ import pytest
 from axisid import build, fit, load_axis, read_record, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.fitting import OutputFit
+from axisid.estimation.fitting.rests import Rests
 from axisid.estimation.records import Record
 from axisid.modeling import Experiment, Move, back_and_forth
 from benchmarks.machines import Machine, records, white
@@ -78,6 +79,17 @@ def test_short_moves_of_which_too_little_is_left_keep_their_samples() -> None:
     assert found.of_records[0].rows == len(record)
     assert note(found).status == "note"
     assert note(found).figure == 0
+
+
+@pytest.mark.slow
+def test_a_record_that_is_too_short_for_the_filter_keeps_no_other_ones_rests(
+    dwells: tuple[GeneratedAxis, Record],
+) -> None:
+    axis, record = dwells
+    other, short = dwelling((Move(2e-3, 0.1, 2.0),))
+    rests = Rests.of([axis, other], [record, short])
+    assert rests.data[0].excluded
+    assert 1 not in rests.data
 
 
 @pytest.mark.slow
