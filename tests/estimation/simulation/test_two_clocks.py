@@ -1,5 +1,6 @@
 """What a user simulates with a period of his own is the loop at its law's period, sampled so."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -186,7 +187,8 @@ def test_a_smooth_reference_is_made_once_for_all_loops_of_a_record(
     spline = interpolate.CubicSpline
 
     def counted(*arguments: np.ndarray) -> object:
-        made.append(arguments)
+        if sys._getframe(1).f_globals["__name__"].endswith("two_clocks"):
+            made.append(arguments)
         return spline(*arguments)
 
     monkeypatch.setattr(interpolate, "CubicSpline", counted)

@@ -47,14 +47,14 @@ def test_another_record_has_no_part_in_the_parameters(opened: OutputFit, other: 
 def test_wrong_parameters_leave_more(
     emps2015: GeneratedAxis, twin: Record, other: Record, opened: OutputFit
 ) -> None:
-    wrong = fit(emps2015, twin, "open-loop", start=TRUTH, fixed={"Fc": 25.8})
+    wrong = fit(emps2015, twin, "open-loop", start=TRUTH, horizon=1.0, fixed={"Fc": 25.8})
     assert validate_fit(wrong, other).error > 5 * validate_fit(opened, other).error
 
 
 def test_a_loop_is_simulated_along_the_whole_record(
     emps2015: GeneratedAxis, twin: Record, other: Record
 ) -> None:
-    followed = fit(emps2015, twin, "control", start=TRUTH)
+    followed = fit(emps2015, twin, "control", start=TRUTH, rests="keep")
     assert validate_fit(followed, twin).error == pytest.approx(followed.error, rel=1e-6)
     found = validate_fit(followed, other)
     assert found.horizon is None
