@@ -336,7 +336,8 @@ class Ended:
         """Weighted errors of a few twins behind encoders, whose steps no colour tells, (n, b)."""
         if self.shaken is None or not self.predictions.step:
             return None
-        return self.weighing.weights[:, None] * self.shaken.few
+        few = self.shaken.few  # of loops that can all not be simulated there is no scatter
+        return None if few.shape[1] < _FEWEST_TWINS else self.weighing.weights[:, None] * few
 
     @property
     def elsewhere(self) -> Elsewhere | None:
