@@ -71,7 +71,7 @@ def test_a_command_passes_rate_limit_steps_and_dead_band_before_it_acts(
     if timing:
         assert np.max(np.abs(loop.force - force)) < 1e-3
     else:
-        acting, _ = through_path(made.axis.drive.path, loop.control, PERIOD)
+        acting = through_path(made.axis.drive.path, loop.control, PERIOD)
         assert np.allclose(loop.force, GAIN * acting, rtol=0, atol=1e-12)
     batch = simulate_batch(made, np.tile(THETA, (33, 1)), np.tile(REFERENCE, (33, 1)).T, PERIOD)
     assert np.max(np.abs(batch["position"][:, 32] - position)) < 1e-9
