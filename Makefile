@@ -38,7 +38,7 @@ bench: $(VENV)/.test
 	$(BIN)/python benchmarks/generation.py
 	$(BIN)/python benchmarks/calibration.py
 	$(BIN)/python benchmarks/library.py
-	$(BIN)/python benchmarks/judgement.py
+	$(BIN)/python benchmarks/verdicts.py --jobs 2
 	$(BIN)/python benchmarks/control_laws.py
 	$(BIN)/python benchmarks/model_error.py
 	$(BIN)/python benchmarks/faults.py

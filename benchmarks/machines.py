@@ -20,12 +20,20 @@ Resistance = Callable[[float, Array, Array], Array]
 #: A noise of so many runs and samples.
 Noise = Callable[[np.random.Generator, int, int], Array]
 
+#: Of time, s: a factor.
+OverTime = Callable[[float], float]
+
 _LONGEST_STEP, _LEAST_STEPS = 2e-4, 5  # s; a sample
 
 
 def nothing(_time: float, position: Array, _velocity: Array) -> Array:
     """No further resistance."""
     return np.zeros_like(position)
+
+
+def constant(_time: float) -> float:
+    """No change over time."""
+    return 1.0
 
 
 def white(sd: float) -> Noise:
@@ -55,8 +63,15 @@ class Machine:
         kg, N/(m/s), N, N.
     resistance : callable
         What resists besides.
-    mass_at : callable, optional
-        Mass over time, where it changes.
+    mass_at, friction_at, gain_at : callable
+        Over time, s: how many times what is declared its mass, its friction and its gain are.
+    loss : float
+        Share of the drive's force that goes into friction, besides Coulomb's.
+    feed_forward : float
+        Of the reference's acceleration, V/(m/s^2); it is in the logged control or not.
+    logs_feed_forward : bool
+    clock_jitter : float
+        Root mean square by which the law samples too early or late, in periods.
     gain, limit : float
         Force per volt, and the largest control.
     kp, kv, period : float
@@ -78,9 +93,9 @@ class Machine:
         Step of the encoder, m; 0 for none. Where its steps lie is drawn for each run.
     position_noise, force_noise, control_noise : callable, optional
         In the measured position, within the loop; in the force; in the recorded control only.
-    load, antiresonance, load_damping : float
+    load, antiresonance, load_damping, play : float
         Of the mass, that part of it behind a spring, kg, 0 for none; its frequency with the rest of
-        it held, Hz, and its damping ratio there.
+        it held, Hz, its damping ratio there, and the play before spring and damper touch it, m.
     injected : (N,) array, optional
         A test signal in the column ``injected``, added to the control or to the reference.
     injected_at : str
@@ -92,7 +107,13 @@ class Machine:
     coulomb: float = 25.0
     offset: float = 0.0
     resistance: Resistance = nothing
-    mass_at: Callable[[float], float] | None = None
+    mass_at: OverTime = constant
+    friction_at: OverTime = constant
+    gain_at: OverTime = constant
+    loss: float = 0.0
+    feed_forward: float = 0.0
+    logs_feed_forward: bool = True
+    clock_jitter: float = 0.0
     gain: float = 35.15
     limit: float = 10.0
     kp: float = 160.18
@@ -115,6 +136,7 @@ class Machine:
     load: float = 0.0
     antiresonance: float = 30.0
     load_damping: float = 0.02
+    play: float = 0.0
     injected: Array | None = None
     injected_at: str = "control"
 
@@ -140,15 +162,20 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
         added if machine.injected_at == place else 0 * added for place in ("control", "reference")
     )
     followed = reference + to_reference
+    forward = machine.feed_forward * np.gradient(np.gradient(reference)) / machine.period**2
+    late = machine.clock_jitter * rng.normal(size=n + 1)
+    spans = machine.period * np.maximum(1.0 + np.diff(late), 0.2)
     drive, law, load = _Drive(machine, runs), _Law(machine), _Load(machine, q)
     for k in range(n):
         measured = _encoder(machine, q + of_position[:, k], phase)
-        wanted = law.control(followed[k], measured, v) + to_control[k]
+        wanted = law.control(followed[k], measured, v) + to_control[k] + forward[k]
         control = np.clip(wanted, -machine.limit, machine.limit)
         if machine.control_step:
             control = machine.control_step * np.round(control / machine.control_step)
-        positions[:, k], controls[:, k] = measured, control
-        q, v = _sample(machine, k, q, v, load, drive.forces(control, of_force[:, k]))
+        positions[:, k] = measured
+        controls[:, k] = control if machine.logs_feed_forward else control - forward[k]
+        acting = control * machine.gain_at(k * machine.period)
+        q, v = _sample(machine, k, spans[k], q, v, load, drive.forces(acting, of_force[:, k]))
     controls += of_control
     shared = {"time": machine.period * np.arange(n), "reference": reference}
     shared |= {} if machine.injected is None else {"injected": added}
@@ -226,7 +253,7 @@ class _Load:
     def __init__(self, machine: Machine, q: Array) -> None:
         rate = 2 * math.pi * machine.antiresonance
         self._mass, self._stiffness = machine.load, rate**2
-        self._damping = 2 * machine.load_damping * rate
+        self._damping, self._play = 2 * machine.load_damping * rate, machine.play
         self._q, self._v = q.copy(), np.zeros_like(q)
 
     def force(self, ahead: float, q: Array, v: Array) -> Array:
@@ -244,7 +271,12 @@ class _Load:
         return self._pulled(q, v, self._q + ahead / 2 * (self._v + later), later)
 
     def _pulled(self, q: Array, v: Array, own: Array, speed: Array) -> Array:
-        return self._stiffness * (q - own) + self._damping * (v - speed)
+        off = q - own
+        pulled = self._stiffness * off + self._damping * (v - speed)
+        if not self._play:
+            return pulled
+        beyond = np.abs(off) > self._play / 2
+        return np.where(beyond, pulled - self._stiffness * np.sign(off) * self._play / 2, 0.0)
 
 
 def _encoder(machine: Machine, position: Array, phase: Array) -> Array:
@@ -254,38 +286,51 @@ def _encoder(machine: Machine, position: Array, phase: Array) -> Array:
 
 
 def _sample(
-    machine: Machine, k: int, q: Array, v: Array, load: "_Load", forces: list[Array]
+    machine: Machine,
+    k: int,
+    span: float,
+    q: Array,
+    v: Array,
+    load: "_Load",
+    forces: list[Array],
 ) -> tuple[Array, Array]:
     """From one sample to the next under the forces of its steps."""
-    h = machine.period / machine.steps
+    h = span / machine.steps
     for step, force in enumerate(forces):
         time = k * machine.period + step * h
-        mass = machine.mass if machine.mass_at is None else machine.mass_at(time)
-        mass -= machine.load
+        mass = machine.mass * machine.mass_at(time) - machine.load
+        worn = machine.friction_at(time)
+        viscous = worn * machine.viscous
+        coulomb = worn * machine.coulomb + machine.loss * np.abs(force)
 
         def pushed(
-            ahead: float, q: Array, v: Array, held: Array = force, at: float = time
+            ahead: float,
+            q: Array,
+            v: Array,
+            held: Array = force,
+            at: float = time,
+            viscous: float = viscous,
         ) -> Array:
             """What accelerates but for Coulomb friction, so much later in the step."""
-            smooth = machine.viscous * v + machine.offset + machine.resistance(at + ahead, q, v)
+            smooth = viscous * v + machine.offset + machine.resistance(at + ahead, q, v)
             return held - smooth - load.force(ahead, q, v)
 
         free = pushed(0.0, q, v)
         direction = np.where(v == 0, np.sign(free), np.sign(v))
-        sticks = (v == 0) & (np.abs(free) <= machine.coulomb)
-        half = v + h / 2 * (free - direction * machine.coulomb) / mass
-        slope = pushed(h / 2, q + h / 2 * v, half) - direction * machine.coulomb
+        sticks = (v == 0) & (np.abs(free) <= coulomb)
+        half = v + h / 2 * (free - direction * coulomb) / mass
+        slope = pushed(h / 2, q + h / 2 * v, half) - direction * coulomb
         after = np.where(sticks, 0.0, v + h * slope / mass)
         turned = after * direction < 0
         if turned.any():
-            after = np.where(turned, _turned(machine, free, v, after, h, mass), after)
+            after = np.where(turned, _turned(free, coulomb, v, after, h, mass), after)
         load.step(h, q + h / 2 * v, half)
         q, v = q + h / 2 * (v + after), after
     return q, v
 
 
-def _turned(machine: Machine, free: Array, v: Array, after: Array, h: float, mass: float) -> Array:
+def _turned(free: Array, coulomb: Array, v: Array, after: Array, h: float, mass: float) -> Array:
     """Velocities at the end of a step in which they reach zero: at rest, or turned."""
     left = h * after / np.where(after == v, 1.0, after - v)  # of the step, after the turn
-    excess = np.sign(free) * np.maximum(np.abs(free) - machine.coulomb, 0.0)
+    excess = np.sign(free) * np.maximum(np.abs(free) - coulomb, 0.0)
     return left * excess / mass

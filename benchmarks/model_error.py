@@ -16,8 +16,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from field import Motion, declared_axis, reference_of
 from figures import give, parser_of
-from judged_cases import declared, reference_of
 from machines import Array, Machine, records, white
 
 from axisid import Identification, identify, read_record
@@ -61,7 +61,7 @@ def strokes() -> Array:
 
 
 MOTIONS: dict[str, Callable[[], Array]] = {
-    "moves": lambda: reference_of("moves"),
+    "moves": lambda: reference_of(Motion("trapezoids"), 1e-3),
     "strokes": strokes,
 }
 
@@ -81,7 +81,7 @@ def machine_of(shape: str, runs: int, seed: int) -> Machine:
 
 def coverage(shape: str, motion: str, *, runs: int, seed: int) -> dict[str, dict[str, float]]:
     """Share of runs whose interval holds the truth, by interval and parameter."""
-    machine, axis = machine_of(shape, runs, seed), declared(has_offset=False)
+    machine, axis = machine_of(shape, runs, seed), declared_axis()
     truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb}
     hits = {kind: dict.fromkeys(truth, 0) for kind in ("hac", "moves", "band", "shown")}
     for columns in records(machine, MOTIONS[motion](), runs, seed):

@@ -16,9 +16,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from field import FIXED
 from figures import give, parser_of
-from judged_cases import RIGHT, declared, reference_of
-from machines import records
 
 from axisid import (
     AxisidError,
@@ -28,7 +27,6 @@ from axisid import (
     build,
     load_axis,
     newton,
-    read_record,
     simulate,
     sweep,
     twin_record,
@@ -39,7 +37,11 @@ from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation.estimates import Estimate
 from axisid.modeling import LIBRARY
 
-_MACHINES = ("fine encoder", "encoder of 5 um", "coarse encoder", "white position noise", "sines")
+_MACHINES = (
+    "PD, 2 um, dwells, force of 20 ms",
+    "PD, white position noise of 5 um, dwells",
+    "P-PI, 10 um, rounded currents, multisine",
+)
 
 
 def _without_law(axis: GeneratedAxis) -> GeneratedAxis:
@@ -97,10 +99,9 @@ def cases(seed: int) -> Iterator[tuple[str, GeneratedAxis, Record, dict[str, flo
         yield f"{name}, no reference", axis, twin, truth
         yield f"{name}, no law", _without_law(axis), twin, truth
     for name in _MACHINES:
-        machine, axis = RIGHT[name].machine, declared(has_offset=False)
-        (columns,) = records(machine, reference_of(RIGHT[name].motion), 1, seed)
-        record = replace(read_record(columns, axis), reference=None)
-        truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb}
+        case = FIXED[name]
+        axis, truth = case.axis, case.truth
+        record = replace(next(case.records(1, seed)), reference=None)
         yield f"{name}, no reference", axis, record, truth
         yield f"{name}, no law", _without_law(axis), record, truth
     for rate, noise in ((100.0, 1e-4), (250.0, 1e-5), (250.0, 1e-4), (1000.0, 3e-5)):

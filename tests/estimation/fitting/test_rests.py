@@ -8,19 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import build, fit, load_axis, read_record, twin_record
+from axisid import build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.fitting.rests import Rests
 from axisid.estimation.records import Record
 from axisid.modeling import Experiment, Move, back_and_forth
-from benchmarks.machines import Machine, records, white
+from benchmarks.machines import Machine, white
 from tests.axes.remembering import dahl_axis
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
-cases: Any = import_module("judged_cases")
-TRUTH = ("M", "Fv", "Fc")
+field: Any = import_module("field")
 
 
 def dwelling(moves: tuple[Move, ...], resolution: float = 2e-6) -> tuple[GeneratedAxis, Record]:
@@ -115,34 +114,29 @@ def test_rests_are_kept_from_the_command_line(run: Run, tmp_path: Any) -> None:
     assert "samples near rests" not in run("fit", "emps2015", log, "--rests", "keep")[1]
 
 
-def off(axis: GeneratedAxis, machine: Any, motion: str, output: str) -> np.ndarray:
+def off(case: Any, output: str) -> np.ndarray:
     """How far each parameter is from the truth in deviations, of four records of a machine."""
-    true = np.array([machine.mass, machine.viscous, machine.coulomb])
-    reference, away = cases.reference_of(motion, machine.period), []
-    for columns in records(machine, reference, 4, seed=5):
-        found = fit(axis, read_record(columns, axis), output)
-        away.append(
-            [(found[n].value - t) / found[n].deviation for n, t in zip(TRUTH, true, strict=True)]
-        )
-    return np.array(away)
+    fits = [fit(case.axis, record, output) for record in case.records(4, 5)]
+    return np.array(
+        [[(f[n].value - t) / f[n].deviation for n, t in case.truth.items()] for f in fits]
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["dwells, 2 um", "P-PI, dwells, 1 um"])
+@pytest.mark.parametrize("name", ["PD, 2 um, dwells, force of 20 ms", "P-PI, 1 um, dwells"])
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_deviations_are_right_of_machines_that_rest(name: str, output: str) -> None:
     """By a simulator of its own; with samples at rest they were three times too small."""
-    case = cases.FIELD[name]
-    away = off(cases.axis_of(case), case.machine, case.motion, output)
-    assert np.sqrt(np.mean(away**2)) < 1.7
+    assert np.sqrt(np.mean(off(field.FIXED[name], output) ** 2)) < 1.7
 
 
 @pytest.mark.slow
 def test_deviations_of_an_open_loop_are_right_where_a_force_is_not_in_the_log() -> None:
     """By the scatter over windows; by an autoregression they were three times too small."""
     machine = Machine(resolution=5e-8, force_noise=white(3.0))
-    axis = cases.declared(has_offset=False)
-    assert np.sqrt(np.mean(off(axis, machine, "moves", "open-loop") ** 2)) < 1.7
+    motion = field.Motion("trapezoids")
+    case = field.Case(machine=machine, declared=machine, motion=motion)
+    assert np.sqrt(np.mean(off(case, "open-loop") ** 2)) < 1.7
 
 
 @pytest.mark.slow
