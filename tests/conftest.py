@@ -1,9 +1,7 @@
 """Fixtures shared by all tests."""
 
-import math
 import os
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -25,22 +23,12 @@ os.environ.setdefault("AXISID_CACHE", str(ROOT / ".pytest_cache" / "native"))
 # A fault of a check is a failure here; a user is told of it beside the estimates.
 os.environ.setdefault("AXISID_DEBUG", "1")
 
-#: Slow tests, and all tests, that would begin later than these times of the clock are skipped.
-_SLOW_END = float(os.environ.get("AXISID_SLOW_TESTS_END", math.inf))
-_END = float(os.environ.get("AXISID_TESTS_END", math.inf))
-
 settings.register_profile("axisid", deadline=None, derandomize=True)
 settings.load_profile("axisid")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.get_closest_marker("slow") is not None)
-
-
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    end = min(_END, _SLOW_END) if item.get_closest_marker("slow") else _END
-    if time.time() > end:
-        pytest.skip("the time for tests was over before it began")
 
 
 @pytest.fixture(scope="session")
