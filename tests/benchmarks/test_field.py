@@ -97,3 +97,34 @@ def test_a_load_behind_a_spring_swings_at_its_frequency_and_is_carried_along() -
     swing = np.abs(np.fft.rfft((velocity - velocity.mean()) * np.hanning(len(velocity)), 1 << 16))
     frequency = np.fft.rfftfreq(1 << 16, 1e-3)[np.argmax(swing)]
     assert frequency == pytest.approx(35.0 * np.sqrt(100 / 60), rel=0.01)
+
+
+def _pushed(machine: Machine, volts: float, seconds: float) -> np.ndarray:
+    """Velocities of an axis without a law under a constant control."""
+    samples = round(seconds / machine.period)
+    free = replace(machine, kp=0.0, kv=0.0, injected=np.full(samples, volts))
+    (columns,) = records(free, np.zeros(samples), 1, seed=1)
+    return np.gradient(columns["position"], machine.period)[1:-1]
+
+
+def test_a_load_within_its_play_is_not_moved_and_beyond_it_is() -> None:
+    machine = Machine(viscous=0.0, coulomb=0.0, load=40.0, antiresonance=80.0, play=0.02)
+    free = replace(machine, load_damping=0.3)
+    velocity = _pushed(free, 1.0, 0.5)
+    touched = np.flatnonzero(np.cumsum(velocity) * free.period > 0.01)[0]
+    time = free.period * np.arange(1, len(velocity) + 1)
+    np.testing.assert_allclose(velocity[: touched - 5], (free.gain / 60 * time)[: touched - 5])
+    assert velocity[-1] < 0.8 * free.gain / 60 * time[-1]
+
+
+def test_a_loss_by_the_load_is_a_share_of_the_force_and_wear_is_one_of_friction() -> None:
+    steady = Machine(viscous=1000.0, loss=0.1, friction_at=lambda _: 1.2)
+    expected = (0.9 * 2 * steady.gain - 1.2 * steady.coulomb) / (1.2 * steady.viscous)
+    assert _pushed(steady, 2.0, 2.0)[-1] == pytest.approx(expected, rel=1e-6)
+
+
+def test_samples_that_jitter_are_even_on_average() -> None:
+    plain = Machine(viscous=0.0, coulomb=0.0)
+    even, uneven = (_pushed(replace(plain, clock_jitter=j), 1.0, 1.0) for j in (0.0, 0.2))
+    assert np.abs(uneven / even - 1)[200:].max() > 0.01
+    assert np.sum(uneven) == pytest.approx(np.sum(even), rel=0.002)
