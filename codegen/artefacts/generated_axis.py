@@ -25,7 +25,7 @@ from axisid.modeling.quantities import (
     MEASURED_VELOCITY,
     TIME,
 )
-from axisid.modeling.wording import describe_direction, describe_loss
+from axisid.modeling.wording import describe_loss
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.missing import Missing
@@ -412,12 +412,6 @@ def _ddm_parameters(model: AxisModel) -> tuple[Quantity, ...] | Missing:
     mapping = model.parameter_map
     if isinstance(mapping, Missing):
         return mapping
-    if mapping.unidentifiable:
-        trades = "; ".join(map(describe_direction, mapping.unidentifiable))
-        return Missing(
-            f"axis {model.axis.name!r}: the direct model cannot tell its inertial parameters apart "
-            f"(no motion shows a change of {trades}); declare their combination as one parameter"
-        )
     return tuple(
         Quantity(name=str(symbol), unit=str(unit), expression=str(value))
         for symbol, unit, value in zip(mapping.symbols, mapping.units, mapping.forward, strict=True)

@@ -105,20 +105,16 @@ def _direct_regressor(model: AxisModel) -> list[Program]:
     row, mapping = model.ddm.regressor, model.parameter_map
     builder = _motion(model, force=True).lower(row=[row.columns], known=[[row.intercept]])
     forward = Arguments().vector("parameters", mapping.parameters)
-    programs = [
+    backward = Arguments().vector("ddm_parameters", mapping.symbols)
+    return [
         builder.program("ddm_regressor", "ddq = row . ddm_parameters + known."),
         forward.lower(
             ddm_parameters=mapping.forward.tolist(), jacobian=mapping.forward_jacobian.tolist()
         ).program("ddm_from_physical", "Parameters of the direct model, and the Jacobian."),
+        backward.lower(
+            parameters=mapping.inverse.tolist(), jacobian=mapping.inverse_jacobian.tolist()
+        ).program("physical_from_ddm", "Physical parameters, and the Jacobian."),
     ]
-    if mapping.inverse is not None and mapping.inverse_jacobian is not None:
-        backward = Arguments().vector("ddm_parameters", mapping.symbols)
-        programs.append(
-            backward.lower(
-                parameters=mapping.inverse.tolist(), jacobian=mapping.inverse_jacobian.tolist()
-            ).program("physical_from_ddm", "Physical parameters, and the Jacobian.")
-        )
-    return programs
 
 
 def _state(law: ControlLaw) -> tuple[str, ...]:

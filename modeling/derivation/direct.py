@@ -107,7 +107,6 @@ def direct_regressor(
     pivot = next((p for p in scales if vanishes(rest[p])), next(iter(scales)))
     share = rest[pivot] / scales[pivot]
     columns = {p: scales.get(p, sympy.S.Zero) * share - rest[p] for p in parameters if p != pivot}
-    columns = {p: column for p, column in columns.items() if not vanishes(column)}
     first = FORCE - still.intercept + share * free
     return DirectRegressor(
         regressor=Regressor(columns=(first, *columns.values()), intercept=-share),

@@ -26,13 +26,9 @@ class ParameterMap:
     forward : sympy.Matrix, (m, 1)
         ``theta_ddm`` of the parameters.
     forward_jacobian : sympy.Matrix, (m, p)
-    inverse : sympy.Matrix, (p, 1), or None
-        The parameters of ``theta_ddm``; None where some cannot be told apart.
-    inverse_jacobian : sympy.Matrix, (p, m), or None
-    rank : int
-        Of the forward Jacobian at a generic point.
-    unidentifiable : tuple of dict
-        Directions in parameter space that leave ``theta_ddm`` unchanged, by parameter.
+    inverse : sympy.Matrix, (p, 1)
+        The parameters of ``theta_ddm``.
+    inverse_jacobian : sympy.Matrix, (p, m)
     units : tuple of Unit
         Of ``theta_ddm``.
     """
@@ -41,10 +37,8 @@ class ParameterMap:
     symbols: tuple[sympy.Symbol, ...]
     forward: sympy.ImmutableMatrix
     forward_jacobian: sympy.ImmutableMatrix
-    inverse: sympy.ImmutableMatrix | None
-    inverse_jacobian: sympy.ImmutableMatrix | None
-    rank: int
-    unidentifiable: tuple[dict[sympy.Symbol, sympy.Expr], ...]
+    inverse: sympy.ImmutableMatrix
+    inverse_jacobian: sympy.ImmutableMatrix
     units: tuple[Unit, ...]
 
 
@@ -54,7 +48,7 @@ def parameter_map(
     units: dict[sympy.Symbol, Unit],
     inverse_inertia_unit: Unit,
 ) -> ParameterMap:
-    """Derive the map of a direct regressor.
+    """Derive the map of a direct regressor in parameters that can be told apart.
 
     Parameters
     ----------
@@ -72,32 +66,18 @@ def parameter_map(
         forward = sympy.Matrix([1 / ddm.inertia, *(p / ddm.inertia for p in ddm.quotients)])
     symbols = tuple(sympy.Symbol(f"theta{i + 1}", real=True) for i in range(len(forward)))
     jacobian = forward.jacobian(parameters).applyfunc(sympy.together)
-    unidentifiable = _unidentifiable(ddm, parameters)
-    inverse = None if unidentifiable else _inverse(ddm, parameters, symbols)
+    inverse = _inverse(ddm, parameters, symbols)
     return ParameterMap(
         parameters=parameters,
         symbols=symbols,
         forward=forward.as_immutable(),
         forward_jacobian=jacobian.as_immutable(),
         inverse=inverse,
-        inverse_jacobian=None if inverse is None else inverse.jacobian(symbols).as_immutable(),
-        rank=len(parameters) - len(unidentifiable),
-        unidentifiable=unidentifiable,
+        inverse_jacobian=inverse.jacobian(symbols).as_immutable(),
         units=tuple(units.values())
         if ddm.pivot is None
         else (inverse_inertia_unit, *(units[p] * inverse_inertia_unit for p in ddm.quotients)),
     )
-
-
-def _unidentifiable(
-    ddm: DirectRegressor, parameters: tuple[sympy.Symbol, ...]
-) -> tuple[dict[sympy.Symbol, sympy.Expr], ...]:
-    """Parameters of the inertia without a quotient trade against the pivot alone."""
-    if ddm.pivot is None:
-        return ()
-    lost = [p for p in parameters if p != ddm.pivot and p not in ddm.quotients]
-    scale = ddm.inertia.diff(ddm.pivot)
-    return tuple({p: sympy.S.One, ddm.pivot: -ddm.inertia.diff(p) / scale} for p in lost)
 
 
 def _inverse(

@@ -144,16 +144,9 @@ def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Sectio
         Formula(name=symbol, value=value, unit=str(unit), column=column)
         for symbol, value, unit, column in rows
     ]
-    inverse: list[Formula | str] = (
-        [
-            f"cannot tell apart {describe_direction(unidentifiable)}"
-            for unidentifiable in mapping.unidentifiable
-        ]
-        if mapping.inverse is None
-        else [
-            Formula(name=p, value=value)
-            for p, value in zip(mapping.parameters, mapping.inverse, strict=True)
-        ]
+    inverse = (
+        Formula(name=p, value=value)
+        for p, value in zip(mapping.parameters, mapping.inverse, strict=True)
     )
     return [
         Section(
@@ -162,8 +155,8 @@ def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Sectio
             note="the acceleration is the sum of theta times column, and known",
         ),
         Section(
-            title=f"Parameter map, rank {mapping.rank}",
+            title=f"Parameter map, rank {len(mapping.parameters)}",
             lines=tuple(inverse),
-            note="" if mapping.inverse is None else "theta back to the physical parameters",
+            note="theta back to the physical parameters",
         ),
     ]

@@ -41,7 +41,6 @@ def test_paper_equations_2_and_4() -> None:
     assert not isinstance(mapping, Missing)
     assert list(mapping.forward) == [1 / M.symbol, Fv / M.symbol, Fc / M.symbol]
     assert [str(unit) for unit in mapping.units] == ["1/kg", "1/s", "m/s^2"]
-    assert mapping.rank == 3
 
 
 def substituted(model: AxisModel) -> sympy.Expr:
@@ -83,23 +82,13 @@ def test_regressors_reproduce_both_dynamics(name: str) -> None:
 def test_map_round_trip_and_jacobians(name: str) -> None:
     mapping = derive(CASES[name]).parameter_map
     assert not isinstance(mapping, Missing)
-    assert mapping.inverse is not None
-    assert mapping.inverse_jacobian is not None
     back = mapping.inverse.subs(dict(zip(mapping.symbols, mapping.forward, strict=True)))
-    assert sympy.simplify(back - sympy.Matrix(mapping.parameters)) == sympy.zeros(mapping.rank, 1)
+    assert sympy.simplify(back - sympy.Matrix(mapping.parameters)).is_zero_matrix
     product = (
         mapping.inverse_jacobian.subs(dict(zip(mapping.symbols, mapping.forward, strict=True)))
         * mapping.forward_jacobian
     )
-    assert sympy.simplify(product) == sympy.eye(mapping.rank)
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_rank_is_that_of_the_jacobian_at_a_generic_point(name: str) -> None:
-    mapping = derive(CASES[name]).parameter_map
-    assert not isinstance(mapping, Missing)
-    point = {p: sympy.Rational(3 + i, 7 + 2 * i) for i, p in enumerate(mapping.parameters)}
-    assert mapping.forward_jacobian.subs(point).applyfunc(sympy.nsimplify).rank() == mapping.rank
+    assert sympy.simplify(product) == sympy.eye(len(mapping.parameters))
 
 
 def test_ball_screw_pitch_does_not_hide_that_inertias_add_up() -> None:
@@ -144,8 +133,7 @@ def test_inertia_that_cancels_out_is_refused() -> None:
 def test_inertias_that_only_add_up_are_one_base_parameter() -> None:
     model = derive(body(viscous(Fv, q), inertia=M + 4 * J, parameters=(M, J, Fv)))
     assert not isinstance(model.parameter_map, Missing)
-    assert model.parameter_map.inverse is not None
-    assert model.parameter_map.rank == 2
+    assert len(model.parameter_map.inverse) == 2
     assert [describe_direction(h) for h in model.base.unidentifiable] == ["M -4, J +1"]
 
 
