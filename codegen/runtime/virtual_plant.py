@@ -248,8 +248,10 @@ class VirtualPlant:
     def beyond(self, q: float, dq: float, mode: Mode, first: int) -> Mode:
         """The sides at a state, from one on; one may depend on those before it."""
         for i in range(first, self.sides - len(self._limits)):
-            value = self.switches(q, dq, mode).values[i]
-            mode = mode.beside(i, float(np.sign(value))) if value else mode
+            found = self.switches(q, dq, mode)
+            # One that begins in a place leaves it as it moves.
+            side = found.values[i] or mode.sides[i] or found.by_position[i] * dq
+            mode = mode.beside(i, float(np.sign(side)))
         return mode
 
     def pass_time(self, span: float) -> None:

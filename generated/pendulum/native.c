@@ -438,8 +438,11 @@ static inline struct switches switches_at(double q, double dq, const struct mode
 static void choose_sides(double q, double dq, struct mode *mode, const double *p, int first)
 {
     for (int i = first; i < SIDES; ++i) {
-        const double value = switches_at(q, dq, mode, p).value[i];
-        mode->sides[i] = value == 0.0 ? mode->sides[i] : sign(value);
+        const struct switches s = switches_at(q, dq, mode, p);
+        if (s.value[i] != 0.0)
+            mode->sides[i] = sign(s.value[i]);
+        else if (mode->sides[i] == 0.0) /* it begins in the place: it leaves as it moves */
+            mode->sides[i] = sign(s.by_position[i] * dq);
     }
 }
 

@@ -118,8 +118,11 @@ static void choose_sides(double q, double dq, struct mode *mode, const double *p
 #else
     for (int i = first; i < SIDES; ++i) {
 #endif
-        const double value = switches_at(q, dq, mode, p/*MOVING , held, 0.0*/).value[i];
-        mode->sides[i] = value == 0.0 ? mode->sides[i] : sign(value);
+        const struct switches s = switches_at(q, dq, mode, p/*MOVING , held, 0.0*/);
+        if (s.value[i] != 0.0)
+            mode->sides[i] = sign(s.value[i]);
+        else if (mode->sides[i] == 0.0) /* it begins in the place: it leaves as it moves */
+            mode->sides[i] = sign(s.by_position[i] * dq);
     }
 }
 #if MOVING

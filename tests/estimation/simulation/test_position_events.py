@@ -144,10 +144,33 @@ def test_axis_is_held_in_a_jump_until_the_drive_overcomes_it() -> None:
     assert loop.position[~held].max() > 1e-3
 
 
-def without_feedback(name: str, *resistance: sympy.Expr) -> GeneratedAxis:
+def without_feedback(name: str, *resistance: sympy.Expr, native: bool = True) -> GeneratedAxis:
     """The reference is the drive's force."""
     law, offered = force_law(PERIOD), (Fv, J, k)
-    return build(body(*resistance, coordinate=x, parameters=offered, name=name, control=law))
+    made = body(*resistance, coordinate=x, parameters=offered, name=name, control=law)
+    return build(made, native=native)
+
+
+@pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
+@pytest.mark.parametrize("speed", [0.5, -0.5])
+def test_an_axis_that_begins_in_a_jump_leaves_it_against_the_force_ahead(
+    speed: float, native: bool
+) -> None:
+    made = without_feedback("swing", viscous(Fv, x), J * sympy.sign(q), native=native)
+    still, theta, time = np.zeros(9), [1.0, 30.0, 40.0], PERIOD * np.arange(9)
+    loop = simulate(made, theta, still, PERIOD, start=0.0, start_velocity=speed)
+    slowed = (0.5 + 40 / 30) * np.exp(-30 * time) - 40 / 30
+    assert loop.velocity == pytest.approx(slowed * np.sign(speed), abs=1e-9)
+
+
+@pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
+def test_an_axis_that_two_forces_push_back_into_a_jump_rests_there(native: bool) -> None:
+    """At 2 um/s it comes back ten thousand times in a sample."""
+    made = without_feedback("swing", viscous(Fv, x), J * sympy.sign(q), native=native)
+    still, theta = np.zeros(5), [1.0, 30.0, 40.0]
+    loop = simulate(made, theta, still, PERIOD, start=0.0, start_velocity=2e-6)
+    assert np.all(loop.velocity[1:] == 0)
+    assert np.abs(loop.position).max() < 1e-12
 
 
 @pytest.mark.slow
