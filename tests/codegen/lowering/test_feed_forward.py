@@ -31,9 +31,8 @@ from axisid.codegen.printers.c99 import print_c99
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.shared import comment
 from axisid.codegen.printers.structured_text import print_st
-from axisid.elements import DIRECTION, VELOCITY, Drive, coulomb, viscous, voltage_drive
+from axisid.elements import DIRECTION, VELOCITY, Drive, coulomb, voltage_drive
 from axisid.modeling.quantities import FORCE
-from tests.axes import bodies
 from tests.axes.drives import braked, varying
 from tests.axes.recorded import UNRECORDED, fed_law, recorded_axis
 from tests.axes.simulated import AXES
@@ -333,10 +332,3 @@ def test_a_drive_whose_inverse_cannot_be_formed_is_refused_truly() -> None:
 def test_the_evaluator_of_structured_text_is_strict(text: str, reason: str) -> None:
     with pytest.raises(StructuredTextError, match=reason):
         StructuredText(text)("f", 1.0)
-
-
-def test_viscous_axis_without_limit_needs_no_helper() -> None:
-    axis = bodies.body(viscous(bodies.Fv, bodies.q), parameters=(bodies.Fv,), drive=Drive(gain=2.0))
-    text = print_c99(exported(axis, np.ones(2)))
-    assert "inline" not in text
-    assert "SEL" not in print_st(exported(axis, np.ones(2)))

@@ -19,8 +19,3 @@ def test_every_lowered_node_has_a_strategy(kind: type[sympy.Basic]) -> None:
         assert isinstance(find(numbers, lambda number: isinstance(number, kind)), kind)
     else:
         assert any(isinstance(n, kind) for made in MADE for n in sympy.preorder_traversal(made))
-
-
-def test_every_method_of_the_lowering_is_reached() -> None:
-    methods = {name[4:] for name in dir(lower.Lowering) if name.startswith("map_")}
-    assert methods == {kind.__name__ for kind in lower._MAPPED}

@@ -13,8 +13,10 @@ from axisid.estimation.regression.covariance import (
     Classical,
     Hac,
     LongRun,
+    PublishedCovariance,
     Robust,
     correlation,
+    lags_of,
     score_products,
 )
 from axisid.estimation.regression.linear import (
@@ -62,6 +64,8 @@ def test_classical_and_robust_are_those_of_statsmodels(data: tuple[np.ndarray, .
     hc0, hc1 = (ols.fit(cov_type=kind).cov_params() for kind in ("HC0", "HC1"))
     assert Robust(corrected=False).matrix(solution) == pytest.approx(hc0, rel=1e-7)
     assert Robust().matrix(solution) == pytest.approx(hc1, rel=1e-7)
+    for covariance in (PublishedCovariance(), Classical(), Robust()):
+        assert covariance.freedom(solution).tolist() == 3 * [ols.fit().df_resid]
 
 
 @pytest.mark.parametrize("lags", [0, 1, 7, 30])
@@ -110,6 +114,12 @@ def test_lags_follow_the_correlation_of_the_residuals(rng: np.random.Generator) 
     coloured = np.convolve(white[:, 0], np.exp(-np.arange(100) / 20.0), "same")[:, None]
     assert long_run(white, plain).lags < 30 < long_run(coloured, plain).lags
     assert long_run(coloured).lags < 20  # the autoregression has most of it
+
+
+@pytest.mark.parametrize("kept", [-0.5, 0.3, 0.9])
+def test_the_plug_in_rule_is_that_of_andrews_for_an_autoregression(kept: float) -> None:
+    asked = 1.1447 * (4 * kept**2 / (1 - kept**2) ** 2 * 5000) ** (1 / 3)
+    assert lags_of(list(kept ** np.arange(400.0)), 5000) == int(asked)
 
 
 @pytest.mark.parametrize("kept", [-0.8, 0.0, 0.5, 0.9])
@@ -164,13 +174,7 @@ def test_lags_do_not_depend_on_the_units_of_the_parameters(data: tuple[np.ndarra
     assert Hac().freedom(scaled) == pytest.approx(Hac().freedom(by_ls(data)), rel=1e-9)
 
 
-def test_names_say_kernel_lags_and_correction(data: tuple[np.ndarray, ...]) -> None:
-    solution = by_ls(data)
-    assert Hac(5).describe(solution) == "HAC, Bartlett kernel, 5 lags (as given), times n/(n - k)"
-    assert "scores prewhitened by AR(1)" in Hac().describe(solution)
-    assert "plug-in rule" in Hac().describe(solution)
-    assert "prewhitened" not in Hac(prewhitened=False).describe(solution)
-    assert Robust(corrected=False).describe(solution) == "heteroscedasticity-robust"
+def test_lags_that_are_no_number_of_lags_are_refused() -> None:
     with refuses("bad-lags", says="-1"):
         Hac(-1)
 

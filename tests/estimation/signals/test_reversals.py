@@ -18,8 +18,15 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.methods import bound_record
 from axisid.estimation.signals.filtered_record import FilteredRecord
+from axisid.estimation.signals.reversals import near_turns
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
 from tests.refusals import refuses
+
+
+def test_samples_no_further_than_the_reach_from_a_turn_or_a_rest_are_near_it() -> None:
+    velocity = np.repeat([1.0, -1.0, 0.01, -1.0], 20)
+    near = np.flatnonzero(near_turns(velocity, 3, 0.1))
+    assert near.tolist() == [*range(20 - 3, 20 + 4), *range(40 - 3, 60 + 4)]
 
 
 @pytest.fixture(scope="module")

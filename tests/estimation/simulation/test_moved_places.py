@@ -91,6 +91,25 @@ def test_a_stop_that_meets_a_mass_at_rest_moves_it_within_the_sample() -> None:
     assert found[beyond] == pytest.approx(slowed, abs=1e-9)
 
 
+@pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
+def test_a_stop_that_comes_and_goes_within_a_sample_is_met(native: bool) -> None:
+    """In its frame a push throws the mass back into it, on a parabola from a half wave to a third.
+
+    Before and after the sample they are apart.
+    """
+    comes, push, stiffness, speed = 0.3, 2000.0, 3e8, 0.15
+    away, w = push / MASS, np.sqrt(stiffness / MASS)
+    first = (comes**2 - speed**2) / (2 * away)  # they meet at this speed
+    place, forces = first + comes * (T - TIME), np.where(TIME == T, -push, 0.0)
+    found = moved(theta(stop=stiffness), place, forces, native=native)
+    contact = 2 / w * np.arctan(speed * stiffness / (w * push))
+    left = T - (comes - speed) / away - contact
+    assert 0 < left < T / 2 + T / 4
+    apart, parting = speed * left + away * left**2 / 2, speed + away * left
+    expected = place[2] - apart - (comes + parting) * (TIME[2:6] - TIME[2])
+    assert found[2:6] == pytest.approx(expected, abs=1e-9)
+
+
 #: What each kind of force is declared with.
 KINDS = {"stop": 2e4, "slip": 50.0, "jump": 1.5, "gate": 200.0}
 

@@ -1,5 +1,6 @@
 """Recorded signals in a simulated loop: held or straight between samples, events where they are."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +11,10 @@ from scipy.integrate import solve_ivp
 from axisid import Coordinate, Parameter, Signal, build, newton, simulate
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import MEASURED_POSITION, MEASURED_VELOCITY, REFERENCE, ControlLaw, gain
-from axisid.elements import TIME, Drive
+from axisid.elements import TIME, Drive, coulomb
 from axisid.estimation.simulation import Simulation, simulate_batch, trajectory, twin_record
 from axisid.support.arrays import Array
+from tests.axes.bodies import body, c, m, x
 from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values
 from tests.refusals import refuses
 
@@ -40,7 +42,9 @@ def free_axis(between: str, *, native: bool = True) -> GeneratedAxis:
     return build(axis, native=native)
 
 
-def pushed(between: str, push: Array, velocity: float = 0.0, *, native: bool = True) -> Simulation:
+def pushed(
+    push: Array, velocity: float = 0.0, between: str = "linear", *, native: bool = True
+) -> Simulation:
     axis = free_axis(between, native=native)
     still = np.zeros(len(push))
     return simulate(axis, [2.0, 3.0, 1.0], still, T, signals={"p": push}, start_velocity=velocity)
@@ -55,7 +59,7 @@ def test_a_stuck_axis_leaves_rest_within_a_sample_when_a_straight_signal_overcom
     rate, mass, friction = 20.0, 2.0, 3.0
     leaves = friction / rate + 0.3 * T  # between two samples
     push = rate * (time - 0.3 * T)
-    loop = pushed("linear", push, native=native)
+    loop = pushed(push, native=native)
     beyond = np.maximum(time - leaves, 0.0)
     assert loop.position == pytest.approx(rate * beyond**3 / (6 * mass), abs=1e-13)
     assert loop.velocity == pytest.approx(rate * beyond**2 / (2 * mass), abs=1e-12)
@@ -69,7 +73,7 @@ def test_a_stuck_axis_leaves_rest_within_a_sample_when_a_straight_signal_overcom
 def test_a_held_signal_jumps_at_its_sample_and_the_motion_with_it(native: bool) -> None:
     time, jump = T * np.arange(300), 100
     push = np.where(np.arange(300) < jump, 2.9, 5.0)
-    loop = pushed("held", push, native=native)
+    loop = pushed(push, between="held", native=native)
     moving = np.maximum(time - jump * T, 0.0)
     assert loop.position == pytest.approx((5.0 - 3.0) / 2.0 * moving**2 / 2, abs=1e-13)
     assert loop.acceleration[jump - 1] == 0.0
@@ -82,7 +86,7 @@ def test_a_reversal_after_a_jump_is_located_within_its_sample(native: bool) -> N
     """M = 2, Fc = 3: pushed back with 9, it slows at 6 m/s^2 and comes back at 3 m/s^2."""
     time = T * np.arange(200)
     push, jump, speed = np.where(np.arange(200) < 50, 3.0, -9.0), 50, 0.1234
-    loop = pushed("held", push, speed, native=native)  # it coasts: the push is the friction
+    loop = pushed(push, speed, "held", native=native)  # it coasts: the push is the friction
     since = np.maximum(time - jump * T, 0.0)
     stops = speed / 6.0
     away = speed * np.minimum(since, stops) - 3.0 * np.minimum(since, stops) ** 2
@@ -92,6 +96,58 @@ def test_a_reversal_after_a_jump_is_located_within_its_sample(native: bool) -> N
         abs=1e-12,
     )
     assert (stops / T) % 1 > 0.1  # within a sample
+
+
+def ramped(push: Array, velocity: float) -> tuple[Array, int]:
+    """Positions of M = 2, Fc = 3 under a straight push, in closed form, and dips of the velocity.
+
+    In a dip it comes to zero between two samples of one direction.
+    """
+    q, v, found, dips = 0.0, velocity, [0.0], 0
+    for begin, rate in zip(push[:-1], np.diff(push) / T, strict=True):
+        t, turned, before = 0.0, False, v
+        while t < T:
+            now = begin + rate * t
+            s = np.sign(v) if v else np.sign(rate if abs(now) <= 3.0 * (1 + 1e-12) else now)
+            if v == 0 and now * s < 3.0 * (1 - 1e-12):  # it rests until the push overcomes friction
+                t = min(T, t + (3.0 - now * s) / abs(rate)) if rate else T
+                continue
+            speed = np.polynomial.Polynomial([v, (now - 3.0 * s) / 2, rate / 4])
+            zeros = [z.real for z in speed.roots() if abs(z.imag) < 1e-12 and z.real > 1e-9 * T]
+            left, turns = T - t, min(zeros, default=np.inf) < T - t
+            span = min(zeros) if turns else left
+            q, v, t = q + speed.integ()(span), 0.0 if turns else speed(span), t + span
+            turned |= turns
+        found.append(q)
+        dips += turned and before * v > 0
+    return np.array(found), dips
+
+
+def followed(push: Array, velocity: float, *, native: bool) -> Simulation:
+    """The same mass under a law without feedback, whose reference is the push, straight too."""
+    law = ControlLaw(name="push", period=T, output=REFERENCE, continuous=True)
+    made = body(coulomb(c, x), coordinate=x, inertia=m, parameters=(c,), control=law)
+    start = {"start": 0.0, "start_velocity": velocity}
+    return simulate(build(made, native=native), [2.0, 3.0], push, T, **start)
+
+
+@pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
+@pytest.mark.parametrize("run", [pushed, followed], ids=["signal", "law"])
+@pytest.mark.parametrize(
+    ("push", "velocity"),
+    [
+        (np.random.default_rng(3).uniform(-15.0, 15.0, 80), 0.0),
+        (np.array([-4.0, 40.0, 3.0]), 2e-4),
+        (np.array([-34.0, 10.0, 3.0]), 7.7e-3),
+    ],
+    ids=["any", "early", "late"],
+)
+def test_a_pulse_that_turns_the_velocity_back_within_a_sample_is_followed(
+    push: Array, velocity: float, run: Callable[..., Simulation], native: bool
+) -> None:
+    position, dips = ramped(push, velocity)
+    assert dips > len(push) / 20
+    assert run(push, velocity, native=native).position == pytest.approx(position, abs=1e-13)
 
 
 @pytest.mark.parametrize("between", ["linear", "held"])

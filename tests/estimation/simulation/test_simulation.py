@@ -99,8 +99,6 @@ def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
         assert error.max() < 1e-9 * np.abs(s.force).max()
     assert set(np.unique(loop.mode)) <= {-1.0, 0.0, 1.0}
     stuck = loop.mode == 0
-    assert np.all(loop.velocity[stuck] == 0)
-    assert np.all(loop.acceleration[stuck] == 0)
     # While it sticks it may not move until the next sample, unless the law is continuous.
     if not axis.axis.control or not axis.axis.control.continuous:
         still = stuck[:-1]

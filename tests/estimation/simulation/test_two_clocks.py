@@ -1,6 +1,5 @@
 """What a user simulates with a period of his own is the loop at its law's period, sampled so."""
 
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +16,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import check_law, simulate_batch
 from axisid.estimation.diagnostics.law.control_law import LawCheck
-from axisid.estimation.simulation import SIMULATED, TwoClocks, lines, twin_plan
+from axisid.estimation.simulation import SIMULATED, TwoClocks, lines, signals_about, twin_plan
 from axisid.estimation.simulation.between import at_log_samples
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.recorded import PERIOD_S, recorded_axis
@@ -46,6 +45,26 @@ def test_a_loop_of_another_period_follows_an_independent_integrator(ratio: float
     expected = by_events(np.interp(times, np.arange(160), WAVE), law.period, LOG * np.arange(160))
     assert np.allclose(loop.time, LOG * np.arange(160))
     assert np.abs(loop.position - expected).max() < (2e-9 if ratio > 1 else 2e-7)
+
+
+@pytest.mark.parametrize("ratio", [4, 0.25])
+def test_before_a_sample_the_force_is_that_of_the_evaluation_before_it(ratio: float) -> None:
+    law = replace(cascade_p_pi(LOG / ratio), reference_between="held")
+    axis = build(stage(law).declared, native=False)
+    wave = WAVE[:41]
+    log = simulate(axis, THETA, wave, LOG, start=0.0)
+    read = wave[np.floor(np.arange(40 * ratio + 1) / ratio).astype(int)]
+    own = simulate(axis, THETA, read, law.period, start=0.0).force
+    now = np.arange(41) * ratio
+    before, after = signals_about(axis, np.array(THETA), log)[::-1]
+    assert np.array_equal(after.force, own[np.floor(now).astype(int)])
+    assert np.array_equal(before.force[1:], own[np.ceil(now[1:] - 1).astype(int)])
+
+
+def test_what_is_held_enters_a_slower_law_by_its_mean_until_the_next_evaluation() -> None:
+    clocks = TwoClocks(samples=6, log_period=1.0, law_period=2.5)
+    mean = clocks.mean_held(np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0]))
+    assert mean == pytest.approx([(1 + 2 + 4 / 2) / 2.5, (4 / 2 + 8 + 16) / 2.5, 32.0, 32.0])
 
 
 RESTS = np.concatenate([np.linspace(0, 0.01, 40), np.full(60, 0.01), np.linspace(0.01, 0, 40)])
@@ -175,22 +194,3 @@ def test_a_period_in_another_unit_is_refused() -> None:
         simulate(stage(cascade(LOG)), THETA, WAVE, 1.0)
     with pytest.raises(UsageError, match=r"the period is -1 s"):
         twin_record(twin_axis(4.0), sample_period=-1)
-
-
-def test_a_smooth_reference_is_made_once_for_all_loops_of_a_record(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    from scipy import interpolate
-
-    axis, made = twin_axis(4.0), []
-    record = twin_record(axis, sample_period=LOG)
-    spline = interpolate.CubicSpline
-
-    def counted(*arguments: np.ndarray) -> object:
-        if sys._getframe(1).f_globals["__name__"].endswith("two_clocks"):
-            made.append(arguments)
-        return spline(*arguments)
-
-    monkeypatch.setattr(interpolate, "CubicSpline", counted)
-    identify(axis, record, methods=["idm-iv"])
-    assert len(made) == 1
