@@ -1,6 +1,5 @@
 """A record's loop begins as the record does, whatever its law declares for an axis at rest."""
 
-import gc
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,7 @@ from axisid.estimation import check_law
 from axisid.estimation.diagnostics.law.control_law import LawCheck
 from axisid.estimation.loops.law_run import control_along, state_at_rest
 from axisid.estimation.loops.law_ticks import law_ticks
-from axisid.estimation.loops.start import _KNOWN, loop_starts
+from axisid.estimation.loops.start import loop_starts
 from axisid.estimation.loops.start_memory import START_SAMPLES, first_memory
 from axisid.estimation.loops.start_velocity import first_velocity
 from axisid.estimation.regression.simulated_rows import simulated_loops
@@ -135,19 +134,6 @@ def test_without_a_control_the_memory_is_the_declared_one() -> None:
     force = 35.15 * np.asarray(record.control)
     (start,) = loop_starts(vertical(0), replace(record, control=None, force=force))
     assert start.memory is None
-
-
-@pytest.mark.slow
-def test_what_is_known_of_a_record_goes_with_it() -> None:
-    record, _ = carried(0)
-    gc.collect()
-    before = len(_KNOWN)
-    first = loop_starts(vertical(0), record)
-    assert loop_starts(vertical(0), record) is first
-    assert len(_KNOWN) == before + 1
-    del record
-    gc.collect()
-    assert len(_KNOWN) == before
 
 
 @pytest.mark.slow

@@ -163,17 +163,12 @@ def test_what_noise_moves_without_a_reference_is_named() -> None:
     assert "record the reference" in str(check.remedy.parts)
 
 
-def test_check_and_notes_name_what_is_moved(emps2015: GeneratedAxis, twin: Record) -> None:
+def test_intervals_and_functions_are_about_what_is_corrected(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
     result = identify(emps2015, twin, KEPT, ["idm-ls", "idm-iv"])
     (check,) = (c for c in result.verdict if c.name == "filter bias")
     assert check.status == "note"  # 0.1 % of the mass, and the intervals are free of it
-    assert "moves M by +0.1" in check.meaning
-    lines = result.summary().splitlines()
-    (place,) = (
-        i for i, line in enumerate(lines) if line.startswith("M  ") and "IDM" in lines[i - 2]
-    )
-    corrected = [f"{result[m].parameters['M'].corrected:.4f}" for m in ("idm-ls", "idm-iv")]
-    assert lines[place + 1].split() == ["without", "filter", "bias", *corrected]
     low, high = result["idm-iv"].parameters["M"].interval
     assert low < result["idm-iv"].parameters["M"].corrected < high
     moved = result["idm-iv"].derive("M/Fv").filter_bias
