@@ -467,6 +467,17 @@ def test_axis_held_exactly_at_its_friction_is_stuck() -> None:
     assert np.all(loop.position == 0)
 
 
+@pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
+def test_rounding_moves_no_axis_from_rest(native: bool, rng: np.random.Generator) -> None:
+    """Held at its friction to the last bit, its first step may end before it has begun."""
+    axis = build(replace(AXES["root_of_speed"], control=force_law(PERIOD)), native=native)
+    for _ in range(40):
+        theta = axis.nominal * 10 ** rng.uniform(-0.3, 0.3, 3)
+        push = np.full(3, rng.choice([-1, 1]) * theta[2] / 35.15)
+        loop = simulate(axis, theta, push, PERIOD, start=0.1)
+        assert np.abs(loop.position - 0.1).max() < 1e-12
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "says"),
     [

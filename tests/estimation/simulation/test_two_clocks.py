@@ -62,9 +62,10 @@ def test_before_a_sample_the_force_is_that_of_the_evaluation_before_it(ratio: fl
 
 
 def test_what_is_held_enters_a_slower_law_by_its_mean_until_the_next_evaluation() -> None:
-    clocks = TwoClocks(samples=6, log_period=1.0, law_period=2.5)
+    clocks = TwoClocks(samples=6, log_period=1.0, law_period=2.2)
     mean = clocks.mean_held(np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0]))
-    assert mean == pytest.approx([(1 + 2 + 4 / 2) / 2.5, (4 / 2 + 8 + 16) / 2.5, 32.0, 32.0])
+    first, second, until_the_end = 1 + 2 + 0.2 * 4, 0.8 * 4 + 8 + 0.4 * 16, 0.6 * 16 + 32
+    assert mean == pytest.approx([first / 2.2, second / 2.2, until_the_end / 1.6, 32.0])
 
 
 RESTS = np.concatenate([np.linspace(0, 0.01, 40), np.full(60, 0.01), np.linspace(0.01, 0, 40)])
