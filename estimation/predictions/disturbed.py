@@ -9,7 +9,7 @@ import numpy as np
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.loops import moved_start
 from axisid.estimation.simulation import simulate_lanes
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, in_few_digits
 
 from .slopes import STEP
 from .stretch import Stretch
@@ -43,10 +43,10 @@ def changed_by_noise(
     factor : float
         Of the noise, and of where the steps begin.
     """
-    inputs, step = stretch.inputs, stretch.step
+    inputs, step, own = stretch.inputs, stretch.step, in_few_digits(own)
     alone = partial(simulate_lanes, stretch.axis, substeps=substeps, wanted=stretch.outputs)
     quiet = alone(own[None, :], inputs)
-    white = math.sqrt(max(stretch.noise**2 - step**2 / 12, 0.0))
+    white = float(in_few_digits(math.sqrt(max(stretch.noise**2 - step**2 / 12, 0.0))))
     noise = factor * random.normal(scale=white, size=(stretch.samples, count))
     away = factor * step * random.uniform(-0.5, 0.5, size=count)
     first = [float(values[0]) for values in inputs.signals]

@@ -21,7 +21,7 @@ from axisid.estimation.thresholds.regression import (
     MIN_STEP_DIFFERENCES,
     MIN_STEPS_SHIFT,
 )
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, in_few_digits
 
 from .covariance import Hac
 from .linear import Solution
@@ -92,7 +92,7 @@ def stepped_loops(
 ) -> tuple[Simulation, ...]:
     """`simulated_loops` of such sensors, whose steps are `share` of one away from whole ones."""
     step, away = steps.position, share * steps.position
-    loops = simulated_loops(axis, record, physical, resolution=step, away=away)
+    loops = simulated_loops(axis, record, in_few_digits(physical), resolution=step, away=away)
     if step:
         loops = tuple(loop.as_measured(-away) for loop in loops)
     if not steps.velocity:

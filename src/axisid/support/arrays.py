@@ -22,6 +22,15 @@ def frozen(values: ArrayLike) -> Array:
     return array
 
 
+def in_few_digits(values: ArrayLike) -> Array:
+    """Values to 24 binary digits, which are the same on every machine where the last ones are not.
+
+    A loop that rounds what it measures makes other steps of the last digit of a parameter.
+    """
+    mantissa, exponent = np.frexp(values)
+    return np.asarray(np.ldexp(np.rint(np.ldexp(mantissa, 24)), exponent - 24), dtype=float)
+
+
 def relative_error_percent(error: Array, signal: Array) -> float:
     """``100 ||error|| / ||signal||``; not finite where there is no signal."""
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -8,7 +8,7 @@ import pytest
 from axisid import Record, identify, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.lacking import ExaminedRows, examined, examined_again
-from axisid.estimation.regression import Hac, Solution, sensor_steps, steps_error
+from axisid.estimation.regression import Hac, Solution, sensor_steps, stepped_loops, steps_error
 from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array
 
@@ -32,6 +32,18 @@ def test_steps_are_found_in_the_record(emps2015: GeneratedAxis, twin: Record) ->
     assert sensor_steps(emps2015, coarse).position == pytest.approx(STEP, rel=1e-6)
     lawless = replace(emps2015, axis=replace(emps2015.axis, control=None))
     assert not sensor_steps(lawless, coarse)
+
+
+def test_steps_are_those_of_every_machine_whatever_the_last_digit_of_a_parameter(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    coarse = stepped(emps2015, twin, 0.3)
+    steps, theta = sensor_steps(emps2015, coarse), np.array(TRUTH)
+    here, there = (
+        stepped_loops(emps2015, coarse, theta * (1 + rounding), steps, 0.3)
+        for rounding in (0.0, 1e-14)
+    )
+    assert np.array_equal(here[0].velocity, there[0].velocity)
 
 
 @pytest.mark.slow
