@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from axisid import identify, load_axis, twin_record
 from tests.faults.fault import Fault, Misuse
 
-#: A result as it was written.
-_WHOLE = Path(__file__).parents[1] / "golden" / "outputs" / "twin-emps2015.json"
 _HEADER = "time;position;reference;control\n"
 
 
@@ -27,11 +27,18 @@ def _rows(first: list[str]) -> str:
     return "".join(f"{time};{1e-3 * k * k:g};0.5;1.5\n" for k, time in enumerate(times))
 
 
+@cache
+def _written() -> str:
+    """A result as it is written."""
+    axis = load_axis("emps2015")
+    return json.dumps(identify(axis, twin_record(axis), methods="idm-ls").to_dict())
+
+
 def _result(change: Callable[[dict[str, Any]], object]) -> Callable[[Path], list[object]]:
     """Two results to be compared, the second one changed."""
 
     def make(folder: Path) -> list[object]:
-        whole: dict[str, Any] = json.loads(_WHOLE.read_text(encoding="utf-8"))
+        whole: dict[str, Any] = json.loads(_written())
         files = folder / "a.json", folder / "b.json"
         files[0].write_text(json.dumps(whole))
         change(whole)

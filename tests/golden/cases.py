@@ -1,13 +1,9 @@
-"""What is held against golden results: command lines, each with what it needs to run."""
+"""The results that are kept: command lines, each with what it needs to run."""
 
 from dataclasses import dataclass
-from pathlib import Path
-
-from axisid.commands.main import cli
-from axisid.modeling import LIBRARY
 
 EMPS = "{data}/emps/DATA_EMPS.mat"
-DFKI = "{root}/examples/dfki_pendulum.py {folder}/dfki_joined.csv"
+DFKI = "{data}/dfki_pendulum"
 _RECIPE = (
     "--cutoff 100 --drop 49 0 --hold raw --reversals keep --sample-period 1e-3 "
     "--decimate 10 --decimation matlab"
@@ -16,7 +12,7 @@ _RECIPE = (
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A command line whose output is kept.
+    """A command line whose result is kept.
 
     Attributes
     ----------
@@ -24,79 +20,57 @@ class Case:
         Of the file that keeps it.
     command : str
         ``{data}`` stands for the folder of real records, ``{root}`` for that of the project,
-        ``{folder}`` for an empty one in which `before` was run.
-    before : tuple of str
-        Commands that it needs the output of, or a real record that it needs as a text.
+        ``{folder}`` for an empty one.
+    before : str
+        A command that makes what this one reads, or a real record that it needs as a text.
     """
 
     name: str
     command: str
-    before: tuple[str, ...] = ()
+    before: str = ""
 
     @property
-    def needs_data(self) -> bool:
-        """Whether it reads a real record."""
-        return "{data}" in " ".join((self.command, *self.before))
-
-    @property
-    def computes(self) -> bool:
-        """Whether rounding is in the output, which falls otherwise on other machines."""
-        return not self.command.startswith("show ") and not self.command.endswith("--help")
-
-    @property
-    def is_json(self) -> bool:
-        """Whether the output is JSON, compared by its numbers, rather than text, compared whole."""
-        return "--json -" in self.command or "--to json" in self.command
-
-
-def _exported(target: str) -> Case:
-    made = "identify emps2015 --json {folder}/result.json"
-    command = f"export {{folder}}/result.json --axis emps2015 --to {target}"
-    return Case(name=f"export-{target}", command=command, before=(made,))
+    def record(self) -> str | None:
+        """The real record that it reads, if it does."""
+        return next((each for each in (EMPS, DFKI) if each in self.before + self.command), None)
 
 
 CASES: tuple[Case, ...] = (
-    *(Case(name=f"twin-{name}", command=f"identify {name} --json -") for name in LIBRARY),
     *(
-        Case(name=f"text-{name}", command=f"identify {name} --full --draws 50")
-        for name in ("emps2015", "crank", "linear_motor")
-    ),
-    Case(name="emps-recipe", command=f"identify emps {EMPS} {_RECIPE} --json -"),
-    Case(name="emps-defaults", command=f"identify emps {EMPS} --sample-period 1e-3 --json -"),
-    Case(name="emps-text", command=f"identify emps {EMPS} --sample-period 1e-3"),
-    Case(
-        name="emps-validate",
-        command=f"identify emps {EMPS} --sample-period 1e-3 --validate {EMPS} --json -",
+        Case(name=f"identify-{name}", command=f"identify {name}")
+        for name in ("emps2015", "pendulum", "vertical_screw", "valve", "crank", "servo_joint")
     ),
     Case(
-        name="emps-validate-text",
-        command=f"identify emps {EMPS} --sample-period 1e-3 --validate {EMPS}",
+        name="identify-otherwise",
+        command="identify rotary_table --loss huber --covariance robust --start nominal",
     ),
     Case(
-        name="emps-compare", command=f"compare {EMPS} --ladder emps --sample-period 1e-3 --json -"
+        name="several-records",
+        before="twin belt_axis --output {folder}/twins --count 2 --scatter Fcp=5%",
+        command="identify belt_axis {folder}/twins/belt_axis-0001.csv "
+        "{folder}/twins/belt_axis-0002.csv --local Fcp",
     ),
-    Case(name="emps-compare-text", command=f"compare {EMPS} --ladder emps --sample-period 1e-3"),
+    Case(name="fit-control", command="fit pendulum"),
+    Case(name="fit-position", command="fit belt_axis --output position"),
+    Case(name="fit-both", command="fit emps2015 --output control,position"),
+    Case(name="fit-open-loop", command="fit balanced_slide --output open-loop"),
+    Case(name="sweep", command="sweep linear_motor --points 2"),
+    Case(name="compare", command="compare --ladder emps2015"),
     Case(
-        name="emps-sweep",
-        command=f"sweep emps {EMPS} --sample-period 1e-3 --points 3 --json -",
+        name="study",
+        command="study emps --runs 3 --checks 1 --method idm-ls --method fit:control",
     ),
-    Case(name="twin-sweep-text", command="sweep emps2015 --points 3"),
+    Case(name="emps-recipe", command=f"identify emps {EMPS} {_RECIPE}"),
+    Case(
+        name="emps-halves",
+        command=f"identify emps {EMPS} --sample-period 1e-3 --window 0..13 "
+        f"--validate {EMPS} --validate-window 12..24",
+    ),
+    Case(name="emps-fit", command=f"fit emps {EMPS} --sample-period 1e-3"),
     Case(
         name="dfki",
-        command=f"identify {DFKI} --cutoff 15 --decimate 8 --hold raw --reversals keep --json -",
-        before=("{data}/dfki_pendulum",),
+        before=DFKI,
+        command="identify {root}/examples/dfki_pendulum.py {folder}/dfki_joined.csv --cutoff 15 "
+        "--decimate 8 --hold raw --reversals keep",
     ),
-    Case(
-        name="twin-compare-results",
-        command="compare-results {folder}/a.json {folder}/b.json",
-        before=(
-            "identify emps2015 --json {folder}/a.json",
-            "identify emps2015 --cutoff 40 --json {folder}/b.json",
-        ),
-    ),
-    *(Case(name=f"show-{name}", command=f"show {name}") for name in ("crank", "belt_axis")),
-    *(Case(name=f"help-{name}", command=f"{name} --help") for name in cli.commands),
-    *map(_exported, ("c", "st", "python", "json", "toml", "csv", "latex")),
 )
-
-FOLDER = Path(__file__).parent / "outputs"
