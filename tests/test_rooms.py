@@ -1,11 +1,13 @@
 """The house: rooms on floors, every arrow down, no circle, also through late and typing imports."""
 
 import ast
-from collections.abc import Iterator
+from collections import Counter
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+
+from tests.rooms import Import, graph_of, imports_of, modules_of, room_of
 
 #: Every room, from the ground up: a module imports of its own room and of rooms above it in this
 #: list. Rooms of one line know nothing of each other.
@@ -98,10 +100,15 @@ BY_NAME = (
     "commands.many",
     "commands",
 )
-STAGES = ("modeling", "codegen", "estimation")
 #: Folders of tests that are no room's: the whole, results and texts that are kept, what goes wrong,
 #: and what tests are made of.
 NO_ROOMS = ("axes", "axisid", "benchmarks", "faults", "fuzz", "golden", "integration", "strategies")
+#: Names that classes of several modules still share; who renames one takes it out.
+TO_BE_TOLD_APART = frozenset(
+    "Alike Asked Block Candidate Column Constant Difference Drift Grid Lack Left NoisyLoops "
+    "Quantity Reading Series Signals Step Table Target Value _Found _Loop _Printer _Rows _Run "
+    "_Search".split()
+)
 #: Rooms without tests of their own, and where they are tested.
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
@@ -112,57 +119,15 @@ TESTED_ELSEWHERE = {
     "presentation.documents": "presentation.saved",
 }
 
-Import = tuple[str, int, str, str]  # module, its line, what it imports from, the name
-
-
-def _modules(root: Path) -> dict[str, Path]:
-    """Every module by its name without ``axisid.``; a package has the name of its folder."""
-    found = {}
-    for base in (*(root / stage for stage in STAGES), root / "src" / "axisid"):
-        above = base.parent if base.name in STAGES else base
-        for file in sorted(base.rglob("*.py")):
-            parts = file.relative_to(above).with_suffix("").parts
-            if base.name in STAGES or parts[0] not in STAGES:
-                found[".".join(parts).removesuffix("__init__").removesuffix(".")] = file
-    return found
-
 
 @pytest.fixture(scope="module")
 def modules(root: Path) -> dict[str, Path]:
-    return _modules(root)
+    return modules_of(root)
 
 
 @pytest.fixture(scope="module")
 def imports(modules: dict[str, Path]) -> list[Import]:
-    return [each for name in modules for each in _imports(name, modules[name])]
-
-
-def _imports(name: str, file: Path) -> Iterator[Import]:
-    package = name if file.name == "__init__.py" else name.rpartition(".")[0]
-    for node in ast.walk(ast.parse(file.read_text())):
-        if isinstance(node, ast.Import):
-            for alias in node.names:
-                if f"{alias.name}.".startswith("axisid."):
-                    yield name, node.lineno, alias.name.partition(".")[2], ""
-        elif isinstance(node, ast.ImportFrom):
-            source = node.module or ""
-            if node.level:
-                parts = package.split(".")[: len(package.split(".")) - node.level + 1]
-                source = ".".join(["axisid", *parts, *filter(None, [source])])
-            if f"{source}.".startswith("axisid."):
-                for alias in node.names:
-                    yield name, node.lineno, source.partition(".")[2], alias.name
-
-
-def _room(module: str, modules: dict[str, Path]) -> str:
-    return module if modules[module].name == "__init__.py" else module.rpartition(".")[0]
-
-
-def _origin(source: str, name: str, imports: dict[tuple[str, str], str]) -> str:
-    """The module that a face has a name from."""
-    while (source, name) in imports:
-        source = imports[source, name]
-    return source
+    return [each for name in modules for each in imports_of(name, modules[name])]
 
 
 def test_every_room_stands_on_a_floor_and_says_what_it_takes_gives_and_does_not_know(
@@ -197,7 +162,7 @@ def test_every_import_points_down_also_late_and_typing_only_ones(
     wrong = []
     for module, line, source, name in imports:
         target = f"{source}.{name}".strip(".") if f"{source}.{name}" in modules else source
-        own, other = _room(module, modules), _room(target, modules) if target in modules else ""
+        own, other = room_of(module, modules), room_of(target, modules) if target in modules else ""
         if own == other or module in ("__main__", *FACES):
             continue
         if other in FACES or floor[other] >= floor[own]:
@@ -205,21 +170,8 @@ def test_every_import_points_down_also_late_and_typing_only_ones(
     assert wrong == []
 
 
-def test_no_modules_import_each_other_in_a_circle(
-    modules: dict[str, Path], imports: list[Import]
-) -> None:
-    faces = {
-        (module, name): source
-        for module, _, source, name in imports
-        if modules[module].name == "__init__.py"
-    }
-    graph: dict[str, set[str]] = {}
-    for module, _, source, name in imports:
-        if modules[module].name != "__init__.py":
-            full = f"{source}.{name}".strip(".")
-            is_module = full in modules and (source, name) not in faces
-            graph.setdefault(module, set()).add(full if is_module else _origin(source, name, faces))
-    assert _circle(graph) == []
+def test_no_modules_import_each_other_in_a_circle(modules: dict[str, Path]) -> None:
+    assert _circle(graph_of(modules)) == []
 
 
 def _circle(graph: dict[str, set[str]]) -> list[str]:
@@ -234,6 +186,13 @@ def test_a_circle_is_found() -> None:
     assert set(_circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}})) == {"a", "b", "c"}
 
 
+def test_no_two_classes_have_one_name(modules: dict[str, Path]) -> None:
+    trees = (ast.parse(file.read_text()) for file in modules.values())
+    nodes = (node for tree in trees for node in ast.walk(tree))
+    times = Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
+    assert {name for name, count in times.items() if count > 1} == TO_BE_TOLD_APART
+
+
 def test_imports_are_relative_within_a_room_and_from_the_face_of_another(
     modules: dict[str, Path],
 ) -> None:
@@ -241,14 +200,14 @@ def test_imports_are_relative_within_a_room_and_from_the_face_of_another(
     for name, file in modules.items():
         if file.name == "__init__.py" or name == "__main__":
             continue
-        room = _room(name, modules)
+        room = room_of(name, modules)
         for node in ast.walk(ast.parse(file.read_text())):
             if not isinstance(node, ast.ImportFrom):
                 continue
             source = (node.module or "").removeprefix("axisid.")
             absolute = node.level == 0 and (node.module or "").startswith("axisid.")
             if absolute and source in modules:
-                other = _room(source, modules)
+                other = room_of(source, modules)
                 if other == room or (source != other and other not in BY_NAME):
                     wrong.append(f"{name}:{node.lineno}")
             elif node.level > 1:

@@ -93,14 +93,6 @@ def test_every_public_name_has_one_place() -> None:
     assert sorted(places) == sorted({*places})
 
 
-def test_the_top_has_verbs_types_errors_and_the_other_faces_only() -> None:
-    """What a first script needs can be read at a glance; the rest has a face of its own."""
-    others = {face.removeprefix("axisid.") for face in FACES[1:]}
-    errors = {name for name in public_names("axisid") if name.endswith("Error")}
-    assert len(errors) == 5
-    assert 20 < len({*public_names("axisid")} - others - errors - {"__version__"}) < 33
-
-
 def test_commands_know_nothing_of_the_command_line_that_gathers_them(root: Path) -> None:
     files = {f.stem: f.read_text() for f in sorted((root / "src/axisid/commands").glob("*.py"))}
     assert not [name for name, text in files.items() if "from .main import" in text]

@@ -17,10 +17,6 @@ def test_the_readme_shows_what_its_command_prints(run: Run, root: Path, emps_fil
     assert text == written["with_result"](text, out), "run: python docs/readme_figures.py FILE"
 
 
-def test_the_readme_is_read_in_a_few_minutes(root: Path) -> None:
-    assert len((root / "README.md").read_text(encoding="utf-8").splitlines()) <= 128
-
-
 def test_the_ladder_on_the_page_is_what_is_printed(run: Run, root: Path, emps_file: Path) -> None:
     page = (root / "docs" / "identifying.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"(?s)```console\n(candidate .*?)```", page)
