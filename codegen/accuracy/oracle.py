@@ -46,7 +46,7 @@ class UndecidedError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Value:
+class ExactValue:
     """A value, and a bound on the error of the same in double precision."""
 
     exact: Real
@@ -69,11 +69,11 @@ class Oracle:
     """Evaluates expressions at one point; what they share is evaluated once."""
 
     def __init__(self, point: Mapping[sympy.Symbol, float]) -> None:
-        self._values: dict[sympy.Basic, Value] = {
-            symbol: Value(mpf(value), mpf(0)) for symbol, value in point.items()
+        self._values: dict[sympy.Basic, ExactValue] = {
+            symbol: ExactValue(mpf(value), mpf(0)) for symbol, value in point.items()
         }
 
-    def __call__(self, node: sympy.Basic) -> Value:
+    def __call__(self, node: sympy.Basic) -> ExactValue:
         """Value and error of an expression.
 
         Raises
@@ -88,9 +88,9 @@ class Oracle:
             self._values[node] = found
         return self._values[node]
 
-    def _value(self, node: sympy.Basic) -> Value:
+    def _value(self, node: sympy.Basic) -> ExactValue:
         if node.is_Integer:
-            return Value(mpf(int(node)), mpf(0))
+            return ExactValue(mpf(int(node)), mpf(0))
         if isinstance(node, sympy.Number | sympy.NumberSymbol):
             return _rounded(node._to_mpmath(mp.prec), mpf(0))
         if isinstance(node, sympy.Piecewise):
@@ -103,34 +103,34 @@ class Oracle:
             exact, error = sum(v.exact for v in operands), sum(v.error for v in operands)
             if len(operands) > 2:  # sums in between may be as large as all terms
                 sizes = sum(abs(v.exact) + v.error for v in operands)
-                return Value(exact, error + len(operands) * _ROUNDING * sizes)
-            return Value(exact, error + _ROUNDING * (abs(exact) + error))
+                return ExactValue(exact, error + len(operands) * _ROUNDING * sizes)
+            return ExactValue(exact, error + _ROUNDING * (abs(exact) + error))
         if node.is_Mul:
             return _product(operands)
         return self._applied(node, *operands)
 
-    def _applied(self, node: sympy.Basic, *operands: Value) -> Value:
+    def _applied(self, node: sympy.Basic, *operands: ExactValue) -> ExactValue:
         first = operands[0]
         if node.func in _MONOTONE:
             return _between(_MONOTONE[node.func], *operands)
         if node.func in _WAVES:
             return _rounded(_WAVES[node.func](first.exact), min(first.error, mpf(2)))
         if isinstance(node, sympy.Abs):
-            return Value(abs(first.exact), first.error)
+            return ExactValue(abs(first.exact), first.error)
         if isinstance(node, Max | Min):
             choose = max if isinstance(node, Max) else min
-            return Value(choose(v.exact for v in operands), max(v.error for v in operands))
+            return ExactValue(choose(v.exact for v in operands), max(v.error for v in operands))
         if isinstance(node, sympy.sign):
-            return Value(mpf(first.sign), mpf(0))
+            return ExactValue(mpf(first.sign), mpf(0))
         if isinstance(node, sympy.Heaviside):
-            return Value(mpf(1 + first.sign) / 2, mpf(0))
+            return ExactValue(mpf(1 + first.sign) / 2, mpf(0))
         if isinstance(node, sympy.atan2):
             return self._angle(*operands)
         if node.is_Pow:
             return _power(*operands)
         raise NotImplementedError(type(node))
 
-    def _angle(self, y: Value, x: Value) -> Value:
+    def _angle(self, y: ExactValue, x: ExactValue) -> ExactValue:
         if x.ends[0] <= 0 and abs(y.exact) <= y.error:
             raise UndecidedError
         return _between(mp.atan2, y, x)
@@ -140,7 +140,7 @@ class Oracle:
             return bool(condition)
         if isinstance(condition, Relational):
             left, right = (self(side) for side in condition.args)
-            sign = Value(left.exact - right.exact, left.error + right.error).sign
+            sign = ExactValue(left.exact - right.exact, left.error + right.error).sign
             return bool(condition.func(sign, 0))
         # All are evaluated, as in the generated code; one that is undecided may not matter there.
         held = [self._holds(argument) for argument in condition.args]
@@ -149,14 +149,14 @@ class Oracle:
         return bool(condition.func(*held))
 
 
-def _product(operands: Sequence[Value]) -> Value:
+def _product(operands: Sequence[ExactValue]) -> ExactValue:
     exact = mp.fprod(v.exact for v in operands)
     largest = mp.fprod(abs(v.exact) + v.error for v in operands)
     error = largest - abs(exact) + len(operands) * (_ROUNDING * largest + _UNDERFLOW)
-    return Value(exact, error)
+    return ExactValue(exact, error)
 
 
-def _between(function: Callable[..., Real], *operands: Value) -> Value:
+def _between(function: Callable[..., Real], *operands: ExactValue) -> ExactValue:
     """A function that changes most towards an end of each argument's interval."""
     try:
         exact = function(*(v.exact for v in operands))
@@ -166,16 +166,16 @@ def _between(function: Callable[..., Real], *operands: Value) -> Value:
         raise UndecidedError from error
 
 
-def _power(base: Value, exponent: Value) -> Value:
+def _power(base: ExactValue, exponent: ExactValue) -> ExactValue:
     low, _, high = base.ends
     whole = exponent.error == 0 and mp.isint(exponent.exact)
     if (low < 0 and not whole) or (low <= 0 <= high and exponent.ends[0] < 0):
         raise UndecidedError
     value = _between(mp.power, base, exponent)
     # Small powers are repeated products.
-    return Value(value.exact, value.error + 3 * _ROUNDING * abs(value.exact) + 3 * _UNDERFLOW)
+    return ExactValue(value.exact, value.error + 3 * _ROUNDING * abs(value.exact) + 3 * _UNDERFLOW)
 
 
-def _rounded(exact: Real, error: Real) -> Value:
+def _rounded(exact: Real, error: Real) -> ExactValue:
     exact = mpf(exact) if not isinstance(exact, mpf) else exact
-    return Value(exact, error + _ROUNDING * (abs(exact) + error) + _UNDERFLOW)
+    return ExactValue(exact, error + _ROUNDING * (abs(exact) + error) + _UNDERFLOW)

@@ -19,7 +19,7 @@ from .program import Builder, Program
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Constant:
+class ExportedConstant:
     """A parameter as a number, and what is said of it."""
 
     name: str
@@ -37,7 +37,7 @@ class FeedForward:
         Of the axis.
     about : tuple of str
         Lines of the text's heading.
-    constants : tuple of Constant
+    constants : tuple of ExportedConstant
         The parameters, in the axis's order.
     motion : mapping of str to str
         Unit of position, velocity and acceleration, and of recorded signals, by name.
@@ -52,7 +52,7 @@ class FeedForward:
 
     name: str
     about: tuple[str, ...]
-    constants: tuple[Constant, ...]
+    constants: tuple[ExportedConstant, ...]
     motion: Mapping[str, str]
     force: Program
     force_about: str
@@ -116,7 +116,9 @@ def feed_forward(
         name=axis.name,
         about=about,
         constants=tuple(
-            Constant(name=p.name, value=parameters[p.name][0], comment=parameters[p.name][1])
+            ExportedConstant(
+                name=p.name, value=parameters[p.name][0], comment=parameters[p.name][1]
+            )
             for p in axis.parameters
         ),
         motion={

@@ -74,7 +74,7 @@ class StoppableRuns:
 def _in_threads(
     runs: Sequence[Callable[[NDArray[np.int32]], int]], stop: NDArray[np.int32]
 ) -> list[int]:
-    loops = [_Loop(run, stop) for run in runs]
+    loops = [_SlicedLoop(run, stop) for run in runs]
     try:
         for loop in loops:
             loop.start()
@@ -84,7 +84,7 @@ def _in_threads(
         raise
 
 
-class _Loop:
+class _SlicedLoop:
     """A loop in a thread of its own, which the main thread waits for where Ctrl-C reaches it.
 
     An interrupt may come between any two steps of Python. Were a lock both threads take held then,

@@ -78,7 +78,7 @@ def identify_lanes(
         )
     generated = as_generated(axis)
     asked = Prefilter() if prefilter is None else prefilter
-    found = _Found(generated, len(lanes))
+    found = _FoundLanes(generated, len(lanes))
     served = is_served(generated, lanes, method, settings)
     for first in range(0, len(lanes), _BLOCK):
         part = lanes.part(slice(first, first + _BLOCK))
@@ -103,7 +103,7 @@ def _block(axis: GeneratedAxis, part: RecordLanes, asked: Prefilter) -> Block | 
     return Block(axis=axis, lanes=part, template=template)
 
 
-class _Found:
+class _FoundLanes:
     """Estimates as they come."""
 
     def __init__(self, axis: GeneratedAxis, lanes: int) -> None:

@@ -116,7 +116,7 @@ def records_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
     if estimate.counts is not None:
         return Missing("rows count by residuals, in a record alone by others than in all of them")
     try:
-        rows = _Rows(problem, estimate)
+        rows = _OwnRows(problem, estimate)
     except EstimationError as error:
         return Missing.of(error.note)
     everyone = range(len(problem.data))
@@ -207,7 +207,7 @@ def _allowed(p_value: float, tests: int) -> float:
     return min(1.0, p_value * (tests if tests > 2 else 1))
 
 
-class _Rows:
+class _OwnRows:
     """The rows of all records, weighted, and those of each in its own parameters."""
 
     def __init__(self, problem: Problem, estimate: Estimate) -> None:

@@ -280,7 +280,7 @@ class _Asked:
             predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
         check_enough(predictions.counted, predictions.spans, unknowns)
         check_remembered(generated.axis.states, unknowns, begins)
-        run = _Run(
+        run = _FitRun(
             whose.axes,
             records,
             predictions,
@@ -338,7 +338,7 @@ class _Asked:
 
 
 @dataclass
-class _Run:
+class _FitRun:
     """The searches of one fit."""
 
     axes: Sequence[GeneratedAxis]

@@ -45,7 +45,7 @@ def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
     EstimationError
         Nothing is left to identify, or no inertia, with the parameters at their bounds.
     """
-    search = _Search(axis, identify)
+    search = _BoundedSearch(axis, identify)
     bounds: dict[str, float] = {}
     for _ in range(2 * len(axis.declared.parameters)):
         if beyond := _at_bounds(axis, search.result(bounds).preferred):
@@ -104,7 +104,7 @@ def _places(names: Sequence[Quantity], among: Sequence[Quantity]) -> list[int] |
 
 
 @dataclass(frozen=True, slots=True)
-class _Search:
+class _BoundedSearch:
     """Results with some parameters held, each made once."""
 
     axis: GeneratedAxis

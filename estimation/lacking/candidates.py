@@ -79,7 +79,7 @@ class Family(ABC):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Grid(Family):
+class CandidateGrid(Family):
     """Candidates as they are, each of one column or two.
 
     Attributes
@@ -131,7 +131,7 @@ class Grid(Family):
         return min(1.0, single * len(self.places))
 
 
-class Peaks(Grid):
+class Peaks(CandidateGrid):
     """Peaks of friction about zero speed, from narrow to wide."""
 
     def best(self, basis: Array, residuals: Array) -> tuple[float, int]:
@@ -209,7 +209,7 @@ def supremum_p(single: float, trimmed: float) -> float:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Waves(Grid):
+class Waves(CandidateGrid):
     """Waves over the position, of periods whose inverses are evenly apart.
 
     Attributes
@@ -223,14 +223,14 @@ class Waves(Grid):
     make: Callable[[Array], Array]
     between: Callable[[Array, float], Array]
 
-    def finer(self, number: int) -> "Grid":
+    def finer(self, number: int) -> "CandidateGrid":
         """See `Family.finer`."""
         places = self.between(self.places, float(self.places[number]))
         return replace(self, each=self.make(places), places=places)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Resonances(Grid):
+class Resonances(CandidateGrid):
     """Loads behind springs.
 
     Attributes
@@ -267,7 +267,7 @@ def _terms(x: ExaminedRows, terms: Sequence[Term]) -> Iterator[Family]:
         places, make = term.places(x.along), partial(term.columns, x.along)
         if not len(places):
             continue
-        grid = Grid(kind=term.kind, each=make(places), places=places)
+        grid = CandidateGrid(kind=term.kind, each=make(places), places=places)
         if term.kind == "stribeck":
             yield Peaks(**vars(grid))
         elif term.kind == "resonance":
@@ -286,7 +286,7 @@ def _of_time(x: ExaminedRows, names: tuple[str, ...]) -> Iterator[Family]:
             continue
         yield Steps(parameter=name, column=column, times=times)
         drift = (column * along)[:, None, None]
-        yield Grid(kind="drift", parameter=name, each=drift, places=np.array([np.nan]))
+        yield CandidateGrid(kind="drift", parameter=name, each=drift, places=np.array([np.nan]))
 
 
 def _gain(product: Array, own: Array, size: Array) -> Array:

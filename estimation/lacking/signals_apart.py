@@ -75,11 +75,11 @@ def signals_apart(data: FilteredRecord, preferred: Estimate) -> tuple[SignalApar
     read = data.axis.axis.signals
     if not read:
         return ()
-    rows = _Rows(data, preferred, x)
+    rows = _SignalRows(data, preferred, x)
     return tuple(found for j in range(len(read)) if (found := rows.apart(j, len(read))) is not None)
 
 
-class _Rows:
+class _SignalRows:
     """What the judged model makes of its signals, on the rows that are examined."""
 
     def __init__(self, data: FilteredRecord, preferred: Estimate, x: ExaminedRows) -> None:

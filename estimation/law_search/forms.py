@@ -32,7 +32,7 @@ class LawForm:
     words : mapping of str to str
         Its arguments that are no numbers.
     columns : tuple of str
-        Signals of which the control is a sum, by which the search starts; see `Signals`.
+        Signals of which the control is a sum, by which the search starts; see `LawSignals`.
     gains : callable
         Gains by name from the coefficients of the columns.
     extra : str
@@ -83,7 +83,7 @@ class LawForm:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Signals:
+class LawSignals:
     """What controls are made of, at the samples of a record, (N,) each."""
 
     reference: Array

@@ -36,7 +36,7 @@ from axisid.modeling.laws import ANTI_WINDUP
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, ModelError
 
-from .forms import FORMS, LawForm, Signals
+from .forms import FORMS, LawForm, LawSignals
 from .result import ExplainedLaw, LawSearch
 
 _BLOCKS = 10  # of rows, every second of which is held out
@@ -46,7 +46,7 @@ Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, slots=True)
-class _Rows:
+class _LawRows:
     """Samples of a record that gains are found from, and those that are held out, (N,) each."""
 
     used: NDArray[np.bool_]
@@ -126,16 +126,16 @@ def _fit_for_it(record: Record) -> Record:
     return piece
 
 
-def _rows(axis: GeneratedAxis, record: Record) -> _Rows:
+def _rows(axis: GeneratedAxis, record: Record) -> _LawRows:
     used = unlimited(axis, record, (0, len(record))).copy()
     settling = round(1 / COMPARISON_CUTOFF.value)  # of a low-pass, at either end
     used[: settling + _DELAYS] = used[len(record) - settling :] = False
     block = np.arange(len(record)) * _BLOCKS // len(record)
-    return _Rows(used & (block % 2 == 0), used & (block % 2 == 1))
+    return _LawRows(used & (block % 2 == 0), used & (block % 2 == 1))
 
 
-def _signals(record: Record) -> Signals:
-    return Signals(
+def _signals(record: Record) -> LawSignals:
+    return LawSignals(
         reference=np.asarray(record.commanded),
         position=record.position,
         ideal_velocity=measured_velocity(record.position, record.period),
@@ -154,8 +154,8 @@ def _explained(
     form: LawForm,
     axis: GeneratedAxis,
     record: Record,
-    rows: _Rows,
-    signals: Signals,
+    rows: _LawRows,
+    signals: LawSignals,
     ticks: LawTicks,
 ) -> ExplainedLaw | None:
     """A form with its best gains; None where it does not explain the control at all."""
@@ -167,8 +167,8 @@ def _begun(
     form: LawForm,
     axis: GeneratedAxis,
     record: Record,
-    rows: _Rows,
-    signals: Signals,
+    rows: _LawRows,
+    signals: LawSignals,
     ticks: LawTicks,
     *,
     apart: bool = False,
@@ -189,8 +189,8 @@ def _started(
     delay: int,
     axis: GeneratedAxis,
     record: Record,
-    rows: _Rows,
-    signals: Signals,
+    rows: _LawRows,
+    signals: LawSignals,
     ticks: LawTicks,
     *,
     apart: bool,
@@ -258,7 +258,7 @@ def _fitted(
     law: ControlLaw,
     axis: GeneratedAxis,
     record: Record,
-    rows: _Rows,
+    rows: _LawRows,
     ticks: LawTicks,
 ) -> ExplainedLaw | None:
     """A law with the gains that explain the rows best, from those that it has."""
@@ -283,7 +283,7 @@ def _fitted(
 
 
 def _deviations(
-    along: LawAlong, point: LawPoint, rows: _Rows, smooth: Compared
+    along: LawAlong, point: LawPoint, rows: _LawRows, smooth: Compared
 ) -> dict[str, float]:
     """Standard deviation of each gain that the record tells apart."""
     beside = GainsBeside(
@@ -297,7 +297,7 @@ def _deviations(
     return {name: float(abs(values[name]) * sd) for name, (_, sd) in steps.items()}
 
 
-def _limited(form: LawForm, rows: _Rows) -> bool:
+def _limited(form: LawForm, rows: _LawRows) -> bool:
     """Whether an integral may have wound up, as the drive was at its limit."""
     limited = 1 - float(np.mean(rows.used | rows.held_out))
     return form.has_integral and limited >= MIN_LIMITED_SHARE.value
@@ -308,7 +308,7 @@ def _wound(
     starts: Sequence[ControlLaw],
     axis: GeneratedAxis,
     record: Record,
-    rows: _Rows,
+    rows: _LawRows,
     ticks: LawTicks,
 ) -> list[ExplainedLaw]:
     """The same with each anti-windup, where the drive was at its limit; of each the best start."""
@@ -327,7 +327,7 @@ def _wound(
 
 
 def _left(
-    law: ControlLaw, axis: GeneratedAxis, record: Record, rows: _Rows, ticks: LawTicks
+    law: ControlLaw, axis: GeneratedAxis, record: Record, rows: _LawRows, ticks: LawTicks
 ) -> float:
     """What a law leaves of the rows as it is; infinite where it runs away along them."""
     along, smooth = LawAlong.of(axis, law, ticks, record), compared_as(law, record)

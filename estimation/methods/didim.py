@@ -31,7 +31,7 @@ from axisid.estimation.thresholds.estimates import (
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
-from .instrumental import Instruments, Iteration, IterationState, Step
+from .instrumental import Instruments, Iteration, IterationState, IterationStep
 from .robust import robust_least_squares, scale_of, size_by_loss
 from .starting import Start
 
@@ -66,7 +66,7 @@ class _ByOutputError(Iteration):
             return ahead[1]
         return super()._simulated(physical)
 
-    def _next(self, step: Step, physical: Array, share: float) -> Array:
+    def _next(self, step: IterationStep, physical: Array, share: float) -> Array:
         if step.size <= CONVERGED.value:
             return self._within(step.goal)
         error = self._iterates[-1].simulation_error_percent
@@ -85,7 +85,7 @@ class _ByOutputError(Iteration):
             share /= 2
         return wanted
 
-    def _falls(self, left: Array, made: Array, step: Step, error: float) -> bool:
+    def _falls(self, left: Array, made: Array, step: IterationStep, error: float) -> bool:
         """Whether what the loop leaves, (n,), is less than before, or hardly more."""
         most = 1 + MAX_ERROR_GROWTH.value
         if self._loss == SQUARES_LOSS:
@@ -117,7 +117,7 @@ class _ByOutputError(Iteration):
             return physical
         return np.clip(physical, *search_bounds(self._form.axis))
 
-    def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
+    def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
         left, counts = reached.measured.left, step.solution.counts
         solver = ByOutputError(step.intercept, step.simulated, counts)
         if self._form.is_linear:

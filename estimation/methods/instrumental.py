@@ -42,7 +42,7 @@ _MOST = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class IterationStep:
     """A step: from where, to which estimate, by how many deviations, and by which loop's rows.
 
     `further` is where the next ones would lead to, if they fall as the last did.
@@ -146,8 +146,8 @@ class Iteration:
             It does not come to an end, or a loop cannot be simulated; the iterate is named.
         """
         physical = self._start.physical
-        last: Step | None = None
-        nearest: Step | None = None
+        last: IterationStep | None = None
+        nearest: IterationStep | None = None
         while len(self._iterates) <= _MOST:
             with self._naming():
                 reached = self._at(physical)
@@ -204,7 +204,7 @@ class Iteration:
         right = start.right or self._on.right_of(self._form, physical, start.loops)
         return start.loops, *right
 
-    def _step(self, at: IterationState) -> Step:
+    def _step(self, at: IterationState) -> IterationStep:
         """From where the iteration is to the estimate by the loop that is simulated there."""
         names = [q.label for q in self._form.quantities]
         simulated = factor(at.Z, names, "the simulated loop")
@@ -214,7 +214,7 @@ class Iteration:
         deviation = np.sqrt(np.diag(covariance))
         # Of the whole step: part of one may be small far from the solution.
         size, further = self._pace.step(at.physical, goal, deviation)
-        return Step(at.physical, goal, further, size, solution, simulated, at.intercept)
+        return IterationStep(at.physical, goal, further, size, solution, simulated, at.intercept)
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
         """By the simulated loop as instruments."""
@@ -223,7 +223,7 @@ class Iteration:
         plain = instrumental_variables(left, regressor, simulated)
         return robust_solution(left, regressor, simulated, self._loss, plain)
 
-    def _next(self, step: Step, physical: Array, share: float) -> Array:
+    def _next(self, step: IterationStep, physical: Array, share: float) -> Array:
         """Where the iteration goes from parameters (p,); partially linear ones stay in bounds."""
         if not self._form.is_linear and isinstance(self._form, InverseForm):
             if step.size <= CONVERGED.value:
@@ -232,7 +232,9 @@ class Iteration:
         whole = step.size <= CONVERGED.value or share == 1.0
         return step.goal if whole else physical + share * (step.goal - physical)
 
-    def _ended(self, step: Step, reached: IterationState, remarks: tuple[str, ...] = ()) -> Fit:
+    def _ended(
+        self, step: IterationStep, reached: IterationState, remarks: tuple[str, ...] = ()
+    ) -> Fit:
         """The fit that a step led to."""
         self._check_valley()
         solution = step.solution
@@ -251,7 +253,7 @@ class Iteration:
             remarks=(*self._why_not(), *remarks),
         )
 
-    def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
+    def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
         """The rows that were solved, and by what."""
         return reached.measured, ByInstruments(step.simulated, step.solution.counts)
 

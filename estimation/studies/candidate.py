@@ -17,7 +17,14 @@ from axisid.support.arrays import Exact
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note
 
-from .held_out import Block, HeldOut, Rows, held_out_equation, held_out_simulation, regression_rows
+from .held_out import (
+    HeldOut,
+    HeldOutBlock,
+    Rows,
+    held_out_equation,
+    held_out_simulation,
+    regression_rows,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +111,7 @@ def candidate(
     name: str,
     problem: Problem,
     estimate: Estimate,
-    blocks: Sequence[Block],
+    blocks: Sequence[HeldOutBlock],
 ) -> Candidate:
     """Hold an estimate's model against blocks that it is not estimated from.
 
@@ -115,7 +122,7 @@ def candidate(
         That the estimate was made from.
     estimate : Estimate
         Of the inverse model.
-    blocks : sequence of Block
+    blocks : sequence of HeldOutBlock
 
     Raises
     ------
@@ -168,7 +175,7 @@ class _Checks:
     problem: Problem
     estimate: Estimate
     rows: Rows
-    blocks: Sequence[Block]
+    blocks: Sequence[HeldOutBlock]
     equation: HeldOut
 
     def all(self) -> tuple[ParameterCheck, ...]:

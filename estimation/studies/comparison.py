@@ -40,7 +40,7 @@ from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
 from .candidate import Candidate, candidate
-from .held_out import Block, contiguous_blocks, regression_rows
+from .held_out import HeldOutBlock, contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
 
 
@@ -266,7 +266,7 @@ def _fits(
 def _candidates(
     fits: Mapping[str, Identification],
     method: str,
-    blocks: Sequence[Block],
+    blocks: Sequence[HeldOutBlock],
     progress: Progress | None,
 ) -> tuple[list[Candidate], dict[str, Note]]:
     """Candidates with their held-out errors, and why there is none of the others."""

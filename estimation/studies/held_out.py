@@ -119,7 +119,7 @@ def nonlinear_names(axis: GeneratedAxis) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Block:
+class HeldOutBlock:
     """Rows to predict, and those to estimate from: all others but a gap on both sides."""
 
     held_out: NDArray[np.intp]
@@ -128,7 +128,7 @@ class Block:
 
 def contiguous_blocks(
     rows: int, gap: int, parameters: int, *, count: int = _BLOCKS
-) -> tuple[Block, ...]:
+) -> tuple[HeldOutBlock, ...]:
     """Blocks of equal length, one after the other.
 
     Parameters
@@ -158,7 +158,7 @@ def contiguous_blocks(
         )
     index = np.arange(rows)
     return tuple(
-        Block(
+        HeldOutBlock(
             held_out=index[first:last],
             training=np.flatnonzero((index < first - gap) | (index >= last + gap)),
         )
@@ -194,7 +194,7 @@ class HeldOut(Exact):
 
 
 def held_out_equation(
-    rows: Rows, blocks: Sequence[Block], signal: float
+    rows: Rows, blocks: Sequence[HeldOutBlock], signal: float
 ) -> tuple[HeldOut, tuple[Array, ...]]:
     """Errors of the equation, and the estimate (k,) that each block was predicted with.
 
@@ -215,7 +215,7 @@ def held_out_equation(
 def held_out_simulation(
     problem: Problem,
     estimate: Estimate,
-    blocks: Sequence[Block],
+    blocks: Sequence[HeldOutBlock],
     thetas: Sequence[Array],
 ) -> HeldOut | Missing:
     """Errors of the loops simulated over all records with each block's estimate, on its rows.

@@ -55,7 +55,7 @@ from .sentences import (
     small_fault,
 )
 from .terms import LAW_SETTLING, compared_as, compared_with_law, left_open_percent
-from .unevenly import Reading, is_uneven, open_for_jitter, other_readings
+from .unevenly import LawReading, is_uneven, open_for_jitter, other_readings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,7 +183,7 @@ def _unexplained(found: LawCheck) -> float:
     return float(found.residual_percent or 0.0) if fitted is None else fitted
 
 
-def _with_reading(law: LawCheck, found: LawCheck, reading: Reading) -> LawCheck:
+def _with_reading(law: LawCheck, found: LawCheck, reading: LawReading) -> LawCheck:
     """A check of what the law may have read, which says so, beside that of the samples."""
     as_it_is = f"it is {found.residual_percent:.2g} % off as the record has them"
     if not law.passed:

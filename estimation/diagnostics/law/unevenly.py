@@ -25,7 +25,7 @@ _STAMPS = Remedy.of(
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class LawReading:
     """A way to read what the law read: in words, the record, and what is to be done if it fits."""
 
     said: str
@@ -40,15 +40,15 @@ def is_uneven(record: Record) -> bool:
     )
 
 
-def other_readings(record: Record) -> Iterator[Reading]:
+def other_readings(record: Record) -> Iterator[LawReading]:
     """What else a law may have read than the samples of a record as they are."""
     raw = record if record.sampled is None else record.sampled
     if record.sampled is not None:
-        yield Reading("in the rows as they were sampled", raw.longest(), _STAMPS)
+        yield LawReading("in the rows as they were sampled", raw.longest(), _STAMPS)
     raw = raw.longest()
     at = "at even times by the stamps"
-    yield Reading(at, evenly(raw, ["position"]))
-    yield Reading(at, evenly(raw, ["position", "reference", "injected"]))
+    yield LawReading(at, evenly(raw, ["position"]))
+    yield LawReading(at, evenly(raw, ["position", "reference", "injected"]))
 
 
 def open_for_jitter(axis: GeneratedAxis, record: Record, off: float) -> float | None:

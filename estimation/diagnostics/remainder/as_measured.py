@@ -27,7 +27,7 @@ from .without_noise import loop_without_noise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Left:
+class LeftAsMeasured:
     """What an estimator leaves of loops that are measured as the record is.
 
     Attributes
@@ -99,7 +99,7 @@ def is_apart(away: NDArray[np.bool_] | None) -> bool:
     return away is not None and bool(LARGE_SAMPLE.value <= away.sum() < len(away))
 
 
-def _left_as_measured(problem: Problem, estimate: Estimate) -> Iterator[Left]:
+def _left_as_measured(problem: Problem, estimate: Estimate) -> Iterator[LeftAsMeasured]:
     """Residuals of loops with the record's noise or steps, left by the same estimator.
 
     What cannot be simulated so is held against nothing.
@@ -110,7 +110,7 @@ def _left_as_measured(problem: Problem, estimate: Estimate) -> Iterator[Left]:
             yield _left(rows, solver(estimate.form, rows), estimate)
 
 
-def _left(rows: Equations, solution: Solution, estimate: Estimate) -> Left:
+def _left(rows: Equations, solution: Solution, estimate: Estimate) -> LeftAsMeasured:
     weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
     residuals, regressor = solution.residuals / weights, (rows.regressor.T / weights).T
     quiet, noiseless = estimate.noise_free, loop_without_noise(estimate)
@@ -118,8 +118,10 @@ def _left(rows: Equations, solution: Solution, estimate: Estimate) -> Left:
         theta = estimate.form.regressed(estimate.corrected)
         by_filter = noiseless.residuals + noiseless.regressor @ (noiseless.theta - theta)
         net = residuals + regressor @ (solution.theta - theta) - by_filter
-        return Left(residuals=residuals, net=net, columns=noiseless.regressor)
+        return LeftAsMeasured(residuals=residuals, net=net, columns=noiseless.regressor)
     known = quiet is not None and not quiet.doubt
     net = residuals - quiet.residuals if quiet is not None and known else residuals
     columns = estimate.loop_rows
-    return Left(residuals=residuals, net=net, columns=regressor if columns is None else columns)
+    return LeftAsMeasured(
+        residuals=residuals, net=net, columns=regressor if columns is None else columns
+    )

@@ -158,7 +158,7 @@ def open_end(pieces: Sequence[Array]) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Drift:
+class ClockDrift:
     """Least and largest mean step of windows of 100 samples, s."""
 
     least: float
@@ -191,7 +191,7 @@ class Drift:
         )
 
 
-def step_notes(least: float, most: float, mean: float, drift: Drift) -> tuple[Note, ...]:
+def step_notes(least: float, most: float, mean: float, drift: ClockDrift) -> tuple[Note, ...]:
     """What is said of time steps that are taken as even but are not quite; empty if they are."""
     if said := drift.remark(mean, most - least):
         return (said,)
@@ -201,7 +201,7 @@ def step_notes(least: float, most: float, mean: float, drift: Drift) -> tuple[No
     return (Note(f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each"),)
 
 
-def drift_of(pieces: Sequence[Array]) -> Drift:
+def drift_of(pieces: Sequence[Array]) -> ClockDrift:
     """Drift over segments, the times of each (n,)."""
     means = np.concatenate([np.diff(piece[::WINDOW]) / WINDOW for piece in pieces])
-    return Drift(float(means.min(initial=np.inf)), float(means.max(initial=0.0)))
+    return ClockDrift(float(means.min(initial=np.inf)), float(means.max(initial=0.0)))

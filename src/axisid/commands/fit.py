@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.fit_options import Asked, fit_options
+from axisid.commands.options.fit_options import FitAsked, fit_options
 from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import (
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 def fit(
     axis: str,
     record: tuple[str, ...],
-    asked: Asked,
+    asked: FitAsked,
     seed: int,
     reading: Reading,
     columns_of: tuple[tuple[int, str], ...],

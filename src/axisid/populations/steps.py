@@ -34,7 +34,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class StepCandidate:
     """Where the level changes most.
 
     Attributes
@@ -49,7 +49,7 @@ class Candidate:
     p_value: float
 
 
-def largest_step(values: Array, variances: Array) -> Candidate | None:
+def largest_step(values: Array, variances: Array) -> StepCandidate | None:
     """The largest step of a series, held against those of the same values in other orders.
 
     Parameters
@@ -63,11 +63,11 @@ def largest_step(values: Array, variances: Array) -> Candidate | None:
     sizes, places = _largest(values[None], weights[None])
     orders = other_orders(len(values))
     others, _ = _largest(values[orders], weights[orders])
-    return Candidate(int(places[0]), share_as_large(others, sizes[0]))
+    return StepCandidate(int(places[0]), share_as_large(others, sizes[0]))
 
 
 def steps_beside(
-    values: Array, variances: Array, level: float, largest: Candidate
+    values: Array, variances: Array, level: float, largest: StepCandidate
 ) -> tuple[Step, ...]:
     """The steps of a series in their order: the largest, and those on either side of it.
 
@@ -76,7 +76,7 @@ def steps_beside(
     values, variances : array, (n,)
     level : float
         Probability that a step is told of a side where there is none.
-    largest : Candidate
+    largest : StepCandidate
     """
     places = sorted(_places(values, variances, level, 0, largest))
     bounds = [0, *(place for place, _ in places), len(values)]
@@ -87,7 +87,7 @@ def steps_beside(
 
 
 def _places(
-    values: Array, variances: Array, level: float, first: int, largest: Candidate
+    values: Array, variances: Array, level: float, first: int, largest: StepCandidate
 ) -> list[tuple[int, float]]:
     """Where the level changes, with the probability of each by itself."""
     place, found = largest.place, [(first + largest.place, largest.p_value)]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.lacking.candidates import Grid, Resonances, Steps, supremum_p
+from axisid.estimation.lacking.candidates import CandidateGrid, Resonances, Steps, supremum_p
 
 
 def basis_and_residuals(rows: int) -> tuple[np.ndarray, np.ndarray]:
@@ -23,7 +23,7 @@ def gain(columns: np.ndarray, basis: np.ndarray, residuals: np.ndarray) -> float
 def test_a_gain_is_what_least_squares_takes_of_the_residuals(width: int) -> None:
     basis, residuals = basis_and_residuals(200)
     each = np.random.default_rng(5).normal(size=(200, 4, width))
-    grid = Grid(kind="place", each=each, places=np.arange(1.0, 5.0))
+    grid = CandidateGrid(kind="place", each=each, places=np.arange(1.0, 5.0))
     expected = [gain(each[:, i], basis, residuals) for i in range(4)]
     assert grid.gains(basis, residuals) == pytest.approx(expected)
 
@@ -31,7 +31,9 @@ def test_a_gain_is_what_least_squares_takes_of_the_residuals(width: int) -> None
 def test_a_column_that_the_model_has_gains_nothing() -> None:
     basis, residuals = basis_and_residuals(50)
     own = (basis @ [1.0, 2.0, -1.0])[:, None, None]
-    assert Grid(kind="slope", each=own, places=np.array([np.nan])).gains(basis, residuals) == [0.0]
+    assert CandidateGrid(kind="slope", each=own, places=np.array([np.nan])).gains(
+        basis, residuals
+    ) == [0.0]
 
 
 def test_a_change_is_looked_for_at_every_row_but_near_the_ends() -> None:

@@ -18,7 +18,7 @@ _WEIGHT = re.compile(rf"\s*([\w-]+)\s*=\s*({_NUMBER})\s*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Asked:
+class FitAsked:
     """What is asked of a fit."""
 
     output: tuple[str, ...]
@@ -205,7 +205,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
         free: tuple[str, ...],
         **others: Any,
     ) -> None:
-        asked = Asked(
+        asked = FitAsked(
             output=output,
             weight=weight,
             loss=loss,

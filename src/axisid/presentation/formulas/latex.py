@@ -136,7 +136,7 @@ def _rows(terms: Sequence[str]) -> list[str]:
     return [" ".join(row) for row in rows]
 
 
-class _Printer(InReadingOrder, LatexPrinter):  # type: ignore[misc]
+class _LatexPrinter(InReadingOrder, LatexPrinter):  # type: ignore[misc]
     pass
 
 
@@ -151,7 +151,7 @@ def _terms(value: sympy.Expr, q: Coordinate) -> list[str]:
         for s in prepared.names.values()
         if isinstance(s, sympy.Symbol)
     }
-    printer = _Printer(prepared, {"symbol_names": names, "mul_symbol": r"\, "})
+    printer = _LatexPrinter(prepared, {"symbol_names": names, "mul_symbol": r"\, "})
     whole = prepared.value
     texts = map(printer.doprint, prepared.terms(whole) if whole.is_Add else [whole])
     # GitHub knows no operatorname, and a bar would end the cell of a table.

@@ -42,7 +42,7 @@ _Labelled: TypeAlias = tuple[str, str, WrittenValue]  # method, name, value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Difference:
+class ValueDifference:
     """One parameter in two results.
 
     Attributes
@@ -78,7 +78,7 @@ class ResultComparison(Presentable):
     ----------
     sources : (str, str)
         File, axis and record of each, in words.
-    differences : tuple of Difference
+    differences : tuple of ValueDifference
         By method and parameter, where both have them in one unit.
     errors : mapping of str to ((float or None), (float or None))
         Simulation and equation errors in percent, by method and kind.
@@ -91,7 +91,7 @@ class ResultComparison(Presentable):
     """
 
     sources: tuple[str, str]
-    differences: tuple[Difference, ...]
+    differences: tuple[ValueDifference, ...]
     errors: Mapping[str, tuple[float | None, float | None]]
     alone: tuple[tuple[str, ...], tuple[str, ...]]
     settings: Mapping[str, tuple[Any, Any]]
@@ -274,10 +274,12 @@ def _alone(
     )
 
 
-def _difference(method: str, name: str, first: WrittenValue, second: WrittenValue) -> Difference:
+def _difference(
+    method: str, name: str, first: WrittenValue, second: WrittenValue
+) -> ValueDifference:
     combined = math.hypot(first.sd_hac, second.sd_hac)
     apart = _within_floats(second.value - first.value, f"the difference of {method} {name}")
-    return Difference(
+    return ValueDifference(
         method=method,
         name=name,
         unit=first.unit,
