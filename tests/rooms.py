@@ -6,40 +6,45 @@ Those that a single other one imports, of their own room: a part of that one, pe
 import ast
 from collections import defaultdict
 from collections.abc import Iterator
+from glob import glob
 from pathlib import Path
+from typing import NamedTuple
 
-STAGES = ("modeling", "codegen", "estimation")
 
-Import = tuple[str, int, str, str]  # module, its line, what it imports from, the name
+class Import(NamedTuple):
+    """A name that a module takes of another, or of a library."""
+
+    module: str
+    line: int
+    level: int
+    source: str  # absolute, without ``axisid.``
+    name: str
+    own: bool  # of axisid
 
 
 def modules_of(root: Path) -> dict[str, Path]:
     """Every module by its name without ``axisid.``; a package has the name of its folder."""
-    found = {}
-    for base in (*(root / stage for stage in STAGES), root / "src" / "axisid"):
-        above = base.parent if base.name in STAGES else base
-        for file in sorted(base.rglob("*.py")):
-            parts = file.relative_to(above).with_suffix("").parts
-            if base.name in STAGES or parts[0] not in STAGES:
-                found[".".join(parts).removesuffix("__init__").removesuffix(".")] = file
-    return found
+    package = root / "src" / "axisid"
+    files = glob("**/*.py", root_dir=package, recursive=True)  # follows the links to the stages
+    names = (file.removesuffix(".py").replace("/", ".").removesuffix("__init__") for file in files)
+    return {name.rstrip("."): package / file for name, file in zip(names, files, strict=True)}
 
 
-def imports_of(name: str, file: Path) -> Iterator[Import]:
-    package = name if file.name == "__init__.py" else name.rpartition(".")[0]
-    for node in ast.walk(ast.parse(file.read_text())):
-        if isinstance(node, ast.Import):
-            for alias in node.names:
-                if f"{alias.name}.".startswith("axisid."):
-                    yield name, node.lineno, alias.name.partition(".")[2], ""
-        elif isinstance(node, ast.ImportFrom):
-            source = node.module or ""
-            if node.level:
-                parts = package.split(".")[: len(package.split(".")) - node.level + 1]
-                source = ".".join(["axisid", *parts, *filter(None, [source])])
-            if f"{source}.".startswith("axisid."):
+def imports_of(modules: dict[str, Path]) -> Iterator[Import]:
+    """All of them, late ones and those for types too."""
+    for module, file in modules.items():
+        package = (module if file.name == "__init__.py" else module.rpartition(".")[0]).split(".")
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, (ast.Import, ast.ImportFrom)):
+                level = getattr(node, "level", 0)
+                above = ["axisid", *package[: len(package) - level + 1]] if level else []
                 for alias in node.names:
-                    yield name, node.lineno, source.partition(".")[2], alias.name
+                    named = isinstance(node, ast.ImportFrom)
+                    source = ".".join(filter(None, [*above, node.module if named else alias.name]))
+                    own = f"{source}.".startswith("axisid.")
+                    inside = source.partition(".")[2] if own else source
+                    name = alias.name if named else ""
+                    yield Import(module, node.lineno, level, inside, name, own)
 
 
 def room_of(module: str, modules: dict[str, Path]) -> str:
@@ -55,33 +60,24 @@ def origin_of(source: str, name: str, imports: dict[tuple[str, str], str]) -> st
 
 def graph_of(modules: dict[str, Path]) -> dict[str, set[str]]:
     """What modules import names of, through faces, which are no modules here."""
-    imports = [each for name in modules for each in imports_of(name, modules[name])]
-    faces = {
-        (module, name): source
-        for module, _, source, name in imports
-        if modules[module].name == "__init__.py"
-    }
-    graph: dict[str, set[str]] = {}
-    for module, _, source, name in imports:
-        if modules[module].name != "__init__.py":
-            full = f"{source}.{name}".strip(".")
-            is_module = full in modules and (source, name) not in faces
-            found = full if is_module else origin_of(source, name, faces)
-            graph.setdefault(module, set()).add(found)
+    imports = [each for each in imports_of(modules) if each.own]
+    of_face = {each: modules[each.module].name == "__init__.py" for each in imports}
+    faces = {(each.module, each.name): each.source for each in imports if of_face[each]}
+    graph = defaultdict(set)
+    for each in imports:
+        if not of_face[each]:
+            full = f"{each.source}.{each.name}".strip(".")
+            is_module = full in modules and (each.source, each.name) not in faces
+            found = full if is_module else origin_of(each.source, each.name, faces)
+            graph[each.module].add(found)
     return graph
 
 
-def lone_importers(modules: dict[str, Path]) -> Iterator[tuple[str, str]]:
-    """Modules that a single other one imports, of their own room, and that one."""
-    importers = defaultdict(list)
+if __name__ == "__main__":
+    modules, importers = modules_of(Path(__file__).resolve().parents[1]), defaultdict(list)
     for module, imported in graph_of(modules).items():
-        for each in imported:
+        for each in imported & modules.keys():
             importers[each].append(module)
     for name, (first, *others) in sorted(importers.items()):
-        if not others and name in modules and room_of(name, modules) == room_of(first, modules):
-            yield name, first
-
-
-if __name__ == "__main__":
-    for name, importer in lone_importers(modules_of(Path(__file__).resolve().parents[1])):
-        print(f"{name:50} {importer}")
+        if not others and room_of(name, modules) == room_of(first, modules):
+            print(f"{name:50} {first}")

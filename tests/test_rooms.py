@@ -125,7 +125,7 @@ def modules(root: Path) -> dict[str, Path]:
 
 @pytest.fixture(scope="module")
 def imports(modules: dict[str, Path]) -> list[Import]:
-    return [each for name in modules for each in imports_of(name, modules[name])]
+    return [*imports_of(modules)]
 
 
 def test_every_room_stands_on_a_floor_and_says_what_it_takes_gives_and_does_not_know(
@@ -158,13 +158,13 @@ def test_every_import_points_down_also_late_and_typing_only_ones(
 ) -> None:
     floor = {room: i for i, rooms in enumerate(FLOORS) for room in rooms}
     wrong = []
-    for module, line, source, name in imports:
-        target = f"{source}.{name}".strip(".") if f"{source}.{name}" in modules else source
-        own, other = room_of(module, modules), room_of(target, modules) if target in modules else ""
-        if own == other or module in ("__main__", *FACES):
+    for module, line, _, source, name, own in imports:
+        target = f"{source}.{name}" if f"{source}.{name}" in modules else source
+        here, there = (room_of(m, modules) if m in modules else "" for m in (module, target))
+        if not own or here == there or module in ("__main__", *FACES):
             continue
-        if other in FACES or floor[other] >= floor[own]:
-            wrong.append(f"{module}:{line} imports {name or source} of {other or 'axisid'}")
+        if there in FACES or floor[there] >= floor[here]:
+            wrong.append(f"{module}:{line} imports {name or source} of {there or 'axisid'}")
     assert wrong == []
 
 
@@ -192,30 +192,19 @@ def test_no_two_classes_have_one_name(modules: dict[str, Path]) -> None:
 
 
 def test_imports_are_relative_within_a_room_and_from_the_face_of_another(
-    modules: dict[str, Path],
+    modules: dict[str, Path], imports: list[Import]
 ) -> None:
     wrong = []
-    for name, file in modules.items():
-        if file.name == "__init__.py" or name == "__main__":
-            continue
-        room = room_of(name, modules)
-        for node in ast.walk(ast.parse(file.read_text())):
-            if not isinstance(node, ast.ImportFrom):
-                continue
-            source = (node.module or "").removeprefix("axisid.")
-            absolute = node.level == 0 and (node.module or "").startswith("axisid.")
-            if absolute and source in modules:
-                other = room_of(source, modules)
-                if other == room or (source != other and other not in BY_NAME):
-                    wrong.append(f"{name}:{node.lineno}")
-            elif node.level > 1:
-                wrong.append(f"{name}:{node.lineno}")
+    for module, line, level, source, name, own in imports:
+        if own and name and modules[module].name != "__init__.py" and module != "__main__":
+            there = room_of(source, modules) if source in modules else source
+            to_face = source == there or there in BY_NAME
+            if level > 1 or (level == 0 and (there == room_of(module, modules) or not to_face)):
+                wrong.append(f"{module}:{line}")
     assert wrong == []
 
 
-def test_rooms_know_no_library_that_is_not_theirs(
-    modules: dict[str, Path],
-) -> None:
+def test_rooms_know_no_library_that_is_not_theirs(imports: list[Import]) -> None:
     banned = {
         "estimation": {"sympy", "casadi", "matplotlib", "click"},
         "modeling": {"numpy", "scipy", "casadi", "matplotlib", "click"},
@@ -235,17 +224,11 @@ def test_rooms_know_no_library_that_is_not_theirs(
             )
         },
     }
-    for room, packages in banned.items():
-        for name, file in modules.items():
-            if not f"{name}.".startswith(f"{room}."):
-                continue
-            for node in ast.walk(ast.parse(file.read_text())):
-                if isinstance(node, ast.Import):
-                    assert not {a.name.split(".")[0] for a in node.names} & packages, file
-                elif isinstance(node, ast.ImportFrom):
-                    used = (node.module or "").split(".")[0]
-                    drawn = used == "matplotlib" and _typing_only(node, file)
-                    assert used not in packages or drawn, file
+    for module, line, _, source, name, own in imports:
+        above = [room for room in banned if f"{module}.".startswith(f"{room}.")]
+        used = source.partition(".")[0]
+        is_type = (source, name) == ("matplotlib.figure", "Figure")
+        assert own or is_type or not any(used in banned[r] for r in above), f"{module}:{line}"
 
 
 def test_modules_are_imported_by_text_in_few_places(modules: dict[str, Path]) -> None:
@@ -254,14 +237,3 @@ def test_modules_are_imported_by_text_in_few_places(modules: dict[str, Path]) ->
     found = {n for n, file in modules.items() if any(c in file.read_text() for c in calls)}
     rows = {"exports.targets", "estimation.methods.methods", "estimation.estimates.covariances"}
     assert found == {"support.presentable", "estimation.tables.table", "modeling.library"} | rows
-
-
-def _typing_only(node: ast.ImportFrom, file: Path) -> bool:
-    guards = [
-        inner
-        for outer in ast.walk(ast.parse(file.read_text()))
-        if isinstance(outer, ast.If) and ast.unparse(outer.test) == "TYPE_CHECKING"
-        for inner in ast.walk(outer)
-        if isinstance(inner, ast.ImportFrom)
-    ]
-    return any(inner.lineno == node.lineno for inner in guards)

@@ -93,12 +93,6 @@ def test_every_public_name_has_one_place() -> None:
     assert sorted(places) == sorted({*places})
 
 
-def test_commands_know_nothing_of_the_command_line_that_gathers_them(root: Path) -> None:
-    files = {f.stem: f.read_text() for f in sorted((root / "src/axisid/commands").glob("*.py"))}
-    assert not [name for name, text in files.items() if "from .main import" in text]
-    assert "click.option" not in files["main"]
-
-
 @pytest.mark.slow
 def test_no_function_that_evaluates_text_is_called(root: Path) -> None:
     banned = {"sympify", "parse_expr", "lambdify", "eval", "S", "simplify"}

@@ -1,7 +1,6 @@
 """What is kept of a result, in which file, and how far another result is from it."""
 
 import json
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -49,20 +48,20 @@ def kept_of(case: Case) -> Kept:
     return dict(json.loads(file.read_text())) if file.is_file() else {}
 
 
-def moves(old: Kept, new: Kept) -> Iterator[tuple[str, Any, Any, str]]:
+def moves(old: Kept, new: Kept) -> Iterator[tuple[str, str, str, str]]:
     """What is another than rounding may make it: its name, old, new, and by how much."""
     for what in dict.fromkeys((*old, *new)):
         a, b = old.get(what, "nothing"), new.get(what, "nothing")
+        distance, most, unit = 1.0 if a != b else 0.0, 1.0, " status"
         if isinstance(a, list) and isinstance(b, list):
             distance, most, unit = abs(b[0] - a[0]) / a[1], IN_DEVIATIONS, ""
         elif isinstance(a, (int, float)) and isinstance(b, (int, float)):
             is_deviation = what.split()[-1].startswith("sd") or " deviations " in what
             most = OF_DEVIATIONS if is_deviation else OF_OTHERS
             distance, unit = abs(b - a) / abs(a or 1), " of it"
-        else:
-            distance, most, unit = math.inf if a != b else 0.0, 1.0, ""
         if not distance < most:
-            yield what, a, b, f"{distance:.2g}{unit}"
+            shown = (f"{each[0] if isinstance(each, list) else each}" for each in (a, b))
+            yield what, *shown, f"{distance:.2g}{unit}"
 
 
 def _output(command: str, places: Mapping[str, Path]) -> str:
