@@ -7,6 +7,8 @@ from axisid.support.missing import Missing
 from axisid.support.number_text import plain_numbers
 from axisid.support.remedy import Note, Remedy
 
+from .faults import Fault
+
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
 
@@ -46,8 +48,9 @@ class Check:
 
     @classmethod
     def not_evaluated(cls, name: str, missing: Missing) -> "Check":
-        """A check that could not be made, as a verdict lists it."""
-        return cls(name=name, status="not evaluated", meaning=missing.reason, remedy=missing.remedy)
+        """A check that could not be made, as a verdict lists it; by a fault it fails."""
+        status: Status = "fail" if isinstance(missing, Fault) else "not evaluated"
+        return cls(name=name, status=status, meaning=missing.reason, remedy=missing.remedy)
 
     @property
     def note(self) -> Note:

@@ -1,10 +1,17 @@
 """Where checks are run: one that faults says so in its place, and costs no estimate."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeVar
 
 from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.missing import Missing
+
+
+@dataclass(frozen=True, slots=True)
+class Fault(Missing):
+    """What stands in place of something by whose search the program faulted."""
+
 
 Found = TypeVar("Found")
 Else = TypeVar("Else")
@@ -29,7 +36,7 @@ def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
         if asks_for_tracebacks():
             raise
         said = f"{type(fault).__name__}: {fault}".rstrip(": ")
-        return Missing(f"it could not be made, by a fault ({said}): please report it")
+        return Fault(f"it could not be made, by a fault ({said}): please report it")
 
 
 def told_or(otherwise: Else, find: Callable[[], Found | Missing]) -> Found | Else:

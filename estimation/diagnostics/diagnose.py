@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from axisid.estimation.checks import Check, told_or, unless_faulty
+from axisid.estimation.checks import Check, Fault, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     conditioning,
@@ -392,7 +392,13 @@ def alignment_of(choice: Choice) -> Alignment | Missing:
 
 def _of_parts(diagnostic: Diagnostic, case: Case) -> list[Check | Missing | None]:
     """What a diagnostic of one record finds in each."""
-    return [unless_faulty(partial(diagnostic.check, part)) for part in case.parts]
+    return [_found(diagnostic, part) for part in case.parts]
+
+
+def _found(diagnostic: Diagnostic, case: Case) -> Check | Missing | None:
+    """What a diagnostic finds; a fault fails, so that it is told of several records too."""
+    found = unless_faulty(partial(diagnostic.check, case))
+    return Check.not_evaluated(diagnostic.name, found) if isinstance(found, Fault) else found
 
 
 def _first_failing(found: Sequence[Check | Missing | None]) -> int:
@@ -440,7 +446,7 @@ def _checked(
     if diagnostic.several and len(names) == 1:
         return None
     if not diagnostic.by_record:
-        return _as_check(diagnostic.name, unless_faulty(partial(diagnostic.check, case)))
+        return _as_check(diagnostic.name, _found(diagnostic, case))
     found = made[diagnostic.name]
     one = found[0] if len(names) == 1 else joined(found, names)
     return _as_check(diagnostic.name, one)

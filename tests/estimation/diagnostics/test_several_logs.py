@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 
 from axisid import Record, build, fit, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic
+from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic, conclusion
 from axisid.estimation.diagnostics.diagnosis import Case
 from axisid.support.arrays import Array
 from tests.axes.servo import TRUTH, servo, servo_log, servo_record
@@ -99,9 +100,25 @@ def test_check_that_faults_is_told_and_the_estimates_stand(
     monkeypatch.setitem(DIAGNOSTICS, "excitation", broken)
     result = identify(emps2015, twin, methods="idm-ls")
     found = next(check for check in result.verdict if check.name == "excitation")
-    assert found.status == "not evaluated"
+    assert found.status == "fail"
     assert "by a fault (ValueError: matmul): please report" in found.meaning
     assert "M" in result["idm-ls"].parameters
+
+
+def test_numbers_of_which_a_grave_check_faults_are_not_believed(
+    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("AXISID_DEBUG", raising=False)
+    calls = iter((None, ValueError("matmul")))
+
+    def faults_at_the_second(_: object) -> None:
+        if fault := next(calls):
+            raise fault
+
+    broken = replace(DIAGNOSTICS["control law"], check=faults_at_the_second)
+    monkeypatch.setitem(DIAGNOSTICS, "control law", broken)
+    result = identify(emps2015, (twin, twin), methods="idm-ls")
+    assert conclusion(result.verdict).endswith("before this is mended: control law.")
 
 
 def test_fault_of_what_several_checks_ask_is_told_of_each(
@@ -112,7 +129,7 @@ def test_fault_of_what_several_checks_ask_is_told_of_each(
     result = identify(emps2015, twin, methods="idm-ls")
     assert "by a fault" in str(result.diagnosis.alignment)
     found = next(check for check in result.verdict if check.name == "alignment")
-    assert found.status == "not evaluated"
+    assert found.status == "fail"
     assert "by a fault" in result.summary(full=True)
 
 
@@ -130,7 +147,7 @@ def test_command_prints_the_estimates_beside_a_check_that_faults(
     assert code == 0
     assert not err
     said = " ".join(out.split())
-    assert re.search(r"alignment[^:]*: not evaluated, it could not be made, by a fault", said)
+    assert re.search(r"alignment[^:]*: it could not be made, by a fault", said)
     assert "\nM " in out
 
 
