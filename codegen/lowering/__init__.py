@@ -21,6 +21,7 @@ from .loop_settings import SIGNALS as SIGNALS
 from .loop_settings import STATUSES as STATUSES
 from .loop_settings import STEPS_IN_ALL as STEPS_IN_ALL
 from .loop_settings import STEPS_OF_EACH as STEPS_OF_EACH
+from .loop_settings import STEPS_OF_SEARCH as STEPS_OF_SEARCH
 from .loop_settings import STUCK as STUCK
 from .loop_settings import LoopSettings as LoopSettings
 from .loop_settings import LoopStart as LoopStart

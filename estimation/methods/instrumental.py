@@ -23,7 +23,7 @@ from axisid.estimation.regression import (
     search_bounds,
 )
 from axisid.estimation.signals import rests_first
-from axisid.estimation.simulation import Simulation
+from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.estimation.thresholds.estimates import (
     CONVERGED,
     MAX_SIMULATION_ERROR_RATIO,
@@ -134,7 +134,7 @@ class Iteration:
         self._method, self._form, self._start, self._loss = method, form, start, loss
         self._on = problem
         self._iterates: list[Iterate] = []
-        self._pace = Pace()
+        self._pace, self._budget = Pace(), StepBudget()
         self.jumps = False  # whether the fit is near an estimate, and none
 
     def fit(self) -> Fit:
@@ -200,7 +200,7 @@ class Iteration:
         """The loops simulated with parameters (p,), and their intercept and regressor."""
         start = self._start
         if self._iterates or not start.loops:
-            return self._on.simulated(self._form, physical)
+            return self._on.simulated(self._form, physical, self._budget)
         right = start.right or self._on.right_of(self._form, physical, start.loops)
         return start.loops, *right
 

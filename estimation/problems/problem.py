@@ -23,7 +23,7 @@ from axisid.estimation.regression import (
     simulated_right,
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours, Signals, motion_lacks
-from axisid.estimation.simulation import Simulation
+from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.remedy import Remedy
@@ -172,9 +172,11 @@ class Problem:
         for data in self.data:
             loop_reference(self.axis, data.record)
 
-    def simulated(self, form: Form, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
+    def simulated(
+        self, form: Form, physical: Array, budget: StepBudget | None = None
+    ) -> tuple[tuple[Simulation, ...], Array, Array]:
         """The loops simulated with an estimate, and their intercept and regressor, reduced."""
-        loops = self.loops(form, physical)
+        loops = self.loops(form, physical, budget)
         return loops, *self.right_of(form, physical, loops)
 
     def right_of(
@@ -192,12 +194,15 @@ class Problem:
             return rights[0]
         return np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
 
-    def loops(self, form: Form, physical: Array) -> tuple[Simulation, ...]:
+    def loops(
+        self, form: Form, physical: Array, budget: StepBudget | None = None
+    ) -> tuple[Simulation, ...]:
         """The loops simulated with an estimate, one for each segment of each record."""
+        own = [form.own(physical, i) for i in range(len(self.data))]
         return tuple(
             loop
-            for i, data in enumerate(self.data)
-            for loop in simulated_loops(data.axis, data.record, form.own(physical, i))
+            for data, theta in zip(self.data, own, strict=True)
+            for loop in simulated_loops(data.axis, data.record, theta, budget=budget)
         )
 
     def by_record(self, loops: tuple[Simulation, ...]) -> tuple[tuple[Simulation, ...], ...]:

@@ -11,6 +11,7 @@ from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.signals import FilteredRecord, recorded_signals
 from axisid.estimation.simulation import (
     Simulation,
+    StepBudget,
     no_control_law,
     signals_about,
     simulate_estimate,
@@ -108,12 +109,13 @@ def simulated_loops(
     resolution: float = 0.0,
     away: float = 0.0,
     position_noise: Array | None = None,
+    budget: StepBudget | None = None,
 ) -> tuple[Simulation, ...]:
     """The loop of a record, simulated with physical parameters (p,): once for each segment.
 
     Each begins as its segment does, see `loop_starts`. With a resolution it has an encoder of such
     steps, which measures, and is commanded, positions that are `away` from those of the axis; and
-    what its law measures has `position_noise`, (N,), if there is any.
+    what its law measures has `position_noise`, (N,), if there is any. A budget is that of a search.
 
     Raises
     ------
@@ -137,6 +139,7 @@ def simulated_loops(
             resolution=resolution,
             signals=tuple(values[first:last] for values in signals),
             clocks=two_clocks(axis, record, (first, last)),
+            budget=budget,
         )
         for (first, last), start in zip(record.spans, loop_starts(axis, record, away), strict=True)
     )

@@ -23,6 +23,7 @@ from .simulated import Simulation as Simulation
 from .simulated import logged_control as logged_control
 from .simulated import measured_positions as measured_positions
 from .simulated import signals_about as signals_about
+from .steps import StepBudget as StepBudget
 from .steps import has_constant_substeps as has_constant_substeps
 from .steps import has_inertia as has_inertia
 from .steps import most_substeps as most_substeps

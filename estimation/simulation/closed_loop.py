@@ -10,7 +10,7 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 from __future__ import annotations  # as they are written, in what help() prints
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -31,12 +31,14 @@ from .recorded import at_law, checked_signals, first_values, lines
 from .runaway import allowed_distance, widened_distance
 from .simulated import Simulation, measured_positions
 from .steps import (
+    StepBudget,
     bounds_refusal,
     check_inertia,
     check_loop,
     diverged,
     first_substeps,
     further_substeps,
+    most_substeps,
     place_at,
     pushes,
 )
@@ -147,11 +149,12 @@ def simulate_estimate(
     position_noise: Array | None = None,
     resolution: float = 0.0,
     signals: tuple[Array, ...] = (),
+    budget: StepBudget | None = None,
 ) -> Simulation:
     """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
 
     The period is the record's, and with two clocks the law's is its own; recorded signals come in
-    the axis's order. Otherwise as `simulate`.
+    the axis's order. What it takes is taken off a budget. Otherwise as `simulate`.
     """
     check_loop(axis, parameters.shape, reference, period, resolution, None)
     loop = _loop(
@@ -168,7 +171,7 @@ def simulate_estimate(
         memory=start.memory,
         clocks=clocks,
     )
-    return loop.simulated(None)
+    return replace(loop, budget=budget or loop.budget).simulated(None)
 
 
 def simulate_sampled(
@@ -239,6 +242,7 @@ class _Loop:
     clocks: TwoClocks | None
     logged_noise: Array | None
     logged_signals: tuple[Array, ...]
+    budget: StepBudget = field(default_factory=StepBudget)
 
     def check_friction(self) -> None:
         """Refuse parameters beyond their bounds, and friction that drives the axis."""
@@ -303,8 +307,12 @@ class _Loop:
             self.start.position,
             self.period,
             first,
-            len(self.reference),
+            self._most_substeps,
         )
+
+    @property
+    def _most_substeps(self) -> int:
+        return most_substeps(len(self.reference), self.budget.left)
 
     def _settled(
         self, settings: LoopSettings, *, fixed: bool
@@ -322,7 +330,7 @@ class _Loop:
                 visited,
                 self.period,
                 self.signals,
-                len(self.reference),
+                self._most_substeps,
             )
             if enough == settings.substeps:
                 break
@@ -331,6 +339,7 @@ class _Loop:
 
     def _run(self, settings: LoopSettings) -> tuple[int, int, dict[str, Array]]:
         """As `run_loop`."""
+        self.budget.left -= len(self.reference) * settings.substeps
         inputs = (self.reference, self.noise, self.injected, self.start)
         return run_loop(self.axis, self.parameters, settings, inputs, self.recorded)
 

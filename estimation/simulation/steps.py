@@ -18,6 +18,7 @@ from axisid.codegen.lowering import (
     STATUSES,
     STEPS_IN_ALL,
     STEPS_OF_EACH,
+    STEPS_OF_SEARCH,
     demanding_term,
 )
 from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
@@ -451,9 +452,16 @@ def _by_rate(axis: GeneratedAxis, rates: _Rates, period: float) -> _Rates:
     return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
 
 
-def most_substeps(samples: int) -> int:
+@dataclass(slots=True)
+class StepBudget:
+    """Steps that simulations may take together, those of one search: `left` are still to take."""
+
+    left: int = STEPS_OF_SEARCH
+
+
+def most_substeps(samples: int, left: int = STEPS_IN_ALL) -> int:
     """Steps in a sample, at most, of a simulation of so many samples: a power of 2."""
-    each = max(STEPS_IN_ALL // samples, STEPS_OF_EACH)
+    each = max(min(left, STEPS_IN_ALL) // samples, STEPS_OF_EACH)
     return int(min(2 ** (each.bit_length() - 1), MOST_SUBSTEPS))
 
 
@@ -542,9 +550,9 @@ def first_substeps(
     position: float,
     period: float,
     recorded: Recorded,
-    samples: int,
+    most: int,
 ) -> int:
-    """`substeps_at_start` of one simulation of so many samples, no more than there may be.
+    """`substeps_at_start` of one simulation, no more than there may be.
 
     Raises
     ------
@@ -555,7 +563,6 @@ def first_substeps(
     steps = 1
     if _by_rate(axis, rate, period) > 1:
         steps = int(_steps(axis, np.array([rate]), np.zeros(1), period)[0])
-    most = most_substeps(samples)
     if steps > most and has_constant_substeps(axis):
         still = ((position, 0.0), _kept(recorded) or ())
         raise EstimationError(too_stiff(axis, parameters, most, still, period), code="too-stiff")
@@ -569,11 +576,9 @@ def further_substeps(
     visited: Mapping[str, Array],
     period: float,
     recorded: Sequence[Array],
-    samples: int,
+    most: int,
 ) -> int:
     """The steps that a simulation had if they were enough wherever it went, or as many as are.
-
-    It has so many samples.
 
     Raises
     ------
@@ -583,7 +588,6 @@ def further_substeps(
     if has_constant_substeps(axis):
         return substeps
     needed = substeps_along(axis, parameters, visited, period, recorded)
-    most = most_substeps(samples)
     if needed > substeps and substeps >= most:
         at = fastest_place(axis, parameters, visited, period, recorded)
         raise EstimationError(
@@ -629,8 +633,8 @@ def too_stiff(axis: GeneratedAxis, parameters: Array, most: int, at: Place, peri
     return (
         f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: "
         f"{_why(axis, parameters, at, period)} asks for more than {most} steps in a sample, the "
-        "most that so many samples may take. Check the nominal values and units, or leave so fast "
-        "a motion out of the model."
+        "most that so many samples, or all simulations of one search, may take. Check the nominal "
+        "values and units, or leave so fast a motion out of the model."
     )
 
 

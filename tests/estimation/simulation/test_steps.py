@@ -19,10 +19,11 @@ from axisid import (
     simulate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.lowering import LoopStart
 from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, cascade_pd, gain
 from axisid.elements import coulomb, end_stop, stribeck, viscous
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation import most_substeps
+from axisid.estimation.simulation import StepBudget, most_substeps, simulate_estimate
 from axisid.estimation.simulation.steps import inertia_and_hold, substeps_at_start
 from tests.axes.bodies import body, q, rotor, turn
 from tests.axes.lagging import lagging
@@ -308,6 +309,17 @@ def test_what_takes_more_steps_than_a_simulation_has_is_refused_by_its_term(term
     assert f"the term {term} at q = " in str(alone.value)
     batch = simulate_batch(axis, axis.nominal[None, :], LONG, PERIOD)
     assert batch.failures == {0: str(alone.value)}
+
+
+@pytest.mark.slow
+def test_simulations_of_one_search_share_their_steps_and_the_last_is_refused_by_its_term() -> None:
+    axis, start = wavy(sympy.sin(5e4 * q.symbol / LENGTH)), LoopStart(position=0.0)
+    budget = StepBudget(left=200 * len(SINE))
+    simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start, budget=budget)
+    assert 64 * len(SINE) > budget.left > 0
+    with pytest.raises(EstimationError, match=r"the term p\*sin\(50000.0\*q/x0\) .* than 64 steps"):
+        simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start, budget=budget)
+    simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start)
 
 
 @pytest.mark.slow
