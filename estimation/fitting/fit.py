@@ -45,7 +45,6 @@ from axisid.estimation.searches import (
     deviation_by_median,
     unknowns_of,
 )
-from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
 from axisid.estimation.thresholds.fitting import MAX_WEIGHT
 from axisid.estimation.told_by_outputs import unseen_directions
@@ -263,9 +262,8 @@ class _Asked:
         time: Parameter | None,
         horizon: float | None,
     ) -> Ended:
-        default = Prefilter().at_rate_of(self.records[0].period)
         shared = shared_records(
-            generated, self.records, default, self.local, self.known, self.gain, skip_bad=False
+            generated, self.records, None, self.local, self.known, self.gain, skip_bad=False
         )
         whose, records = searched(shared), shared.records
         model = whose.form

@@ -14,17 +14,19 @@ from axisid.support.remedy import Note, Remedy, Setting
 
 
 def usable_records(
-    axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter, *, skip_bad: bool
+    axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter | None, *, skip_bad: bool
 ) -> tuple[list[int], dict[str, Note]]:
-    """Which of several records the filter serves, and why not the others; one is refused later.
+    """Which of several records the filter serves, and why not the others.
+
+    One is refused later; without a filter all serve.
 
     Raises
     ------
     UsageError
         Some cannot be used, and are not to be skipped; or none is left.
     """
-    if len(records) == 1:
-        return [0], {}
+    if len(records) == 1 or as_given is None:
+        return [*range(len(records))], {}
     filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
     usable, bad = [], dict[str, Note]()
     pairs = zip(record_labels(records), records, filters, strict=True)

@@ -74,21 +74,22 @@ class Shared:
 def shared_records(
     axis: GeneratedAxis,
     records: Sequence[Record],
-    prefilter: Prefilter,
+    prefilter: Prefilter | None,
     local: object,
     known: Mapping[str, Sequence[Told]] | None,
     gain: str,
     *,
     skip_bad: bool,
 ) -> Shared:
-    """The records that a prefilter serves, and what is said of each.
+    """The records that a prefilter serves, or all without one, and what is said of each.
 
     Parameters
     ----------
     axis : GeneratedAxis
         Of which names are checked, and what is not identified without records that are set aside.
     records : sequence of Record
-    prefilter : Prefilter
+    prefilter : Prefilter or None
+        None where records are not filtered.
     local, known, gain, skip_bad
         As of `identify`.
 

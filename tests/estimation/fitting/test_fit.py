@@ -509,6 +509,18 @@ def test_a_record_twice_is_the_same_fit_with_smaller_deviations(
     assert ratio == pytest.approx(np.sqrt(0.5), rel=1e-2)
 
 
+@pytest.mark.slow
+def test_records_too_short_for_the_filter_of_identify_are_fitted(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    short = [twin.windowed((at, at + 0.1)) for at in (0.2, 3.0, 3.4)]
+    with refuses("bad-records"):
+        identify(emps2015, short)
+    result = fit(emps2015, short, start={**TRUTH})
+    assert len(result.records) == len(short)
+    assert abs(result["M"].value - TRUTH["M"]) < 5 * result["M"].deviation < 0.1 * TRUTH["M"]
+
+
 def test_records_that_begin_in_motion_begin_there(emps2015: GeneratedAxis) -> None:
     whole = twin_record(emps2015, position_noise=0.0)
     record = Record(**{name: values[700:] for name, values in whole.channels().items()})
