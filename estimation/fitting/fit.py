@@ -118,8 +118,9 @@ def fit(
         under the recorded control, without any law, in windows that each start where the record is,
         and stands alone.
     start : str, mapping of str to float, or Estimate
-        ``instruments`` (or least squares, or nominal values, where these come to nothing),
-        ``least-squares``, ``nominal``, values by name, or an estimate of the same records.
+        ``instruments`` (or least squares, where these come to nothing), ``least-squares``, either
+        or nominal values, whichever leaves less; ``nominal``, values by name, or an estimate of
+        the same records.
     local, known, gain
         As in `identify`.
     bounds : mapping of str to (float or None, float or None)
@@ -358,18 +359,24 @@ class _FitRun:
         self.weighing = Weighing(weights=self.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0)
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[Note]]:
-        """The first start whose loops can be simulated, where that is, and why not the others."""
+        """The start that leaves least, where it is, and why others cannot be simulated."""
         why: list[Note] = []
+        tried = list[tuple[FitStart, Array, Array, Array]]()
         for begin in begins:
             scale = self.unknowns.scale(begin.physical, begin.size)
             at = self.unknowns.inside(begin.physical, scale)
             lanes = self.predictions(at[None, :])
-            if not lanes.failures:
-                self.scale = scale
-                self.counted = self.rests.counted(self.predictions)
-                self._weigh(lanes.errors[:, 0])
-                return begin, at, why
-            why.append(Note(f"from {begin.named} values {lanes.failures[0]}"))
+            if lanes.failures:
+                why.append(Note(f"from {begin.named} values {lanes.failures[0]}"))
+            else:
+                tried.append((begin, at, lanes.errors[:, 0], scale))
+        if tried:
+            self.counted = self.rests.counted(self.predictions)
+            self._weigh(tried[0][2])
+            costs = [cost_of(at, left, self.unknowns, self.weighing) for _, at, left, _ in tried]
+            first, at, left, self.scale = tried[int(np.argmin(costs))]
+            self._weigh(left)
+            return first, at, why
         signs, law = self._signs(begins[0]), _law_fault(self.axes, self.records)
         said = Note.of("the fit cannot start: ", why[0], signs, law)
         raise EstimationError(said.text, said.remedy, code="fit-start-lost")

@@ -510,6 +510,22 @@ def test_a_record_twice_is_the_same_fit_with_smaller_deviations(
 
 
 @pytest.mark.slow
+def test_a_search_begins_at_the_start_that_leaves_less(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """Instruments of a control that is clipped half of its time are half of the truth."""
+    assert twin.control is not None
+    limit = np.median(np.abs(twin.control))
+    clipped = replace(twin, control=np.clip(twin.control, -limit, limit))
+    model = emps2015.axis
+    nominal = tuple(replace(p, nominal=1.01 * TRUTH[p.name]) for p in model.parameters)
+    result = fit(build(replace(model, parameters=nominal)), clipped, "position")
+    assert result.started == "nominal"
+    np.testing.assert_allclose(result.physical, [*TRUTH.values()], rtol=1e-2)
+    assert fit(emps2015, clipped, "position").started == "instruments"
+
+
+@pytest.mark.slow
 def test_records_too_short_for_the_filter_of_identify_are_fitted(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -132,7 +132,7 @@ _OPTIONS = (
         type=click.Choice(FIT_STARTS),
         default=FIT_STARTS[0],
         show_default=True,
-        help="Where the search starts; where that comes to nothing, from the next.",
+        help="Where the search starts; nominal values where they leave less.",
     ),
     click.option(
         "--starts",
