@@ -1,7 +1,7 @@
 """Where the searches of a fit ended: deviations, intervals, what noise and starts move."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -61,6 +61,39 @@ _PARTS = 4  # of a window, that what the model lacks is asked of
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Doubt:
+    """A value that is known with a deviation: predictions with a slightly larger one.
+
+    Attributes
+    ----------
+    deviation : float
+        In what it is larger by.
+    names : sequence of str
+        Of their parameters.
+    predictions : Predictions
+    """
+
+    deviation: float
+    names: Sequence[str]
+    predictions: Predictions
+
+    def moved(self, there: Mapping[str, float], errors: Array) -> Array:
+        """What a deviation of it changes errors (n,) by, with parameters by name, (n,).
+
+        Raises
+        ------
+        EstimationError
+            The loops cannot be simulated with it.
+        """
+        at = np.array([there.get(name, 0.0) for name in self.names])
+        self.predictions.settle(at)
+        lanes = self.predictions(at[None, :])
+        if lanes.failures:
+            raise EstimationError(lanes.failures[0], code="known-not-simulated")
+        return np.asarray(self.deviation * (lanes.errors[:, 0] - errors))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Ended:
     """A fit at its end, before it is told."""
@@ -83,6 +116,7 @@ class Ended:
     seed: int
     horizon: float | None
     known: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
     rests: Rests
     alone: Found | None = None
 
@@ -253,7 +287,16 @@ class Ended:
             found["bootstrap"] = moved + scores.by_known()
             # Twins know nothing of what the model lacks, and an autoregression little of loops.
             found["larger"] = widened(found["coloured"], np.diag(found["bootstrap"]))
-        return found
+        moved = self._influence(scores) @ self._by_doubts
+        return {name: matrix + moved @ moved.T for name, matrix in found.items()}
+
+    @cached_property
+    def _by_doubts(self) -> Array:
+        """What a deviation of each value that is known with one changes the errors by, (n, d)."""
+        errors = self.best.slopes.errors
+        there = dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
+        moved = [each.moved(there, errors) for each in self.doubts]
+        return np.stack(moved, axis=1) if moved else np.zeros((len(errors), 0))
 
     @property
     def _told_free(self) -> Array:

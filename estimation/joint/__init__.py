@@ -15,4 +15,5 @@ from .layout import Layout as Layout
 from .layout import Member as Member
 from .layout import drive_gain_of as drive_gain_of
 from .layout import layout_of as layout_of
+from .layout import moved_layouts as moved_layouts
 from .prefilters import prefilters_of as prefilters_of

@@ -7,7 +7,7 @@ all records, which may be more than any one of them tells: two angles of an axis
 from an offset, two payloads its length from its mass.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -29,6 +29,7 @@ from .known import Known
 GAIN = "drive_gain"
 
 _SAME = 1e-9  # of a column
+_STEP = 1e-3  # of a known value, over which the model is differenced
 _Product = tuple[tuple[tuple[str, int], ...], int | None]  # its powers; the record, if it is local
 
 
@@ -177,6 +178,31 @@ def layout_of(
         known=tuple(known),
         gain=drive.gain if tells else None,
     )
+
+
+def moved_layouts(axis: GeneratedAxis, layout: Layout) -> Iterator[tuple[float, Layout]]:
+    """By each value that is known with a deviation, the layout with another one in its place.
+
+    Yields
+    ------
+    float
+        How many times what that moves a deviation does.
+    Layout
+        With the value larger by a small step, wherever it is known.
+    """
+    for known in layout.known:
+        for told in known.doubtful:
+            step = _STEP * (abs(told[0]) or 1.0)
+            pairs = zip(known.values, known.deviations, strict=True)
+            other = replace(known, values=tuple(v + step * ((v, sd) == told) for v, sd in pairs))
+            moved = layout_of(
+                axis,
+                len(layout.members),
+                [other if each is known else each for each in layout.known],
+                layout.local,
+                commanded=layout.gain is not None,
+            )
+            yield told[1] / step, moved
 
 
 @dataclass(frozen=True, slots=True)
