@@ -35,7 +35,7 @@ class Rests:
 
     @classmethod
     def of(cls, axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> "Rests":
-        """Those of records; of one that shows too little without them none.
+        """Those of records; none where these together show too little without them.
 
         Friction that remembers is shown near reversals alone, and records that are too short for
         the filter are kept whole.

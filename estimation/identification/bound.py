@@ -11,7 +11,12 @@ from axisid.estimation.joint import Layout, Told, known_of, layout_of, prefilter
 from axisid.estimation.methods import METHODS, bound_record, scale_of
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.signals import (
+    FilteredRecord,
+    Prefilter,
+    searches_friction,
+    show_too_little,
+)
 from axisid.estimation.thresholds.estimates import MIN_NOISE_RATIO
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
@@ -47,6 +52,8 @@ def bound_records(
 ) -> tuple[FilteredRecord, ...]:
     """Records of one machine under one filter: what rests in one would rest in all.
 
+    Samples near reversals are left out of all or of none: what they tell adds.
+
     Raises
     ------
     UsageError, DataError
@@ -58,6 +65,11 @@ def bound_records(
     every = tuple(zip(axes, records, filters, strict=True))
     moving = [FilteredRecord.bind(a, r, replace(f, reversals="keep")) for a, r, f in every]
     fastest = max(float(np.abs(data.motion[1]).max()) for data in moving)
+    reversals = asked.reversals
+    if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
+        little = show_too_little([data.without_turns(fastest) for data in moving])
+        reversals = "keep" if little else "leave-out"
+    every = tuple((a, r, replace(f, reversals=reversals)) for a, r, f in every)
     return tuple(bound_record(a, r, f, fastest) for a, r, f in every)
 
 

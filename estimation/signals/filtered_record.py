@@ -1,5 +1,6 @@
 """A record under a filter: what the filter leaves open is chosen, what it cannot serve refused."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -91,19 +92,21 @@ class FilteredRecord(Exact):
         check_filter(settings, axis, longest, record.period, record.provenance.source, what)
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
-        without_turns = kept._without(kept.sampling.turns(kept.motion[1], fastest))
+        without_turns = kept.without_turns(fastest)
         asked = prefilter.reversals is None and not searches_friction(axis)
-        if asked and without_turns.shows_too_little:
-            return kept
-        return without_turns
+        return kept if asked and show_too_little([without_turns]) else without_turns
 
     @property
     def could_leave_out(self) -> bool:
         """Whether samples near reversals are kept that hardly tell of any parameter."""
         if self.prefilter.reversals == "leave-out" or not self.axis.has_direction:
             return False
-        without_turns = self._without(self.sampling.turns(self.motion[1]))
-        return bool(without_turns.excluded) and not without_turns.shows_too_little
+        without_turns = self.without_turns(self.fastest)
+        return bool(without_turns.excluded) and not show_too_little([without_turns])
+
+    def without_turns(self, fastest: float) -> "FilteredRecord":
+        """The record without the samples near its reversals and rests, with a largest speed."""
+        return self._without(self.sampling.turns(self.motion[1], fastest))
 
     def turning_as(self, position: Array, velocity: Array | None = None) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""
@@ -280,14 +283,10 @@ class FilteredRecord(Exact):
         """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""
         return self.sampling.reduce(columns)
 
-    @property
-    def shows_too_little(self) -> bool:
-        """Whether a parameter is hardly shown without the samples near reversals and rests."""
-        found = Information(self.axis)
+    def add_to(self, found: Information, fastest: float) -> None:
+        """Add what the record tells, and what without the samples that are left out."""
         signals = self._beside(np.zeros(len(self)))  # the regressor is of the motion alone
-        fastest = max(float(np.abs(signals.velocity).max()), self.fastest)
         found.add(signals, self.kept, self.sampling.is_excluded, fastest)
-        return found.remaining < MIN_INFORMATION_LEFT.value
 
     @property
     def drive(self) -> DriveAlong:
@@ -306,6 +305,15 @@ class FilteredRecord(Exact):
         starts = self._starts
         beside = beside_motion(self.axis, self.recorded, starts)
         return paired_with_force(self.motion, force, starts, delay=self.hold_delay, recorded=beside)
+
+
+def show_too_little(records: Sequence[FilteredRecord]) -> bool:
+    """Whether records without reversals and rests hardly show a parameter, all of one axis."""
+    fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
+    found = {each.axis: Information(each.axis) for each in records}
+    for each in records:
+        each.add_to(found[each.axis], fastest)
+    return any(each.remaining < MIN_INFORMATION_LEFT.value for each in found.values())
 
 
 def check_filter(

@@ -58,9 +58,9 @@ class Prefilter:
         ``leave-out`` gives the samples near a reversal or a rest no weight, before the decimation:
         there the low-pass rounds what friction does at once, and at rest noise decides its sign.
         None leaves them out for an axis whose force depends on the direction of motion, unless a
-        parameter would then lose more than a third of its information, rests apart, as an
-        inertia does where the axis accelerates only as it turns, or Coulomb friction at a low
-        cut-off; ``keep`` is what the published recipe does.
+        parameter would then lose more than a third of what all records together tell of it, rests
+        apart, as an inertia does where the axis accelerates only as it turns, or Coulomb friction
+        at a low cut-off; ``keep`` is what the published recipe does.
 
     Raises
     ------

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from axisid import Identification, Prefilter, Record, UsageError, build, identify, leave_out
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation.diagnostics.estimates.drive_gain import gain_check
 from axisid.estimation.estimates import Estimate, Value
-from axisid.estimation.identification import layout_for, with_what_is_lost
+from axisid.estimation.identification import bound_records, layout_for, with_what_is_lost
 from axisid.estimation.joint import GAIN
 from axisid.estimation.records.record import record_labels
 from axisid.support.remedy import Note
@@ -330,3 +331,18 @@ def test_a_result_of_several_is_copied_and_pickled(loaded: Identification) -> No
     for again in (copy.deepcopy(loaded), read):
         assert again["idm-iv"].parameters["M"].value == loaded["idm-iv"].parameters["M"].value
         assert len(again.parts) == 3
+
+
+def test_reversals_are_left_out_of_all_records_where_all_together_show_enough(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    short, long = twin.windowed((0.2, 0.9)), twin.windowed((2.0, 5.0))
+
+    def left_out(*records: Record) -> list[bool]:
+        bound = bound_records([emps2015] * len(records), records, Prefilter())
+        return [bool(data.excluded) for data in bound]
+
+    assert left_out(short) == [False]  # hardly shows the mass without them
+    assert left_out(long) == [True]
+    assert left_out(short, long) == left_out(long, short) == [True, True]
+    assert left_out(short, short) == [False, False]
