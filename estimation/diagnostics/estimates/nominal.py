@@ -17,6 +17,7 @@ def nominal_check(
     """Remark values that are another order of size than declared; None where none is.
 
     A column in another unit makes such values, which nothing else tells where no law is simulated.
+    Of parameters that may have either sign, such as an offset, any size is as declared.
 
     Parameters
     ----------
@@ -25,7 +26,7 @@ def nominal_check(
     """
     most, far = MAX_FROM_NOMINAL.value, dict[Parameter, float]()
     for parameter, value, interval in found:
-        if parameter.nominal:
+        if parameter.lower >= 0 < parameter.nominal:
             ratio, *ends = np.array([value, *interval]) / parameter.nominal
             if min(ratio, *ends) > most or max(ratio, *ends) < 1 / most:
                 far[parameter] = float(ratio)

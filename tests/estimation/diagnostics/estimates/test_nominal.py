@@ -10,7 +10,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.estimates import nominal_check
 from axisid.modeling import LIBRARY
 
-MASS = Parameter("m", "kg", nominal=10.0)
+MASS = Parameter("m", "kg", nominal=10.0, lower=0.0)
 
 
 @pytest.mark.parametrize(
@@ -36,6 +36,12 @@ def test_a_value_is_remarked_where_all_of_its_interval_is_far(
 
 def test_nothing_is_said_of_a_parameter_without_a_nominal_value() -> None:
     assert nominal_check([(replace(MASS, nominal=0.0), 60.0, (59.0, 61.0))]) is None
+
+
+@pytest.mark.parametrize("value", [0.01, -10.0, -60.0, 60.0])
+def test_nothing_is_said_of_a_parameter_of_either_sign(value: float) -> None:
+    offset = Parameter("tau0", "N", nominal=10.0)
+    assert nominal_check([(offset, value, (value, value))]) is None
 
 
 @pytest.mark.parametrize("name", LIBRARY)
