@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from axisid.estimation.checks import Check, Fault, told_or, unless_faulty
+from axisid.estimation.checks import Check, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     conditioning,
@@ -390,48 +390,45 @@ def alignment_of(choice: Choice) -> Alignment | Missing:
     return unless_faulty(lambda: case.parts[first].alignment)
 
 
-def _of_parts(diagnostic: Diagnostic, case: Case) -> list[Check | Missing | None]:
+def _of_parts(diagnostic: Diagnostic, case: Case) -> list[Check | None]:
     """What a diagnostic of one record finds in each."""
-    return [_found(diagnostic, part) for part in case.parts]
+    return [_made(diagnostic, part) for part in case.parts]
 
 
-def _found(diagnostic: Diagnostic, case: Case) -> Check | Missing | None:
-    """What a diagnostic finds; a fault fails, so that it is told of several records too."""
+def _made(diagnostic: Diagnostic, case: Case) -> Check | None:
+    """What a diagnostic finds, or why it could not be made."""
     found = unless_faulty(partial(diagnostic.check, case))
-    return Check.not_evaluated(diagnostic.name, found) if isinstance(found, Fault) else found
+    return Check.not_evaluated(diagnostic.name, found) if isinstance(found, Missing) else found
 
 
-def _first_failing(found: Sequence[Check | Missing | None]) -> int:
+def _first_failing(found: Sequence[Check | None]) -> int:
     """The record whose law or alignment is told of: the first that fails, else the first."""
-    fails = [i for i, each in enumerate(found) if isinstance(each, Check) and each.status == "fail"]
+    fails = [i for i, each in enumerate(found) if _fails(each)]
     return fails[0] if fails else 0
 
 
 def _of_records(
-    case: Case, made: Mapping[str, Sequence[Check | Missing | None]]
+    case: Case, made: Mapping[str, Sequence[Check | None]]
 ) -> tuple[RecordDiagnosis, ...]:
     """What there is to say of each of several records."""
     alike = unless_faulty(lambda: case.alike)
     return tuple(
         _of_record(
             part,
-            {name: found[i] for name, found in made.items()},
+            [found[i] for found in made.values()],
             alike if isinstance(alike, Missing) else alike.records[i],
         )
         for i, part in enumerate(case.parts)
     )
 
 
-def _of_record(
-    part: Case, made: Mapping[str, Check | Missing | None], apart: Apart | Missing
-) -> RecordDiagnosis:
-    checks = (_as_check(name, found) for name, found in made.items())
+def _of_record(part: Case, made: Sequence[Check | None], apart: Apart | Missing) -> RecordDiagnosis:
     return RecordDiagnosis(
         law=unless_faulty(lambda: part.law),
         alignment=unless_faulty(lambda: part.alignment),
         motions=told_or({}, lambda: part.motions),
         lack_of_fit=told_or(None, lambda: part.lack_of_fit),
-        verdict=tuple(check for check in checks if check is not None),
+        verdict=tuple(check for check in made if check is not None),
         apart=apart,
     )
 
@@ -439,21 +436,16 @@ def _of_record(
 def _checked(
     diagnostic: Diagnostic,
     case: Case,
-    made: Mapping[str, list[Check | Missing | None]],
+    made: Mapping[str, list[Check | None]],
     names: Sequence[str],
 ) -> Check | None:
     """What a verdict lists of a diagnostic."""
     if diagnostic.several and len(names) == 1:
         return None
     if not diagnostic.by_record:
-        return _as_check(diagnostic.name, _found(diagnostic, case))
+        return _made(diagnostic, case)
     found = made[diagnostic.name]
-    one = found[0] if len(names) == 1 else joined(found, names)
-    return _as_check(diagnostic.name, one)
-
-
-def _as_check(name: str, found: Check | Missing | None) -> Check | None:
-    return Check.not_evaluated(name, found) if isinstance(found, Missing) else found
+    return found[0] if len(names) == 1 else joined(found, names)
 
 
 def conclusion(checks: Sequence[Check]) -> str:

@@ -4,46 +4,37 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from axisid.estimation.checks import Check, Status
-from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy
 
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")
+_UNMADE: Status = "not evaluated"
 
 
-def joined(
-    found: Sequence[Check | Missing | None], records: Sequence[str]
-) -> Check | Missing | None:
+def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | None:
     """The worst of the checks, with the records that it is of.
 
     Parameters
     ----------
-    found : sequence of Check, Missing or None
+    found : sequence of Check or None
         By record, as a diagnostic gives them.
     records : sequence of str
         Their names.
     """
-    made = [(n, each) for n, each in zip(records, found, strict=True) if isinstance(each, Check)]
+    every = [(name, each) for name, each in zip(records, found, strict=True) if each is not None]
+    made = [(name, each) for name, each in every if each.status != _UNMADE]
     if not made:
-        reasons = [each for each in found if isinstance(each, Missing)]
-        return reasons[0] if reasons else None
+        return every[0][1] if every else None
     status = next(s for s in _WORST if any(each.status == s for _, each in made))
     worst = [(n, each) for n, each in made if each.status == status]
     first = max((each for _, each in worst), key=_distance)
     if status == "pass":
-        return _of_all(first, found, records)
-    told = [(n, each) for n, each in worst if each is first]
+        unmade = [name for name, each in every if each.status == _UNMADE]
+        return _worded(first, "", f" (not evaluated of {_listed(unmade)})") if unmade else first
     same = [n for n, each in worst if each.meaning == first.meaning]
     others = [n for n, each in worst if n not in same]
-    lead = " and ".join(same or [told[0][0]])
     also = "fails" if status == "fail" else "is noted"
     more = f"; it {also} of {_listed(others)} too" if others else ""
-    return _worded(first, f"{lead}: ", more)
-
-
-def _of_all(first: Check, found: Sequence[Check | Missing | None], records: Sequence[str]) -> Check:
-    """A check that every record passes, or that could not be made of some."""
-    missing = [n for n, each in zip(records, found, strict=True) if isinstance(each, Missing)]
-    return _worded(first, "", f" (not evaluated of {_listed(missing)})") if missing else first
+    return _worded(first, f"{' and '.join(same)}: ", more)
 
 
 def _worded(check: Check, before: str, after: str) -> Check:

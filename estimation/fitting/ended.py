@@ -1,7 +1,7 @@
 """Where the searches of a fit ended: deviations, intervals, what noise and starts move."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -19,7 +19,7 @@ from axisid.estimation.predictions import (
     whole_lanes,
 )
 from axisid.estimation.records import Record
-from axisid.estimation.regression import widened
+from axisid.estimation.regression import Form, widened
 from axisid.estimation.searches import (
     Elsewhere,
     Found,
@@ -61,37 +61,9 @@ _PARTS = 4  # of a window, that what the model lacks is asked of
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Doubt:
-    """A value that is known with a deviation: predictions with a slightly larger one.
-
-    Attributes
-    ----------
-    deviation : float
-        In what it is larger by.
-    names : sequence of str
-        Of their parameters.
-    predictions : Predictions
-    """
-
-    deviation: float
-    names: Sequence[str]
-    predictions: Predictions
-
-    def moved(self, there: Mapping[str, float], errors: Array) -> Array:
-        """What a deviation of it changes errors (n,) by, with parameters by name, (n,).
-
-        Raises
-        ------
-        EstimationError
-            The loops cannot be simulated with it.
-        """
-        at = np.array([there.get(name, 0.0) for name in self.names])
-        self.predictions.settle(at)
-        lanes = self.predictions(at[None, :])
-        if lanes.failures:
-            raise EstimationError(lanes.failures[0], code="known-not-simulated")
-        return np.asarray(self.deviation * (lanes.errors[:, 0] - errors))
+#: A value that is known with a deviation: that in what another one is larger by, with whose loops
+#: the form and predictions are.
+Doubt = tuple[float, Form, Predictions]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -293,10 +265,17 @@ class Ended:
     @cached_property
     def _by_doubts(self) -> Array:
         """What a deviation of each value that is known with one changes the errors by, (n, d)."""
-        errors = self.best.slopes.errors
-        there = dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
-        moved = [each.moved(there, errors) for each in self.doubts]
-        return np.stack(moved, axis=1) if moved else np.zeros((len(errors), 0))
+        errors = self.best.slopes.errors[:, None]
+        there = dict(zip(self.unknowns.names, self.best.physical, strict=True))
+        moved = [errors[:, :0]]
+        for deviation, form, predictions in self.doubts:
+            at = np.array([there.get(q.name, 0.0) for q in form.physical_quantities])
+            predictions.settle(at)
+            lanes = predictions(at[None, :])
+            if lanes.failures:
+                raise EstimationError(lanes.failures[0], code="known-not-simulated")
+            moved.append(deviation * (lanes.errors - errors))
+        return np.hstack(moved)
 
     @property
     def _told_free(self) -> Array:

@@ -19,7 +19,7 @@ from axisid.estimation.choices.outputs import (
 )
 from axisid.estimation.diagnostics.law import LawCheck, first_law
 from axisid.estimation.freed import FormByTime, are_starts
-from axisid.estimation.identification import Shared, records_of, shared_records
+from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told, moved_layouts
 from axisid.estimation.predictions import (
     LoopPredictions,
@@ -267,17 +267,20 @@ class _Asked:
             generated, self.records, None, self.local, self.known, self.gain, skip_bad=False
         )
         model, records = searched(shared).form, shared.records
-        loops, whose = self._whose(shared, time)
+        asked = (self.free, self.outputs, self.known or {}, records)
+        whose = loops = with_free(searched(shared), *asked)
+        if time is not None:
+            whose = replace(loops, form=FormByTime.of(loops.form, generated, time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
-        predictions, horizon = self._predictions(loops, records, begins[0], horizon, time)
-        doubts = []
-        if shared.own_layout is not None:
-            for deviation, layout in moved_layouts(generated, shared.own_layout):
-                moved, named = self._whose(replace(shared, own_layout=layout), time)
-                others, _ = self._predictions(moved, records, begins[0], horizon, time)
-                names = [q.name for q in named.form.physical_quantities]
-                doubts.append(Doubt(deviation=deviation, names=names, predictions=others))
+        predictions, horizon = self._predictions(loops, records, begins[0], horizon)
+        doubts = list[Doubt]()
+        for deviation, layout in moved_layouts(generated, shared.own_layout):
+            moved = with_free(searched(replace(shared, own_layout=layout)), *asked)
+            others, _ = self._predictions(moved, records, begins[0], horizon)
+            doubts.append((deviation, moved.form, others))
+        if time is not None:
+            predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
         check_enough(predictions.counted, predictions.spans, unknowns)
         check_remembered(generated.axis.states, unknowns, begins)
         run = _FitRun(
@@ -319,31 +322,10 @@ class _Asked:
             alone=run.alone,
         )
 
-    def _whose(self, shared: Shared, time: Parameter | None) -> tuple[Searched, Searched]:
-        """Whose loops are simulated, and the same with a time of the drive that is searched."""
-        free = (self.free, self.outputs, self.known or {}, shared.records)
-        loops = with_free(searched(shared), *free)
-        if time is None:
-            return loops, loops
-        return loops, replace(loops, form=FormByTime.of(loops.form, shared.axis, time))
-
     def _predictions(
-        self,
-        whose: Searched,
-        records: Sequence[Record],
-        begin: FitStart,
-        horizon: float | None,
-        time: Parameter | None,
-    ) -> tuple[Predictions, float | None]:
-        """What is predicted; of an open loop with the length of its windows, s."""
-        found, length = self._predictions_without_time(whose, records, begin, horizon)
-        if time is None:
-            return found, length
-        return TimedPredictions(found, time_in(whose.axes[0], time.name), time.name), length
-
-    def _predictions_without_time(
         self, whose: Searched, records: Sequence[Record], begin: FitStart, horizon: float | None
     ) -> tuple[Predictions, float | None]:
+        """What is predicted; of an open loop with the length of its windows, s."""
         if OPEN_LOOP in self.outputs:
             whole = horizon or default_horizon(records)
             windows = WindowPredictions(whose.form, whose.axes, records, whole)

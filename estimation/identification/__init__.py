@@ -13,7 +13,6 @@ from .drive_timing import DriveTiming as DriveTiming
 from .drive_timing import estimate_drive_timing as estimate_drive_timing
 from .identify import check_choices as check_choices
 from .identify import identify as identify
-from .identify import identify_filtered as identify_filtered
 from .identify import identify_problem as identify_problem
 from .identify import records_of as records_of
 from .identify import requested_methods as requested_methods

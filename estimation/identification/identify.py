@@ -13,7 +13,7 @@ from axisid.estimation.methods import METHODS, estimate_by
 from axisid.estimation.problems import Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.remedy import Note
@@ -153,19 +153,6 @@ def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
     """The prefilter as given, what follows the rate chosen; what is none is refused later."""
     as_given = Prefilter() if prefilter is None else prefilter
     return as_given.at_rate_of(period) if isinstance(as_given, Prefilter) else as_given
-
-
-def identify_filtered(
-    data: FilteredRecord,
-    as_given: Prefilter,
-    requested: Sequence[str] | None = None,
-    *,
-    lags: int | None = None,
-    covariance: str = "hac",
-) -> Identification:
-    """`identify` from a record that is filtered already, by the prefilter that was asked for."""
-    problem = Problem(axis=data.axis, data=(data,))
-    return identify_problem(problem, as_given, requested, lags=lags, covariance=covariance)
 
 
 def identify_problem(

@@ -180,8 +180,10 @@ def layout_of(
     )
 
 
-def moved_layouts(axis: GeneratedAxis, layout: Layout) -> Iterator[tuple[float, Layout]]:
+def moved_layouts(axis: GeneratedAxis, layout: Layout | None) -> Iterator[tuple[float, Layout]]:
     """By each value that is known with a deviation, the layout with another one in its place.
+
+    Without a layout nothing is known of records.
 
     Yields
     ------
@@ -190,19 +192,15 @@ def moved_layouts(axis: GeneratedAxis, layout: Layout) -> Iterator[tuple[float, 
     Layout
         With the value larger by a small step, wherever it is known.
     """
-    for known in layout.known:
-        for told in known.doubtful:
-            step = _STEP * (abs(told[0]) or 1.0)
-            pairs = zip(known.values, known.deviations, strict=True)
-            other = replace(known, values=tuple(v + step * ((v, sd) == told) for v, sd in pairs))
-            moved = layout_of(
-                axis,
-                len(layout.members),
-                [other if each is known else each for each in layout.known],
-                layout.local,
-                commanded=layout.gain is not None,
-            )
-            yield told[1] / step, moved
+    if layout is None:
+        return
+    records, commanded = len(layout.members), layout.gain is not None
+    for known, told in ((each, told) for each in layout.known for told in each.doubtful):
+        step = _STEP * (abs(told[0]) or 1.0)
+        pairs = zip(known.values, known.deviations, strict=True)
+        other = replace(known, values=tuple(v + step * ((v, sd) == told) for v, sd in pairs))
+        every = [other if each is known else each for each in layout.known]
+        yield told[1] / step, layout_of(axis, records, every, layout.local, commanded=commanded)
 
 
 @dataclass(frozen=True, slots=True)

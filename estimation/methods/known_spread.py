@@ -18,12 +18,11 @@ def known_spread(problem: Problem, fit: Fit) -> Array | None:
     layout = problem.layout
     if layout is None:
         return None
-    total: Array | None = None
-    for deviation, other in moved_layouts(problem.axis, layout):
-        moved = deviation * fit.solution.response.T @ _changed(problem, layout, other, fit)
-        spread = np.outer(moved, moved)
-        total = spread if total is None else total + spread
-    return total
+    moved = [
+        deviation * fit.solution.response.T @ _changed(problem, layout, other, fit)
+        for deviation, other in moved_layouts(problem.axis, layout)
+    ]
+    return np.transpose(moved) @ moved if moved else None
 
 
 def _changed(problem: Problem, layout: Layout, other: Layout, fit: Fit) -> Array:
