@@ -13,9 +13,8 @@ from axisid.estimation.signals import (
     recorded_signals,
     through_path,
 )
+from axisid.estimation.simulation import law_of
 from axisid.support.arrays import Array
-
-from .law_of import law_of
 
 
 def as_logged(axis: GeneratedAxis, values: Array) -> Array:

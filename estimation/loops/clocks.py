@@ -6,12 +6,11 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, law_ratio
-from axisid.estimation.simulation import TwoClocks
+from axisid.estimation.simulation import TwoClocks, law_of
 from axisid.estimation.thresholds.simulation import MIN_PHASE_AGREEMENT
 from axisid.support.arrays import Array
 
 from .kept import KeptByRecord
-from .law_of import law_of
 
 #: With the reference that they took to the law's evaluations.
 _KNOWN: KeptByRecord[tuple[GeneratedAxis, tuple[int, int]], TwoClocks | None] = KeptByRecord()

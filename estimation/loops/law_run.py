@@ -7,10 +7,10 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.runtime import along_samples
+from axisid.estimation.simulation import law_of
 from axisid.support.arrays import Array
 
 from .as_logged import as_logged, commands_as_logged, hides_command
-from .law_of import law_of
 from .law_ticks import LawTicks
 
 _EVALUATIONS = 1 << 16  # of a law in one call; making a function of more takes longer than they do

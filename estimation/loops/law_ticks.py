@@ -8,13 +8,12 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, recorded_signals
-from axisid.estimation.simulation import at_law
+from axisid.estimation.simulation import at_law, law_of
 from axisid.estimation.thresholds.diagnostics import COMPARISON_CUTOFF
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
 from .clocks import two_clocks
-from .law_of import law_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

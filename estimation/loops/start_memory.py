@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
+from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
 from axisid.estimation.thresholds.simulation import (
     MAX_START_LEFT,
@@ -23,7 +24,6 @@ from axisid.estimation.thresholds.simulation import (
 from axisid.support.arrays import Array, covered
 
 from .as_logged import as_logged, limit_in_log
-from .law_of import law_of
 from .law_run import control_along, law_memory, slopes_along, state_at_rest, states_along
 from .law_ticks import LawTicks, law_ticks
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
+from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds.simulation import MIN_START_DISTANCE
 from axisid.support.arrays import Array
 
 from .as_logged import as_logged
-from .law_of import law_of
 from .law_run import control_along, state_at_rest
 from .law_ticks import LawTicks, law_ticks
 from .start_memory import unlimited

@@ -15,6 +15,7 @@ from .closed_loop import (
 from .lanes import LoopInputs as LoopInputs
 from .lanes import settled_substeps as settled_substeps
 from .lanes import simulate_lanes as simulate_lanes
+from .loop_start import law_of as law_of
 from .recorded import at_law as at_law
 from .recorded import lines as lines
 from .runaway import allowed_distance as allowed_distance

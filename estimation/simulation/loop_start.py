@@ -58,7 +58,7 @@ def single_start(
             )
     position = float(reference if start is None else start)
     remembered = _remembered(axis, memory, None)
-    if remembered is None and _law(axis).balanced:
+    if remembered is None and law_of(axis).balanced:
         measured = float(measured_positions(position, noise, resolution))
         remembered = balanced_memory(
             axis, parameters, position, float(velocity), reference, measured, *recorded
@@ -88,7 +88,7 @@ def lane_starts(
     still = np.zeros(lanes)
     moving = _by_lane(still if velocity is None else velocity, lanes, "start velocity", "velocity")
     remembered = _remembered(axis, memory, lanes)
-    if remembered is None and _law(axis).balanced:
+    if remembered is None and law_of(axis).balanced:
         signals = [np.broadcast_to(values, lanes) for values in recorded]
         measured = measured_positions(position, noise, resolution)
         each = zip(parameters, position, moving, first, measured, *signals, strict=True)
@@ -98,9 +98,10 @@ def lane_starts(
     return LoopStart(position=position, velocity=moving, memory=remembered)
 
 
-def _law(axis: GeneratedAxis) -> ControlLaw:
+def law_of(axis: GeneratedAxis) -> ControlLaw:
+    """The control law of an axis that is known to have one."""
     law = axis.axis.control
-    assert law is not None  # noqa: S101  # a loop without one is refused before it starts
+    assert law is not None  # noqa: S101  # whoever asks has refused an axis without one
     return law
 
 
@@ -118,7 +119,7 @@ def _remembered(axis: GeneratedAxis, memory: ArrayLike | None, lanes: int | None
     """What is given of the memory, (m,) or (B, m)."""
     if memory is None:
         return None
-    law = _law(axis)
+    law = law_of(axis)
     response = axis.axis.response
     drive = () if response is None else response.remembered
     names = [*(each.name for each in law.memory), *law.delay_line, *drive]
@@ -181,7 +182,7 @@ def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], contr
     (m,) array
         As near as the law comes to it.
     """
-    law = _law(axis)
+    law = law_of(axis)
     free, count = list(law.balanced), len(law.memory)
     computed, slopes = _computed(axis)
     state = state.copy()
@@ -202,7 +203,7 @@ def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], contr
 @lru_cache(maxsize=32)
 def _computed(axis: GeneratedAxis) -> tuple[Any, Any]:
     """The control that the law computes, whatever its delay, and its slopes by the state."""
-    law, function = _law(axis), axis.functions["control_law"]
+    law, function = law_of(axis), axis.functions["control_law"]
     names = function.name_in()
     if not law.delay:
         output, row = "control", 0
