@@ -255,11 +255,6 @@ class Estimate(Presentable, Exact):
         return self.covariances[self.chosen]
 
     @property
-    def ddm_covariance(self) -> Array:
-        """Of the direct model's parameters, (m, m): the chosen one; none for an inverse model."""
-        return self.ddm_covariances[self.chosen] if self.is_direct else np.zeros((0, 0))
-
-    @property
     def correlation(self) -> Array:
         """Correlation matrix of the physical parameters, (p, p), of the chosen covariance."""
         return correlation(self.covariance)

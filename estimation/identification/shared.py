@@ -116,18 +116,10 @@ def shared_records(
     commanded = tells_gain(records, gain)
     layout = layout_for(axis, len(records), own, known, commanded=commanded)
     used, aside = usable_records(axis, records, prefilter, skip_bad=skip_bad)
-    if not aside:
-        return Shared(
-            axis=axis,
-            own_layout=layout,
-            records=tuple(records),
-            local=own,
-            known=known or {},
-            commanded=commanded,
-            set_aside={},
-        )
     own, known = of_used(used, own, known)
-    left = layout_for(axis, len(used), own, known, commanded=commanded)
+    left = layout
+    if aside:
+        left = layout_for(axis, len(used), own, known, commanded=commanded)
     return Shared(
         axis=axis,
         own_layout=left,
