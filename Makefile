@@ -33,9 +33,10 @@ TIMES ?= 50
 fuzz: $(VENV)/.test
 	AXISID_FUZZ_SEED=$(SEED) AXISID_FUZZ_TIMES=$(TIMES) $(BIN)/pytest -n auto tests/fuzz
 
+# The commit that speed is measured beside.
+AGAINST ?= HEAD~1
 bench: $(VENV)/.test
-	$(BIN)/python benchmarks/simulation.py
-	$(BIN)/python benchmarks/generation.py
+	$(BIN)/python benchmarks/speed.py --against $(AGAINST)
 	$(BIN)/python benchmarks/calibration.py
 	$(BIN)/python benchmarks/library.py
 	$(BIN)/python benchmarks/verdicts.py --jobs 2
@@ -43,7 +44,6 @@ bench: $(VENV)/.test
 	$(BIN)/python benchmarks/model_error.py
 	$(BIN)/python benchmarks/faults.py
 	$(BIN)/python benchmarks/rests.py
-	$(BIN)/python benchmarks/scale.py
 
 lint: $(VENV)/.test
 	$(BIN)/ruff format --check $(CODE)

@@ -1,4 +1,4 @@
-/* The EMPS loop as one would write it by hand: the yardstick of benchmarks/simulation.py.
+/* The EMPS loop as one would write it by hand: the yardstick of benchmarks/speed.py.
 
    The same arithmetic as the generated code: the recovered control law, one classical Runge-Kutta step
    a sample, Coulomb friction by Filippov's rule with located crossings. `scalar` is one simulation,
