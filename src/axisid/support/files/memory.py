@@ -34,7 +34,7 @@ _LIMITS = (  # of a container
     Path("/sys/fs/cgroup/memory.max"),
     Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
 )
-_IDENTIFIED = 800  # bytes for each sample of a record while it is identified
+_IDENTIFIED = 1200  # bytes for each sample of a record while it is identified
 _TEXT_BYTE, _TEXT_LINE = 2, 200  # bytes held for each byte and each line of a text, beside itself
 
 
