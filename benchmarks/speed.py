@@ -177,7 +177,8 @@ def lines(rows: Mapping[str, Mapping[str, Any]], rounds: int) -> Iterator[str]:
             text += "{ratio:.3f} ({lowest:.3f} to {highest:.3f})".format(**beside)
             text += " slower" * (beside["lowest"] > 1) + " faster" * (beside["highest"] < 1)
         yield text.rstrip()
-    yield f"slower, faster: in all rounds, as {2.0 ** (1 - rounds):.2g} of all are by chance alone"
+    if any("against" in of for of in rows.values()):
+        yield f"slower, faster: in all rounds, as {2.0 ** (1 - rounds):.2g} are by chance alone"
 
 
 def main() -> None:
