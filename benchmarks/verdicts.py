@@ -14,7 +14,7 @@ record can show what is wrong.
     python benchmarks/verdicts.py --jobs 2 --runs 40        for a release
     python benchmarks/verdicts.py --seed 7                  other machines, other noise
     python benchmarks/verdicts.py --only Stribeck           the cases whose name holds a word
-    python benchmarks/verdicts.py --by identify,control     some of the estimators
+    python benchmarks/verdicts.py --by identify,both        other estimators: control and position
     python benchmarks/verdicts.py --json -                  one JSON object, with every run
 """
 
@@ -40,7 +40,7 @@ OUTPUTS = {
     "both": ["control", "position"],
     "open loop": ["open-loop"],
 }
-ESTIMATORS = ("identify", *OUTPUTS)
+ESTIMATORS = ("identify", "control", "position", "open loop")
 #: Beyond so many deviations a value that nothing speaks against is silently wrong.
 SILENT = 4.0
 
