@@ -17,6 +17,8 @@ from scipy.signal import lfilter
 Array = NDArray[np.float64]
 #: Of time (s), positions (m) and velocities (m/s) of all runs: a resisting force, N.
 Resistance = Callable[[float, Array, Array], Array]
+#: Of positions (m) and speeds (m/s) of all runs: a factor.
+Shape = Callable[[Array, Array], Array | float]
 #: A noise of so many runs and samples.
 Noise = Callable[[np.random.Generator, int, int], Array]
 
@@ -33,6 +35,11 @@ def nothing(_time: float, position: Array, _velocity: Array) -> Array:
 
 def constant(_time: float) -> float:
     """No change over time."""
+    return 1.0
+
+
+def even(_position: Array, _speed: Array) -> float:
+    """The same everywhere and at any speed."""
     return 1.0
 
 
@@ -62,7 +69,10 @@ class Machine:
     mass, viscous, coulomb, offset : float
         kg, N/(m/s), N, N.
     resistance : callable
-        What resists besides.
+        What resists besides, at rest too.
+    shape : callable
+        How many times its value Coulomb friction is, of positions and speeds; it holds at rest as
+        much as at no speed.
     mass_at, friction_at, gain_at : callable
         Over time, s: how many times what is declared its mass, its friction and its gain are.
     loss : float
@@ -81,7 +91,7 @@ class Machine:
     ki, kd : float, optional
         Of a PID ``kp e + ki I + kd (e[k] - e[k-1]) / period`` in place of the cascade.
     lag, delay : float
-        Between a command and its force, s; the delay in steps of 0.2 ms.
+        Between a command and its force, s; the delay in whole steps of the integration.
     rate_limit, quantisation, deadband : float
         What a command goes through before it acts, in this order: V/s, V, V. The log has the
         command.
@@ -107,6 +117,7 @@ class Machine:
     coulomb: float = 25.0
     offset: float = 0.0
     resistance: Resistance = nothing
+    shape: Shape = even
     mass_at: OverTime = constant
     friction_at: OverTime = constant
     gain_at: OverTime = constant
@@ -163,8 +174,8 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
     )
     followed = reference + to_reference
     forward = machine.feed_forward * np.gradient(np.gradient(reference)) / machine.period**2
-    late = machine.clock_jitter * rng.normal(size=n + 1)
-    spans = machine.period * np.maximum(1.0 + np.diff(late), 0.2)
+    late = np.clip(machine.clock_jitter * rng.normal(size=n + 1), -0.4, 0.4)
+    spans = machine.period * (1.0 + np.diff(late))
     drive, law, load = _Drive(machine, runs), _Law(machine), _Load(machine, q)
     for k in range(n):
         measured = _encoder(machine, q + of_position[:, k], phase)
@@ -301,7 +312,11 @@ def _sample(
         mass = machine.mass * machine.mass_at(time) - machine.load
         worn = machine.friction_at(time)
         viscous = worn * machine.viscous
-        coulomb = worn * machine.coulomb + machine.loss * np.abs(force)
+        lost = machine.loss * np.abs(force)
+
+        def rubs(q: Array, v: Array, lost: Array = lost, worn: float = worn) -> Array:
+            """Coulomb friction, whichever way it points."""
+            return worn * machine.coulomb * machine.shape(q, np.abs(v)) + lost
 
         def pushed(
             ahead: float,
@@ -317,14 +332,16 @@ def _sample(
 
         free = pushed(0.0, q, v)
         direction = np.where(v == 0, np.sign(free), np.sign(v))
-        sticks = (v == 0) & (np.abs(free) <= coulomb)
-        half = v + h / 2 * (free - direction * coulomb) / mass
-        slope = pushed(h / 2, q + h / 2 * v, half) - direction * coulomb
+        sticks = (v == 0) & (np.abs(free) <= rubs(q, v))
+        half = v + h / 2 * (free - direction * rubs(q, v)) / mass
+        middle = q + h / 2 * v
+        slope = pushed(h / 2, middle, half) - direction * rubs(middle, half)
         after = np.where(sticks, 0.0, v + h * slope / mass)
         turned = after * direction < 0
         if turned.any():
-            after = np.where(turned, _turned(free, coulomb, v, after, h, mass), after)
-        load.step(h, q + h / 2 * v, half)
+            rests = rubs(q, np.zeros_like(v))
+            after = np.where(turned, _turned(free, rests, v, after, h, mass), after)
+        load.step(h, middle, half)
         q, v = q + h / 2 * (v + after), after
     return q, v
 

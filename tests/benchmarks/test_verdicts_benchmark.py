@@ -25,9 +25,11 @@ def test_a_right_machine_passes_and_holds(name: str, by: str) -> None:
 @pytest.mark.parametrize("by", ["identify", "control"])
 @pytest.mark.parametrize("fault", ["offset", "cogging", "Stribeck", "two masses, 12 Hz"])
 def test_what_is_wrong_is_named(fault: str, by: str) -> None:
-    case = study.cases(1)[f"{fault}; stage"]
-    runs = study.runs_of(f"{fault}; stage", runs=3, seed=1, by=(by,))[by]
-    assert study.wrong_figures(runs, case) == {"runs": 1, "noticed": 1, "named": 1, "silent": 0}
+    named = study.cases(1)[f"{fault}; stage"].named
+    found = study.wrong_figures(
+        study.runs_of(f"{fault}; stage", runs=3, seed=1, by=(by,))[by], named
+    )
+    assert (found["runs"], found["noticed"], found["named"]) == (1, 1, 1)
 
 
 def test_silence_is_counted_where_nothing_fails_and_a_value_is_far_off() -> None:
@@ -35,10 +37,16 @@ def test_silence_is_counted_where_nothing_fails_and_a_value_is_far_off() -> None
         return study.Run(belief="", failing=failing, said="an offset", errors={"M": error}, held={})
 
     runs = [run([], 9.0), run([], 1.0), run(["missing terms"], 9.0)]
-    case = study.cases(1)["offset; stage"]
-    assert study.wrong_figures(runs, case) == {"runs": 3, "noticed": 1, "named": 1, "silent": 1}
-    unknowable = study.cases(1)["feed-forward out of the log; stage"]
-    assert study.wrong_figures(runs, unknowable)["silent"] == 0
+    found = study.wrong_figures(runs, "offset")
+    assert (found["noticed"], found["named"], found["silent"], found["refused"]) == (1, 1, 1, 0)
+
+
+def test_coverage_and_bias_are_of_all_runs_of_right_machines() -> None:
+    def run(error: float, held: bool) -> Any:
+        return study.Run(belief="", failing=[], said="", errors={"M": error}, held={"M": held})
+
+    found = study.right_figures([run(3.0, False), run(-1.0, True)])
+    assert (found["hold"], found["bias"], found["fail"]) == (50.0, 1.0, 0)
 
 
 @pytest.mark.slow
