@@ -61,9 +61,8 @@ _PARTS = 4  # of a window, that what the model lacks is asked of
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
-#: A value that is known with a deviation: that in what another one is larger by, with whose loops
-#: the form and predictions are.
-Doubt = tuple[float, Form, Predictions]
+#: Of a value that is known with a deviation: form and predictions where it is larger by that.
+Doubt = tuple[Form, Predictions]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -268,13 +267,13 @@ class Ended:
         errors = self.best.slopes.errors[:, None]
         there = dict(zip(self.unknowns.names, self.best.physical, strict=True))
         moved = [errors[:, :0]]
-        for deviation, form, predictions in self.doubts:
+        for form, predictions in self.doubts:
             at = np.array([there.get(q.name, 0.0) for q in form.physical_quantities])
             predictions.settle(at)
             lanes = predictions(at[None, :])
             if lanes.failures:
                 raise EstimationError(lanes.failures[0], code="known-not-simulated")
-            moved.append(deviation * (lanes.errors - errors))
+            moved.append(lanes.errors - errors)
         return np.hstack(moved)
 
     @property

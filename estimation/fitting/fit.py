@@ -275,10 +275,10 @@ class _Asked:
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
         predictions, horizon = self._predictions(loops, records, begins[0], horizon)
         doubts = list[Doubt]()
-        for deviation, layout in moved_layouts(generated, shared.own_layout):
+        for layout in moved_layouts(generated, shared.own_layout):
             moved = with_free(searched(replace(shared, own_layout=layout)), *asked)
             others, _ = self._predictions(moved, records, begins[0], horizon)
-            doubts.append((deviation, moved.form, others))
+            doubts.append((moved.form, others))
         if time is not None:
             predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
         check_enough(predictions.counted, predictions.spans, unknowns)

@@ -29,7 +29,6 @@ from .known import Known
 GAIN = "drive_gain"
 
 _SAME = 1e-9  # of a column
-_STEP = 1e-3  # of a known value, over which the model is differenced
 _Product = tuple[tuple[tuple[str, int], ...], int | None]  # its powers; the record, if it is local
 
 
@@ -180,27 +179,19 @@ def layout_of(
     )
 
 
-def moved_layouts(axis: GeneratedAxis, layout: Layout | None) -> Iterator[tuple[float, Layout]]:
-    """By each value that is known with a deviation, the layout with another one in its place.
+def moved_layouts(axis: GeneratedAxis, layout: Layout | None) -> Iterator[Layout]:
+    """By each value that is known with a deviation, the layout with it larger by that.
 
-    Without a layout nothing is known of records.
-
-    Yields
-    ------
-    float
-        How many times what that moves a deviation does.
-    Layout
-        With the value larger by a small step, wherever it is known.
+    It is larger wherever it is known. Without a layout nothing is known of records.
     """
     if layout is None:
         return
     records, commanded = len(layout.members), layout.gain is not None
     for known, told in ((each, told) for each in layout.known for told in each.doubtful):
-        step = _STEP * (abs(told[0]) or 1.0)
         pairs = zip(known.values, known.deviations, strict=True)
-        other = replace(known, values=tuple(v + step * ((v, sd) == told) for v, sd in pairs))
+        other = replace(known, values=tuple(v + sd * ((v, sd) == told) for v, sd in pairs))
         every = [other if each is known else each for each in layout.known]
-        yield told[1] / step, layout_of(axis, records, every, layout.local, commanded=commanded)
+        yield layout_of(axis, records, every, layout.local, commanded=commanded)
 
 
 @dataclass(frozen=True, slots=True)

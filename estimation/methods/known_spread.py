@@ -19,8 +19,8 @@ def known_spread(problem: Problem, fit: Fit) -> Array | None:
     if layout is None:
         return None
     moved = [
-        deviation * fit.solution.response.T @ _changed(problem, layout, other, fit)
-        for deviation, other in moved_layouts(problem.axis, layout)
+        fit.solution.response.T @ _changed(problem, layout, other, fit)
+        for other in moved_layouts(problem.axis, layout)
     ]
     return np.transpose(moved) @ moved if moved else None
 
