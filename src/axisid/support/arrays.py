@@ -23,9 +23,10 @@ def frozen(values: ArrayLike) -> Array:
 
 
 def in_few_digits(values: ArrayLike) -> Array:
-    """Values to 24 binary digits, which are the same on every machine where the last ones are not.
+    """Values to 24 binary digits, so that last ones, which hang on the machine, choose nothing.
 
-    A loop that rounds what it measures makes other steps of the last digit of a parameter.
+    A loop that rounds what it measures makes other steps of the last digit of a parameter. What its
+    steps are stays one draw; values beside an edge of the rounding may still be apart.
     """
     mantissa, exponent = np.frexp(values)
     return np.asarray(np.ldexp(np.rint(np.ldexp(mantissa, 24)), exponent - 24), dtype=float)
