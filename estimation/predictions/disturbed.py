@@ -43,7 +43,10 @@ def changed_by_noise(
     factor : float
         Of the noise, and of where the steps begin.
     """
-    inputs, step, own = stretch.inputs, stretch.step, in_few_digits(own)
+    inputs, step = stretch.inputs, stretch.step
+    declared = stretch.axis.axis.parameters
+    # Rounding may lead a parameter at a bound beyond it, with which nothing is simulated.
+    own = np.clip(in_few_digits(own), [p.lower for p in declared], [p.upper for p in declared])
     alone = partial(simulate_lanes, stretch.axis, substeps=substeps, wanted=stretch.outputs)
     quiet = alone(own[None, :], inputs)
     white = float(in_few_digits(math.sqrt(max(stretch.noise**2 - step**2 / 12, 0.0))))

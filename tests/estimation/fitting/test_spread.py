@@ -17,6 +17,7 @@ from axisid.estimation.fitting.basis import NoisyLoops
 from axisid.estimation.fitting.ended import cut_interval
 from axisid.estimation.fitting.spread import Scores, Shaken, shaken_by_noise
 from axisid.estimation.predictions import Predictions
+from axisid.estimation.records import Record
 from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
 from axisid.support.arrays import Array
 
@@ -185,6 +186,18 @@ def test_noise_moves_an_axis_of_linear_friction_by_nothing(
     found = fit(emps2015, twin_record(emps2015, seed=5))
     assert found.basis.moved is None
     np.testing.assert_array_equal(found.physical, found.basis.best.physical)
+
+
+@pytest.mark.slow
+def test_a_parameter_at_any_bound_has_loops_with_noise(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """In few digits 23.1 is above itself, and no loop is simulated beyond a bound."""
+    declared = emps2015.axis.parameters
+    bounded = tuple(replace(p, upper=23.1) if p.name == "Fc" else p for p in declared)
+    found = fit(build(replace(emps2015.axis, parameters=bounded)), twin)
+    assert found.at_bound == {"Fc": "upper"}
+    assert "noise in the loop" not in {check.name for check in found.checks}
 
 
 @pytest.mark.slow
