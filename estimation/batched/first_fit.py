@@ -13,7 +13,7 @@ from axisid.estimation.batched.rows import (
     LaneRows,
     solved,
 )
-from axisid.estimation.signals import Information, Prefilter, searches_friction
+from axisid.estimation.signals import Information, Prefilter, losses_count, searches_friction
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array
@@ -94,7 +94,7 @@ def _show_too_little(block: Block, near: Chosen) -> Chosen:
     moving, left = block.information(near, slow)
     found = np.zeros(near.shape[1], dtype=bool)
     for lane in range(len(found)):
-        information = Information(block.axis)
-        information.add_products(moving[lane], left[lane])
+        information = Information(losses_count(block.axis))
+        information.add(moving[lane], left[lane])
         found[lane] = information.remaining < MIN_INFORMATION_LEFT.value
     return found

@@ -51,7 +51,7 @@ from axisid.estimation.diagnostics.remainder import (
     terms_check,
 )
 from axisid.estimation.records import record_labels
-from axisid.estimation.signals import rests_first
+from axisid.estimation.signals import could_leave_out, rests_first
 from axisid.estimation.thresholds.diagnostics import LARGE_CONSTANT
 from axisid.support.missing import Missing
 
@@ -188,9 +188,9 @@ def _is_explained(case: Case) -> bool:
 
 
 def _filter_bias(case: Case) -> Check | Missing:
-    return filter_bias(
-        case.preferred, has_reversals=any(d.could_leave_out for d in case.problem.data)
-    )
+    layout, data = case.problem.layout, case.problem.data
+    into = () if layout is None else [*map(layout.slopes, range(len(data)))]
+    return filter_bias(case.preferred, has_reversals=could_leave_out(data, into))
 
 
 def _alignment(case: Case) -> Check | Missing:

@@ -283,6 +283,7 @@ class _Asked:
             predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
         check_enough(predictions.counted, predictions.spans, unknowns)
         check_remembered(generated.axis.states, unknowns, begins)
+        into = [*map(model.slopes, range(len(records)))]
         run = _FitRun(
             whose.axes,
             records,
@@ -294,7 +295,7 @@ class _Asked:
             self.seed,
             is_uneven(whose.axes[0], self.outputs),
             self.progress,
-            Rests() if self.keeps_rests else Rests.of(loops.axes, records),
+            Rests() if self.keeps_rests else Rests.of(loops.axes, records, into),
         )
         first, begun, lost = run.first(begins)
         ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))

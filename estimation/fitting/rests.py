@@ -34,18 +34,21 @@ class Rests:
     data: Mapping[int, FilteredRecord] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> "Rests":
+    def of(
+        cls, axes: Sequence[GeneratedAxis], records: Sequence[Record], into: Sequence[Array]
+    ) -> "Rests":
         """Those of records; none where these together show too little without them.
 
-        Friction that remembers is shown near reversals alone, and records that are too short for
-        the filter are kept whole.
+        Arguments as of `show_too_little`. Friction that remembers is shown near reversals alone,
+        and records that are too short for the filter are kept whole.
         """
         pairs = enumerate(zip(axes, records, strict=True))
         served = [i for i, pair in pairs if not pair[0].states and _is_served(*pair)]
         if not served:
             return cls()
-        chosen = [axes[i] for i in served], [records[i] for i in served]
-        return cls(dict(zip(served, bound_records(*chosen, Prefilter()), strict=True)))
+        own, of_all = [axes[i] for i in served], [into[i] for i in served]
+        data = bound_records(own, [records[i] for i in served], Prefilter(), of_all)
+        return cls(dict(zip(served, data, strict=True)))
 
     @property
     def count(self) -> bool:

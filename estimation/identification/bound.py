@@ -48,11 +48,15 @@ def tells_gain(records: Sequence[Record], gain: str) -> bool:
 
 
 def bound_records(
-    axes: Sequence[GeneratedAxis], records: Sequence[Record], asked: Prefilter
+    axes: Sequence[GeneratedAxis],
+    records: Sequence[Record],
+    asked: Prefilter,
+    into: Sequence[Array] = (),
 ) -> tuple[FilteredRecord, ...]:
     """Records of one machine under one filter: what rests in one would rest in all.
 
-    Samples near reversals are left out of all or of none: what they tell adds.
+    Samples near reversals are left out of all or of none: what they tell of parameters that they
+    share adds. Arguments as of `show_too_little`.
 
     Raises
     ------
@@ -67,7 +71,7 @@ def bound_records(
     fastest = max(float(np.abs(data.motion[1]).max()) for data in moving)
     reversals = asked.reversals
     if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
-        little = show_too_little([data.without_turns(fastest) for data in moving])
+        little = show_too_little([data.without_turns(fastest) for data in moving], into)
         reversals = "keep" if little else "leave-out"
     every = tuple((a, r, replace(f, reversals=reversals)) for a, r, f in every)
     return tuple(bound_record(a, r, f, fastest) for a, r, f in every)

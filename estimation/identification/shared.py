@@ -68,7 +68,8 @@ class Shared:
         self, axis: GeneratedAxis, layout: Layout | None, prefilter: Prefilter
     ) -> tuple[FilteredRecord, ...]:
         """The records under a prefilter, each of its own axis."""
-        return bound_records(self.axes(axis, layout), self.records, prefilter)
+        into = () if layout is None else [*map(layout.slopes, range(len(self.records)))]
+        return bound_records(self.axes(axis, layout), self.records, prefilter, into)
 
 
 def shared_records(

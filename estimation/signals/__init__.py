@@ -11,6 +11,7 @@ from .drive_response import acting_control as acting_control
 from .drive_response import acting_force as acting_force
 from .drive_response import through_path as through_path
 from .filtered_record import FilteredRecord as FilteredRecord
+from .filtered_record import could_leave_out as could_leave_out
 from .filtered_record import show_too_little as show_too_little
 from .motion import motion_lacks as motion_lacks
 from .motion import one_direction as one_direction
@@ -31,5 +32,6 @@ from .signals import drive_force as drive_force
 from .signals import paired_with_force as paired_with_force
 from .without_turns import Information as Information
 from .without_turns import dependence as dependence
+from .without_turns import losses_count as losses_count
 from .without_turns import of_signals as of_signals
 from .without_turns import searches_friction as searches_friction

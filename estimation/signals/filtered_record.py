@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, hold_delay, law_ratio
-from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
+from axisid.estimation.thresholds.signals import (
+    MIN_INFORMATION_LEFT,
+    MIN_MOVING_SPEED,
+    UNIT_FACTOR_TOLERANCE,
+)
 from axisid.support.arrays import Array, Exact, covered
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
@@ -25,7 +29,7 @@ from .recorded import beside_motion, recorded_signals
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
 from .signals import Motion, Signals, checked_control, paired_with_force
-from .without_turns import Information, searches_friction
+from .without_turns import Information, columns_of, losses_count, searches_friction
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
 
@@ -95,14 +99,6 @@ class FilteredRecord(Exact):
         without_turns = kept.without_turns(fastest)
         asked = prefilter.reversals is None and not searches_friction(axis)
         return kept if asked and show_too_little([without_turns]) else without_turns
-
-    @property
-    def could_leave_out(self) -> bool:
-        """Whether samples near reversals are kept that hardly tell of any parameter."""
-        if self.prefilter.reversals == "leave-out" or not self.axis.has_direction:
-            return False
-        without_turns = self.without_turns(self.fastest)
-        return bool(without_turns.excluded) and not show_too_little([without_turns])
 
     def without_turns(self, fastest: float) -> "FilteredRecord":
         """The record without the samples near its reversals and rests, with a largest speed."""
@@ -283,10 +279,16 @@ class FilteredRecord(Exact):
         """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""
         return self.sampling.reduce(columns)
 
-    def add_to(self, found: Information, fastest: float) -> None:
-        """Add what the record tells, and what without the samples that are left out."""
+    def add_to(self, found: Information, into: Array, fastest: float) -> None:
+        """Add what the record tells, and what without the samples that are left out.
+
+        Its own parameters are ``into`` times those that are asked for, (p, P).
+        """
         signals = self._beside(np.zeros(len(self)))  # the regressor is of the motion alone
-        found.add(signals, self.kept, self.sampling.is_excluded, fastest)
+        columns = columns_of(self.axis, signals) @ into
+        moves = np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest
+        moving, left = columns[self.kept & moves], columns[self.used]
+        found.add(moving.T @ moving, left.T @ left)
 
     @property
     def drive(self) -> DriveAlong:
@@ -307,13 +309,33 @@ class FilteredRecord(Exact):
         return paired_with_force(self.motion, force, starts, delay=self.hold_delay, recorded=beside)
 
 
-def show_too_little(records: Sequence[FilteredRecord]) -> bool:
-    """Whether records without reversals and rests hardly show a parameter, all of one axis."""
+def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = ()) -> bool:
+    """Whether records without reversals and rests hardly show a parameter.
+
+    Parameters
+    ----------
+    records : sequence of FilteredRecord
+    into : sequence of (p, P) array
+        What makes each one's parameters of those of all; none where all have the same.
+    """
+    into = into or [np.eye(len(each.axis.parameters)) for each in records]
+    pairs = [*zip(records, into, strict=True)]
     fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
-    found = {each.axis: Information(each.axis) for each in records}
-    for each in records:
-        each.add_to(found[each.axis], fastest)
-    return any(each.remaining < MIN_INFORMATION_LEFT.value for each in found.values())
+    found = Information(np.any([losses_count(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0))
+    for each, matrix in pairs:
+        each.add_to(found, matrix, fastest)
+    return found.remaining < MIN_INFORMATION_LEFT.value
+
+
+def could_leave_out(records: Sequence[FilteredRecord], into: Sequence[Array] = ()) -> bool:
+    """Whether records keep samples near reversals that hardly tell of any parameter.
+
+    Arguments as of `show_too_little`.
+    """
+    if any(each.excluded for each in records) or not records[0].axis.has_direction:
+        return False
+    without = [each.without_turns(each.fastest) for each in records]
+    return any(each.excluded for each in without) and not show_too_little(without, into)
 
 
 def check_filter(

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.thresholds.signals import MIN_MOVING_SPEED
 from axisid.support.arrays import Array
 
 from .signals import Signals
@@ -28,44 +27,20 @@ _ALIKE = 1e-12  # of a column, in which it is not told from others
 
 
 class Information:
-    """On each parameter of an axis, from all samples in motion and from those left.
+    """On each parameter of records, from all samples in motion and from those left.
 
     Parameters
     ----------
-    axis : GeneratedAxis
+    counts : (P,) array of bool
+        Of which parameters a loss counts, see `losses_count`.
     """
 
-    def __init__(self, axis: GeneratedAxis) -> None:
-        self._axis = axis
-        depends = dependence(axis)
-        self._counts = ~(depends["direction"] & depends["velocity"])
-        size = len(axis.parameters)
+    def __init__(self, counts: NDArray[np.bool_]) -> None:
+        self._counts, size = counts, len(counts)
         self._moving, self._left = np.zeros((size, size)), np.zeros((size, size))
 
-    def add(
-        self, signals: Signals, kept: NDArray[np.bool_], near: NDArray[np.bool_], fastest: float
-    ) -> None:
-        """Samples (N,) that are kept, of which some are near reversals.
-
-        Parameters
-        ----------
-        signals : Signals
-        kept, near : (N,) arrays of bool
-        fastest : float
-            Largest speed of the record.
-        """
-        motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
-        about = () if self._axis.is_linear else (_about(self._axis),)
-        columns, _ = self._axis.evaluate("idm_regressor", *motion, *signals.recorded, *about)
-        moving = columns[kept & (np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest)]
-        self.add_rows(moving, columns[kept & ~near])
-
-    def add_rows(self, moving: Array, left: Array) -> None:
-        """Rows of the inverse model, (n, p) each: in motion, and of those that are left."""
-        self.add_products(moving.T @ moving, left.T @ left)
-
-    def add_products(self, moving: Array, left: Array) -> None:
-        """The same of their products, (p, p) each."""
+    def add(self, moving: Array, left: Array) -> None:
+        """Products of the regressor's columns, (P, P) each: in motion, and of what is left."""
         self._moving += moving
         self._left += left
 
@@ -80,6 +55,20 @@ class Information:
         scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
         before, after = (_information(each / scale) for each in (self._moving, self._left))
         return float(np.min(after[seen] / before[seen], initial=1.0))
+
+
+def losses_count(axis: GeneratedAxis) -> NDArray[np.bool_]:
+    """Of which parameters, (p,), a loss counts: none of friction that depends on the speed."""
+    depends = dependence(axis)
+    return ~(depends["direction"] & depends["velocity"])
+
+
+def columns_of(axis: GeneratedAxis, signals: Signals) -> Array:
+    """Of the inverse model, (N, p), for each of its parameters."""
+    motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
+    about = () if axis.is_linear else (_about(axis),)
+    columns, _ = axis.evaluate("idm_regressor", *motion, *signals.recorded, *about)
+    return columns
 
 
 def searches_friction(axis: GeneratedAxis) -> bool:

@@ -86,7 +86,7 @@ def test_a_record_that_is_too_short_for_the_filter_keeps_no_other_ones_rests(
 ) -> None:
     axis, record = dwells
     other, short = dwelling((Move(2e-3, 0.1, 2.0),))
-    rests = Rests.of([axis, other], [record, short])
+    rests = Rests.of([axis, other], [record, short], [np.eye(3)] * 2)
     assert rests.data[0].excluded
     assert 1 not in rests.data
 

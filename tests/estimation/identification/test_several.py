@@ -14,7 +14,12 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation.diagnostics.estimates.drive_gain import gain_check
 from axisid.estimation.estimates import Estimate, Value
-from axisid.estimation.identification import bound_records, layout_for, with_what_is_lost
+from axisid.estimation.identification import (
+    bound_records,
+    layout_for,
+    shared_records,
+    with_what_is_lost,
+)
 from axisid.estimation.joint import GAIN
 from axisid.estimation.records.record import record_labels
 from axisid.support.remedy import Note
@@ -346,3 +351,24 @@ def test_reversals_are_left_out_of_all_records_where_all_together_show_enough(
     assert left_out(long) == [True]
     assert left_out(short, long) == left_out(long, short) == [True, True]
     assert left_out(short, short) == [False, False]
+
+
+@pytest.mark.parametrize(
+    ("known", "local", "left_out"),
+    [
+        ({"kp": [160.18, 160.0]}, (), True),  # of one mass, by whatever law it is moved
+        ({"kp": [160.18, 160.0]}, ("Fv",), True),
+        ({}, ("M", "Fv", "Fc"), False),  # the first tells hardly of its own mass without them
+    ],
+)
+def test_what_records_tell_adds_of_the_parameters_that_they_share(
+    emps2015: GeneratedAxis,
+    twin: Record,
+    known: dict[str, list[float]],
+    local: tuple[str, ...],
+    left_out: bool,
+) -> None:
+    records = [twin.windowed((0.2, 0.9)), twin.windowed((2.0, 5.0))]
+    shared = shared_records(emps2015, records, None, local, known, "declared", skip_bad=False)
+    bound = shared.bound(emps2015, shared.own_layout, Prefilter())
+    assert [bool(data.excluded) for data in bound] == [left_out] * 2
