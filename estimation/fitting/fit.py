@@ -365,9 +365,9 @@ class _FitRun:
         self.weighing = Weighing(weights=self.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0)
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[Note]]:
-        """The start that leaves least, where it is, and why others cannot be simulated."""
+        """The start that leaves least, where it is, and why those before it cannot be simulated."""
         why: list[Note] = []
-        tried = list[tuple[FitStart, Array, Array, Array]]()
+        tried = list[tuple[FitStart, Array, Array, Array, list[Note]]]()
         for begin in begins:
             scale = self.unknowns.scale(begin.physical, begin.size)
             at = self.unknowns.inside(begin.physical, scale)
@@ -375,14 +375,14 @@ class _FitRun:
             if lanes.failures:
                 why.append(Note(f"from {begin.named} values {lanes.failures[0]}"))
             else:
-                tried.append((begin, at, lanes.errors[:, 0], scale))
+                tried.append((begin, at, lanes.errors[:, 0], scale, [*why]))
         if tried:
             self.counted = self.rests.counted(self.predictions)
             self._weigh(tried[0][2])
-            costs = [cost_of(at, left, self.unknowns, self.weighing) for _, at, left, _ in tried]
-            first, at, left, self.scale = tried[int(np.argmin(costs))]
+            costs = [cost_of(at, left, self.unknowns, self.weighing) for _, at, left, *_ in tried]
+            first, at, left, self.scale, before = tried[int(np.argmin(costs))]
             self._weigh(left)
-            return first, at, why
+            return first, at, before
         signs, law = self._signs(begins[0]), _law_fault(self.axes, self.records)
         said = Note.of("the fit cannot start: ", why[0], signs, law)
         raise EstimationError(said.text, said.remedy, code="fit-start-lost")

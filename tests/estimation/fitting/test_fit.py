@@ -558,6 +558,22 @@ def test_a_search_begins_at_the_start_that_leaves_less(
 
 
 @pytest.mark.slow
+def test_a_start_that_fails_is_told_only_where_another_had_to_be_taken(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    model = emps2015.axis
+    nominal = tuple(replace(p, nominal=1e-9 if p.name == "M" else 0.0) for p in model.parameters)
+    result = fit(build(replace(model, parameters=nominal)), twin)
+    assert result.started == "instruments"
+    assert not result.remarks
+    assert twin.control is not None
+    flipped = replace(twin, control=-twin.control)
+    other = fit(emps2015, flipped)
+    assert other.started != "instruments"
+    assert other.remarks
+
+
+@pytest.mark.slow
 def test_records_too_short_for_the_filter_of_identify_are_fitted(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
