@@ -402,9 +402,12 @@ def _made(diagnostic: Diagnostic, case: Case) -> Check | None:
 
 
 def _first_failing(found: Sequence[Check | None]) -> int:
-    """The record whose law or alignment is told of: the first that fails, else the first."""
-    fails = [i for i, each in enumerate(found) if _fails(each)]
-    return fails[0] if fails else 0
+    """The record whose law or alignment is told of: the first that fails, else the first.
+
+    A check that faults fails too, and measures nothing: one that does comes before it.
+    """
+    fails = [(each.figure is None, i) for i, each in enumerate(found) if each and _fails(each)]
+    return min(fails, default=(False, 0))[1]
 
 
 def _of_records(
