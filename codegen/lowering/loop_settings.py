@@ -28,7 +28,8 @@ PROBE = 1e-6
 PROBED = 0.01
 #: Steps of a whole simulation, at most, or of each of its samples in the mean where these are more.
 STEPS_IN_ALL, STEPS_OF_EACH = 2**23, 64
-#: Steps of all simulations of one search together, at most; of each sample as above.
+#: Steps of all simulations of one search together for each loop of an iterate, at most; of each
+#: sample as above.
 STEPS_OF_SEARCH = 4 * STEPS_IN_ALL
 #: The largest direction at rest.
 STUCK = 1 - 2.0**-53

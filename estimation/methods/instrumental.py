@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from axisid.codegen.lowering import STEPS_OF_SEARCH
 from axisid.estimation.choices.methods import NOMINAL_START
 from axisid.estimation.estimates import Iterate
 from axisid.estimation.problems import ByInstruments, Problem, Solver
@@ -134,7 +135,8 @@ class Iteration:
         self._method, self._form, self._start, self._loss = method, form, start, loss
         self._on = problem
         self._iterates: list[Iterate] = []
-        self._pace, self._budget = Pace(), StepBudget()
+        loops = sum(len(data.record.spans) for data in problem.data)
+        self._pace, self._budget = Pace(), StepBudget(loops * STEPS_OF_SEARCH)
         self.jumps = False  # whether the fit is near an estimate, and none
 
     def fit(self) -> Fit:

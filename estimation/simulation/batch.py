@@ -376,11 +376,10 @@ class _Batch:
     def _refuse(
         self, out: Mapping[str, Array], lanes: NDArray[np.intp], failures: dict[int, str]
     ) -> None:
-        most = most_substeps(len(self.reference))
         for lane in map(int, lanes):
             theta, (visited, own) = self.parameters[lane], self._visited(out, lane)
             at = fastest_place(self.axis, theta, visited, self.period, own)
-            failures[lane] = too_stiff(self.axis, theta, most, at, self.period)
+            failures[lane] = too_stiff(self.axis, theta, at, self.period, len(self.reference))
             for values in out.values():
                 values[:, lane] = np.nan
 

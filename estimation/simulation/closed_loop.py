@@ -38,7 +38,6 @@ from .steps import (
     diverged,
     first_substeps,
     further_substeps,
-    most_substeps,
     place_at,
     pushes,
 )
@@ -307,18 +306,16 @@ class _Loop:
             self.start.position,
             self.period,
             first,
-            self._most_substeps,
+            len(self.reference),
+            self.budget.left,
         )
-
-    @property
-    def _most_substeps(self) -> int:
-        return most_substeps(len(self.reference), self.budget.left)
 
     def _settled(
         self, settings: LoopSettings, *, fixed: bool
     ) -> tuple[LoopSettings, int, int, dict[str, Array]]:
         """Run until the steps are enough for wherever it went, unless they are fixed."""
         while True:
+            left = self.budget.left
             status, stopped, out = self._run(settings)
             if fixed:
                 break
@@ -330,7 +327,8 @@ class _Loop:
                 visited,
                 self.period,
                 self.signals,
-                self._most_substeps,
+                len(self.reference),
+                left,
             )
             if enough == settings.substeps:
                 break

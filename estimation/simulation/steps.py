@@ -550,9 +550,10 @@ def first_substeps(
     position: float,
     period: float,
     recorded: Recorded,
-    most: int,
+    samples: int,
+    left: int,
 ) -> int:
-    """`substeps_at_start` of one simulation, no more than there may be.
+    """`substeps_at_start` of one simulation, no more than there may be, see `most_substeps`.
 
     Raises
     ------
@@ -560,12 +561,13 @@ def first_substeps(
         It would need more wherever it goes.
     """
     rate = _rest(axis, parameters.tobytes(), position, _kept(recorded)).rate
-    steps = 1
+    steps, most = 1, most_substeps(samples, left)
     if _by_rate(axis, rate, period) > 1:
         steps = int(_steps(axis, np.array([rate]), np.zeros(1), period)[0])
     if steps > most and has_constant_substeps(axis):
         still = ((position, 0.0), _kept(recorded) or ())
-        raise EstimationError(too_stiff(axis, parameters, most, still, period), code="too-stiff")
+        said = too_stiff(axis, parameters, still, period, samples, left)
+        raise EstimationError(said, code="too-stiff")
     return min(steps, most)
 
 
@@ -576,9 +578,12 @@ def further_substeps(
     visited: Mapping[str, Array],
     period: float,
     recorded: Sequence[Array],
-    most: int,
+    samples: int,
+    left: int,
 ) -> int:
     """The steps that a simulation had if they were enough wherever it went, or as many as are.
+
+    Of so many samples, with so many steps left when it began, see `most_substeps`.
 
     Raises
     ------
@@ -587,12 +592,12 @@ def further_substeps(
     """
     if has_constant_substeps(axis):
         return substeps
+    most = most_substeps(samples, left)
     needed = substeps_along(axis, parameters, visited, period, recorded)
     if needed > substeps and substeps >= most:
         at = fastest_place(axis, parameters, visited, period, recorded)
-        raise EstimationError(
-            too_stiff(axis, parameters, most, at, period), code="stiff-on-the-way"
-        )
+        said = too_stiff(axis, parameters, at, period, samples, left)
+        raise EstimationError(said, code="stiff-on-the-way")
     return max(substeps, min(needed, most))
 
 
@@ -628,13 +633,23 @@ def diverged(
     return EstimationError(said, code="loop-diverges")
 
 
-def too_stiff(axis: GeneratedAxis, parameters: Array, most: int, at: Place, period: float) -> str:
-    """What to say of a parameter set that `most` steps in a sample do not resolve."""
+def too_stiff(
+    axis: GeneratedAxis,
+    parameters: Array,
+    at: Place,
+    period: float,
+    samples: int,
+    left: int = STEPS_IN_ALL,
+) -> str:
+    """What to say of a parameter set that `most_substeps` in a sample do not resolve."""
+    most = most_substeps(samples, left)
+    alone = most == most_substeps(samples)
+    whose = "so many samples may take" if alone else "other simulations of its search leave to it"
     return (
         f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: "
         f"{_why(axis, parameters, at, period)} asks for more than {most} steps in a sample, the "
-        "most that so many samples, or all simulations of one search, may take. Check the nominal "
-        "values and units, or leave so fast a motion out of the model."
+        f"most that {whose}. Check the nominal values and units, or leave so fast a motion out of "
+        "the model."
     )
 
 

@@ -14,7 +14,9 @@ from axisid import (
     Coordinate,
     EstimationError,
     Parameter,
+    Record,
     build,
+    identify,
     load_axis,
     simulate,
 )
@@ -317,9 +319,37 @@ def test_simulations_of_one_search_share_their_steps_and_the_last_is_refused_by_
     budget = StepBudget(left=200 * len(SINE))
     simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start, budget=budget)
     assert 64 * len(SINE) > budget.left > 0
-    with pytest.raises(EstimationError, match=r"the term p\*sin\(50000.0\*q/x0\) .* than 64 steps"):
+    said = r"the term p\*sin\(50000.0\*q/x0\) .* than 64 steps .* other simulations of its search"
+    with pytest.raises(EstimationError, match=said):
         simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start, budget=budget)
     simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start)
+
+
+@pytest.mark.slow
+def test_a_simulation_may_take_the_steps_that_are_left_when_it_begins() -> None:
+    axis, start = wavy(sympy.sin(5e4 * q.symbol / LENGTH)), LoopStart(position=0.0)
+    budget = StepBudget(left=128 * len(SINE))
+    found = simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start, budget=budget)
+    alone = simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start)
+    np.testing.assert_array_equal(found.position, alone.position)
+
+
+@pytest.mark.slow
+def test_several_records_have_steps_wherever_one_of_them_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    axis = wavy(sympy.sin(5e4 * q.symbol / LENGTH))
+    loop = simulate(axis, axis.nominal, LONG[:3000], PERIOD)
+    record = Record(
+        time=loop.time, position=loop.position, reference=LONG[:3000], control=loop.control
+    )
+    few = "axisid.estimation.methods.instrumental.STEPS_OF_SEARCH"
+    monkeypatch.setattr(few, 1000 * len(record))
+    one, two = (identify(axis, [record] * n, methods="idm-iv")["idm-iv"] for n in (1, 2))
+    np.testing.assert_allclose(two.physical, one.physical, rtol=1e-6)
+    monkeypatch.setattr(few, 600 * len(record))
+    with pytest.raises(EstimationError, match="other simulations of its search"):
+        identify(axis, record, methods="idm-iv")
 
 
 @pytest.mark.slow
