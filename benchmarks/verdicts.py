@@ -13,7 +13,7 @@ deviations off; ``refused``.
     python benchmarks/verdicts.py --jobs 2                  6 records a machine, and a fault
     python benchmarks/verdicts.py --jobs 2 --runs 40        for a release
     python benchmarks/verdicts.py --seed 7                  other machines, other noise
-    python benchmarks/verdicts.py --only Stribeck           the cases whose name holds a word
+    python benchmarks/verdicts.py --only Stribeck           cases by a word: "drawn", "; stage"
     python benchmarks/verdicts.py --by identify,both        other estimators: control and position
     python benchmarks/verdicts.py --json -                  one JSON object, with every run
 """
@@ -141,7 +141,7 @@ def wrong_figures(runs: Sequence[Run], named: str) -> dict[str, float]:
     return {
         "runs": len(runs),
         "noticed": sum(bool(run.failing) for run in runs),
-        "named": sum(bool(run.failing and re.search(named, run.said)) for run in runs),
+        "named": sum(bool(run.failing and re.search(named, run.said, re.DOTALL)) for run in runs),
         "silent": sum(not run.failing and run.is_far for run in runs),
         "refused": sum(run.belief == "refused" for run in runs),
     }

@@ -123,8 +123,14 @@ def off(case: Any, output: str) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["PD, 2 um, dwells, force of 20 ms", "P-PI, 1 um, dwells"])
-@pytest.mark.parametrize("output", ["control", "position"])
+@pytest.mark.parametrize(
+    ("name", "output"),
+    [
+        ("PD, 2 um, dwells, force of 20 ms", "control"),
+        ("PD, 2 um, dwells, force of 20 ms", "position"),
+        ("P-PI, 1 um, dwells", "control"),
+    ],
+)
 def test_deviations_are_right_of_machines_that_rest(name: str, output: str) -> None:
     """By a simulator of its own; with samples at rest they were three times too small."""
     assert np.sqrt(np.mean(off(field.FIXED[name], output) ** 2)) < 1.7
