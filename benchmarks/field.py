@@ -391,7 +391,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "Stribeck": (
         _rubs(lambda c, _, speed: 1.0 + 0.3 * np.exp(-speed / (0.08 * _top(c)))),
-        r"stribeck\(",
+        r"stribeck",
     ),
     "quadratic": (
         _resists(lambda c, _, v: 0.3 * _friction(c) * v * np.abs(v) / _top(c) ** 2),

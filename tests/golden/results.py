@@ -1,6 +1,7 @@
 """What is kept of a result, in which file, and how far another result is from it."""
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -15,7 +16,7 @@ from tests.golden.cases import DFKI, Case
 FOLDER = Path(__file__).parent / "outputs"
 #: Members that are kept beside values and ends of intervals, their deviations, and statuses.
 _PLAIN = frozenset(
-    "rows judged believed holds recommended recommended_cutoff count "
+    "rows judged believed holds recommended recommended_cutoff count error "
     "error_percent equation_error_percent simulation_error_percent".split()
 )
 #: How far a figure may be from the kept one: in its deviations, or as a part of itself where it has
@@ -56,7 +57,7 @@ def moves(old: Kept, new: Kept) -> Iterator[tuple[str, str, str, str]]:
         if isinstance(a, list) and isinstance(b, list):
             distance, most, unit = abs(b[0] - a[0]) / a[1], IN_DEVIATIONS, ""
         elif isinstance(a, (int, float)) and isinstance(b, (int, float)):
-            is_deviation = what.split()[-1].startswith("sd") or " deviations " in what
+            is_deviation = re.search(r" deviations |sd\w*$|\berror$", what)
             most = OF_DEVIATIONS if is_deviation else OF_OTHERS
             distance, unit = abs(b - a) / abs(a or 1), " of it"
         if not distance < most:
