@@ -207,7 +207,8 @@ class _Common:
 def _check(
     axis: GeneratedAxis, records: int, known: Sequence[Known], local: tuple[str, ...]
 ) -> None:
-    declared = [p.name for p in axis.declared.parameters]
+    parameters = {p.name: p for p in axis.declared.parameters}
+    declared = [*parameters]
     law = axis.declared.control
     gains = [*law.gains] if law is not None else []
     for each in known:
@@ -216,6 +217,13 @@ def _check(
                 f"there is no {each.name!r} to be known of each record; axis {axis.axis.name!r} "
                 f"has {', '.join((*declared, *gains))}.",
                 code="no-such-known",
+            )
+        p = parameters.get(each.name)
+        if p and not all(p.lower <= value <= p.upper for value in each.values):
+            raise UsageError(
+                f"what is known of {p.name!r}, {', '.join(map(each.text, range(records)))}, is "
+                f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them.",
+                code="known-beyond-bounds",
             )
     for name in local:
         if name not in declared:

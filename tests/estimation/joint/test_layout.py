@@ -81,6 +81,14 @@ def test_names_that_the_axis_has_not_are_refused(
         layout_of(generated(), 2, known_of(known, 2), local, commanded=True)
 
 
+def test_a_known_value_beyond_what_its_parameter_can_be_is_refused() -> None:
+    axis = stage()
+    bounded = [replace(p, lower=0.0) if p.name == "M" else p for p in axis.parameters]
+    known = known_of({"M": [90.0, -90.0]}, 2)
+    with refuses("known-beyond-bounds", "90, -90"):
+        layout_of(build(replace(axis, parameters=bounded)), 2, known, ("tau0",), commanded=True)
+
+
 def test_parameters_that_enter_nonlinearly_have_to_be_known() -> None:
     with refuses("nonlinear-of-several"):
         layout_of(leaning(), 2, (), ("f0",), commanded=True)  # type: ignore[arg-type]
