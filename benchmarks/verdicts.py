@@ -14,7 +14,7 @@ deviations off; ``refused``.
     python benchmarks/verdicts.py --jobs 2 --runs 40        for a release
     python benchmarks/verdicts.py --seed 7                  other machines, other noise
     python benchmarks/verdicts.py --only Stribeck           cases by a word: "drawn", "; stage"
-    python benchmarks/verdicts.py --by identify,both        other estimators: control and position
+    python benchmarks/verdicts.py --by twins,both           others: identify by twins, both outputs
     python benchmarks/verdicts.py --json -                  one JSON object, with every run
 """
 
@@ -41,6 +41,8 @@ OUTPUTS = {
     "both": ["control", "position"],
     "open loop": ["open-loop"],
 }
+#: How many twins `identify` draws.
+BOOTSTRAP = {"identify": 0, "twins": 32}
 ESTIMATORS = ("identify", "control", "position", "open loop")
 #: Beyond so many deviations a value that nothing speaks against is silently wrong.
 SILENT = 4.0
@@ -79,8 +81,8 @@ class Run:
 def run_of(axis: GeneratedAxis, record: Record, by: str, truth: Mapping[str, float]) -> Run:
     """Identify or fit a record, and compare it with the truth."""
     try:
-        if by == "identify":
-            result = identify(axis, record)
+        if by in BOOTSTRAP:
+            result = identify(axis, record, bootstrap=BOOTSTRAP[by])
             checks: Iterable[Check] = result.verdict
             values = {n: result.preferred.parameters[n] for n in truth}
             of = {n: (v.corrected, v.deviation, v.interval) for n, v in values.items()}

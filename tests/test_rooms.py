@@ -42,6 +42,7 @@ FLOORS = (
     ("estimation.regression",),
     ("estimation.joint",),
     ("estimation.problems",),
+    ("estimation.twins",),
     ("estimation.estimates",),
     ("estimation.methods",),
     ("estimation.lacking",),

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from axisid.estimation.problems import NoiseFree
+from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array, Exact
 
 
@@ -28,6 +29,8 @@ class Inference(Exact):
         The rows of the loops simulated with the estimate, behind the same filter: from the records'
         references, or following them where they have none. None where they could not be simulated,
         or move otherwise than the records.
+    chains : tuple of Chain
+        The noise of each record, as its twins have it; none without twins.
     """
 
     covariances: Mapping[str, Array]
@@ -36,3 +39,4 @@ class Inference(Exact):
     gain_slopes: Array | None = None
     theta_gain_slopes: Array | None = None
     noise_free: NoiseFree | None = None
+    chains: tuple[Chain, ...] = ()

@@ -9,13 +9,14 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, is_output_error
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told
-from axisid.estimation.methods import METHODS, estimate_by
+from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.problems import Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
@@ -24,6 +25,8 @@ from .bounded import bounded_result
 from .drive_time import identified_with_time
 from .result import Identification
 from .shared import shared_records
+
+_TWINS = (8, 100_000)  # fewest and most, but for none
 
 
 def identify(
@@ -41,6 +44,7 @@ def identify(
     start: str = STARTS[0],
     loss: str = ROW_LOSSES[0],
     bounded: bool = False,
+    bootstrap: int = 0,
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
 
@@ -90,6 +94,9 @@ def identify(
         Hold a declared parameter that the judged method would have beyond its bound, less the
         filter's own bias, at that bound, and identify the others; see `Identification.held`. Else,
         and of sums of parameters and each record's own, it is reported, not clipped.
+    bootstrap : int
+        How many twins of the records tell bias and HAC deviations: their loops once more, with the
+        noise that was measured in them. 32 are enough; 0 for none, with what single loops tell.
 
     Raises
     ------
@@ -103,6 +110,7 @@ def identify(
     check_has_rows(generated.axis)
     records = records_of(record)
     check_choices(covariance, start, loss)
+    _check_bootstrap(bootstrap)
     requested = requested_methods(methods)
     as_given = _at_rate(prefilter, records[0].period)
 
@@ -120,6 +128,7 @@ def identify(
                 set_aside=shared.set_aside,
                 start=start,
                 loss=loss,
+                bootstrap=bootstrap,
             )
 
         return bounded_result(tried, free) if bounded else free(tried)
@@ -165,18 +174,20 @@ def identify_problem(
     set_aside: Mapping[str, Note] | None = None,
     start: str = STARTS[0],
     loss: str = ROW_LOSSES[0],
+    bootstrap: int = 0,
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
     lost: EstimationError | None = None
+    twins = Bootstrap(problem=problem, count=bootstrap) if bootstrap else None
     for method in METHODS if requested is None else dict.fromkeys(requested):
         started = replace(METHODS[method], start=start, loss=loss)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
-                estimates[method] = estimate_by(problem, started, lags, covariance)
+                estimates[method] = estimate_by(problem, started, lags, covariance, twins)
         except (ModelError, LoopDataError) as error:
             if requested is not None:
                 raise
@@ -242,6 +253,16 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
     _check_covariance(covariance)
     _check_start(start)
     _check_loss(loss)
+
+
+def _check_bootstrap(bootstrap: object) -> None:
+    few, most = _TWINS
+    if not (is_whole(bootstrap) and (bootstrap == 0 or few <= bootstrap <= most)):
+        raise UsageError(
+            f"the twins of the bootstrap are {quoted(bootstrap)}; give a whole number from {few} "
+            f"to {most}, or 0 for none.",
+            code="bootstrap-count",
+        )
 
 
 def _check_start(start: object) -> None:

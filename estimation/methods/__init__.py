@@ -4,6 +4,7 @@ In: `Problem`. Out: `Method` with its `Fit`, and the `Estimate` that it makes.
 Knows nothing of verdicts and of how it is shown.
 """
 
+from .bootstrap import Bootstrap as Bootstrap
 from .bound_record import bound_record as bound_record
 from .estimating import estimate_by as estimate_by
 from .instrumental import Instruments as Instruments

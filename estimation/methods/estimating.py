@@ -24,6 +24,7 @@ from axisid.support.deferred import Deferred
 from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
+from .bootstrap import Bootstrap
 from .fitted_point import FittedPoint, gain_relative_sd, own
 from .known_spread import known_spread
 from .method import Fit, Method
@@ -31,7 +32,11 @@ from .robust import loss_remarks
 
 
 def estimate_by(
-    problem: Problem, method: Method, lags: int | None = None, covariance: str = "hac"
+    problem: Problem,
+    method: Method,
+    lags: int | None = None,
+    covariance: str = "hac",
+    bootstrap: Bootstrap | None = None,
 ) -> Estimate:
     """An estimate by one method.
 
@@ -43,6 +48,8 @@ def estimate_by(
         Of the autocorrelation-consistent covariance; chosen from the data by default.
     covariance : str
         Of `COVARIANCES`: what intervals, draws and tests are of.
+    bootstrap : Bootstrap, optional
+        Whose twins tell bias and HAC deviations, where they can be drawn.
 
     Raises
     ------
@@ -69,6 +76,7 @@ def estimate_by(
         applied=applied,
         model=models[covariance],
         chosen=covariance,
+        bootstrap=bootstrap,
     )
     remarks = (
         *_remarks(problem, fit),

@@ -36,10 +36,14 @@ from axisid.estimation.regression import (
     delta_method,
     sensor_steps,
 )
+from axisid.estimation.twins import Twins, calibrated
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
 
+from .bootstrap import TOO_FEW, Bootstrap
 from .method import Fit
+
+_PIVOT = "hac"  # whose deviations twins scale
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +64,8 @@ class FittedPoint:
     model : Covariance
         The chosen one.
     chosen : str
+    bootstrap : Bootstrap or None
+        Whose twins tell what filter and noise do, where they can be drawn.
     """
 
     problem: Problem
@@ -70,12 +76,15 @@ class FittedPoint:
     applied: Mapping[str, Applied]
     model: Covariance
     chosen: str
+    bootstrap: Bootstrap | None = None
 
     def inference(self) -> Inference:
         """What filter, encoder and gain do to the estimate, and its covariances with that."""
         # What is not finite is told by what is missing; NumPy's own warnings would only repeat it.
         with np.errstate(all="ignore"):
             first = self._noise_free()
+            if first is not None and (by_twins := self._by_twins(first)) is not None:
+                return by_twins
             stepped, rounded = self._encoder_error(first), self._control_error()
             errors = [error.covariance for error in (stepped, rounded) if error is not None]
             alone = delta_method(self._with(self.chosen, errors), self.jacobian)
@@ -92,6 +101,36 @@ class FittedPoint:
                 theta_gain_slopes=theta_by_gain,
                 noise_free=quiet,
             )
+
+    def _by_twins(self, first: NoiseFree) -> Inference | None:
+        """The same by twins; None where there are none, or too few can be solved."""
+        twins = self.bootstrap.twins if self.bootstrap else ""
+        found = None
+        if isinstance(twins, Twins):
+            pivot, freedom = COVARIANCES[_PIVOT].covariance(None), self.applied[_PIVOT].freedom
+            fit = self.fit
+            found = calibrated(twins, self.form, fit.solver, fit.solution, pivot, freedom)
+        if found is None or isinstance(twins, str):
+            return None
+        own = {name: each.matrix for name, each in self.applied.items()}
+        mapped = {name: delta_method(each, self.jacobian) for name, each in own.items()}
+        own[_PIVOT] = np.outer(found.own_scale, found.own_scale) * own[_PIVOT]
+        mapped[_PIVOT] = np.outer(found.scale, found.scale) * mapped[_PIVOT]
+        names = {
+            name: f"{each.description}{self._widened(name)}" for name, each in self.applied.items()
+        }
+        noise = dict.fromkeys(each.told(self.problem.axis.axis) for each in twins.chains)
+        names[_PIVOT] += f", as {found.count} twins with {'; '.join(noise)} scatter"
+        by_gain, theta_by_gain = self._slopes()
+        return Inference(
+            covariances=mapped,
+            covariance_names=names,
+            ddm_covariances=own if isinstance(self.form, DirectForm) else {},
+            gain_slopes=by_gain,
+            theta_gain_slopes=theta_by_gain,
+            noise_free=replace(first, bias=found.bias, settled=True, has_noise=True),
+            chains=twins.chains,
+        )
 
     def _noise_free(self) -> NoiseFree | None:
         """What the filter makes of the estimate's own loop; None where it does not follow."""
@@ -193,6 +232,9 @@ class FittedPoint:
         said = f"{self.applied[name].description}{self._widened(name)}"
         if not COVARIANCES[name].allows_autocorrelation:
             return said
+        if self.bootstrap is not None:
+            twins = self.bootstrap.twins
+            said += f", by no twins: {twins if isinstance(twins, str) else TOO_FEW}"
         if quiet is not None and quiet.hidden is not None:
             said += ", with what simulated loops scatter by with the position's noise"
         axis, records = self.problem.axis, [data.record for data in self.problem.data]

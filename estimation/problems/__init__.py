@@ -13,6 +13,7 @@ from .filter_bias import NoiseFree as NoiseFree
 from .filter_bias import confirmed as confirmed
 from .filter_bias import encoder_error as encoder_error
 from .filter_bias import is_not_in as is_not_in
+from .filter_bias import loop_record as loop_record
 from .filter_bias import noise_free as noise_free
 from .filter_bias import noise_free_at as noise_free_at
 from .filter_bias import noise_free_record as noise_free_record

@@ -55,7 +55,7 @@ class ControlSteps:
     @classmethod
     def of(cls, record: Record) -> "ControlSteps":
         """Of a record's force, or else its control."""
-        role = "control" if record.force is None else "force"
+        role = cls.role_of(record, 0.0).role
         values = getattr(record, role)
         if values is None:
             return cls(role, 0.0)
@@ -65,6 +65,11 @@ class ControlSteps:
         step = known[role]
         few = float(np.ptp(values)) < MAX_CONTROL_STEPS.value * step
         return cls(role, step if few else 0.0)
+
+    @classmethod
+    def role_of(cls, record: Record, size: float) -> "ControlSteps":
+        """Steps of a size, of the column that a record's force is made of."""
+        return cls("control" if record.force is None else "force", size)
 
     def told(self, axis: Axis) -> str:
         """In words."""

@@ -109,13 +109,15 @@ def simulated_loops(
     resolution: float = 0.0,
     away: float = 0.0,
     position_noise: Array | None = None,
+    disturbance: Array | None = None,
     budget: StepBudget | None = None,
 ) -> tuple[Simulation, ...]:
     """The loop of a record, simulated with physical parameters (p,): once for each segment.
 
     Each begins as its segment does, see `loop_starts`. With a resolution it has an encoder of such
     steps, which measures, and is commanded, positions that are `away` from those of the axis; and
-    what its law measures has `position_noise`, (N,), if there is any. A budget is that of a search.
+    what its law measures has `position_noise`, (N,), if there is any; a `disturbance`, (N,), in the
+    drive's unit, acts beside the control. A budget is that of a search.
 
     Raises
     ------
@@ -125,6 +127,8 @@ def simulated_loops(
         The loop cannot be simulated with these parameters.
     """
     reference, added = loop_reference(axis, record), record.added_control
+    if disturbance is not None:
+        added = disturbance if added is None else added + disturbance
     noise = np.full(len(record), away) if away and position_noise is None else position_noise
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     return tuple(

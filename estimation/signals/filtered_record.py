@@ -225,6 +225,15 @@ class FilteredRecord(Exact):
             return self.signals.force
         return self._beside(self.drive.slope(control, self.motion, self.recorded)).force
 
+    def force_by(self, added: Array) -> Array:
+        """What the signals' force has of something that is added to the control, (N,)."""
+        control = np.zeros(len(self)) if self.acting_control is None else self.acting_control
+        with_it, without = (
+            self.drive.force(each, self.motion, self.recorded)
+            for each in (control + added, control)
+        )
+        return self._beside(with_it - without).force
+
     @property
     def weights(self) -> Array:
         """Of the rows, (n,), see `Sampling.weights`."""

@@ -9,6 +9,7 @@ import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.estimator_options import (
+    bootstrap_option,
     bounded_option,
     check_estimator,
     covariance_option,
@@ -132,6 +133,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @start_of_instruments
 @loss_option
 @bounded_option
+@bootstrap_option
 @draws_option
 @click.option(
     "--full", is_flag=True, help="Print intervals, correlations and every diagnostic's figures too."
@@ -176,6 +178,7 @@ def identify(
     started_at: str,
     loss: str,
     bounded: bool,
+    bootstrap: int,
     draws: int | None,
     full: bool,
     json_file: str | None,
@@ -239,6 +242,7 @@ def identify(
             start=started_at,
             loss=loss,
             bounded=bounded,
+            bootstrap=bootstrap,
             **shared,
         ).with_set_aside(inputs.set_aside)
     from axisid.presentation.report import Outputs

@@ -56,6 +56,14 @@ draws_option = click.option(
     metavar="N",
     help="Add intervals from N draws of each estimate, which do without the delta method.",
 )
+bootstrap_option = click.option(
+    "--bootstrap",
+    type=click.IntRange(0, 100_000),
+    default=0,
+    metavar="N",
+    help="Bias and deviations from N simulated twins of the records, with their noise as it is "
+    "measured; 32 are enough.  [default: none]",
+)
 start_of_instruments = start_option(
     "Of instruments: least squares where its simulated loop follows the record, or the nominal "
     "values, as published."

@@ -5,6 +5,8 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.twins import Chain
+
 from .base import JsonObject, Matrix, about
 from .residuals import WrittenResidualTests
 from .values import WrittenDirectValue, WrittenDrawn, WrittenPhysical, WrittenValue
@@ -26,6 +28,10 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
         Mapping[str, str],
         about("What each covariance is, with lags and corrections."),
     ]
+    chains: Annotated[
+        tuple[Chain, ...] | UnsetType,
+        about("The noise of each record, SI, as its twins have it; left out without twins."),
+    ] = UNSET
     chosen_covariance: Annotated[
         str,
         about(

@@ -1,0 +1,11 @@
+"""A record's loop once more, with noise as the record has it, and what estimates make of it.
+
+In: a problem, an estimate of it. Out: the chain of noise that the record was measured through,
+twins, and by them the estimate's bias and deviations. Knows nothing of methods and of verdicts.
+"""
+
+from .calibration import Calibration as Calibration
+from .calibration import calibrated as calibrated
+from .chain import Chain as Chain
+from .measured_chain import measured_chain as measured_chain
+from .twins import Twins as Twins

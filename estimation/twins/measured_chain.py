@@ -1,0 +1,267 @@
+"""The chain of a record, from what it is beside its loop at an estimate."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.problems import ControlSteps, loop_record
+from axisid.estimation.regression import InverseForm, sensor_steps, undithered_step
+from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds.regression import MIN_STEP_DIFFERENCES
+from axisid.support.arrays import Array
+
+from .chain import CORRELATION_TIMES, Chain, spectrum
+from .twins import twins_of
+
+_TWINS = 8  # that have position noise and steps alone
+_DRAWS = 16  # of a disturbance, through filter and projection
+_BANDS = 22
+_CLASSES = 8  # of speed
+#: Squares of second differences for one power: of one degree of freedom, and of their neighbours'.
+_CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
+_ROUNDS = 400  # of the likelihood's multiplicative updates
+_LEAST = 1e-12  # of the largest power: rounding
+_SMALLEST = 1e-3  # of all variances: what is less is none
+_MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing is told
+_RANK = 1e-6
+_ROWS_A_COLUMN = 4
+_HIGHEST = 0.6  # of the frequencies of rows: what the filter leaves as it is
+_LONGEST = 8.0  # times that a correlation time has to fit into a record
+
+
+def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simulation]) -> Chain:
+    """Measure the noise of a record.
+
+    Steps are those of the grids of what was logged. White noise of the position is what its second
+    differences have beyond those of the loop, and of twins with the encoder's steps alone. What
+    acts beside the control is a sum of autoregressions of given correlation times, whose variances
+    are the likeliest by Whittle for the rows of the inverse model, without all that the model's
+    columns explain when they may change with time, place, speed and direction, and beside what
+    twins with noise and steps of the position have there.
+
+    Parameters
+    ----------
+    data : FilteredRecord
+    physical : (p,) array
+        The estimate, as of this record.
+    loops : sequence of Simulation
+        Of the record, with it; one for each segment.
+
+    Returns
+    -------
+    Chain
+    """
+    quiet = loop_record(data, loops, measured=False)
+    steps = ControlSteps.of(data.record)
+    chain = Chain(
+        position_step=sensor_steps(data.axis, data.record).position,
+        control_step=0.0 if data.axis.axis.drive.quantisation else steps.size,
+    )
+    position, jitter = _position_noise(data, quiet, physical, chain)
+    chain = replace(chain, position=position, jitter=jitter)
+    chain = replace(chain, beside=_beside(data, quiet))
+    rows = _RowBands.of(data, quiet)
+    found = rows.power(_residuals(data, physical, data))
+    twins = [_residuals(twin, physical, data) for twin in twins_of(data, physical, chain, _TWINS)]
+    known = rows.power(np.column_stack(twins)) if twins else np.zeros_like(found)
+    times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
+    units = rows.power_of_disturbances(data, times)
+    variances = likeliest_variances(found, units, known, rows.counts)
+    least = _SMALLEST * variances.sum()
+    return replace(
+        chain,
+        disturbances=tuple(
+            (t, float(np.sqrt(v))) for t, v in zip(times, variances, strict=True) if v > least
+        ),
+    )
+
+
+def likeliest_variances(found: Array, units: Array, known: Array, counts: Array) -> Array:
+    """Variances, (m,), for which powers by band are the likeliest, by Whittle.
+
+    Parameters
+    ----------
+    found : (b,) array
+        Mean power by band.
+    units : (m, b) array
+        What is expected of each variance of 1.
+    known : (b,) array
+        What is there besides.
+    counts : (b,) array
+        Independent powers of each band, of two degrees of freedom each.
+
+    Notes
+    -----
+    By multiplicative updates, which keep what is not negative so.
+    """
+    if not (found.any() and len(units)):
+        return np.zeros(len(units))
+    variances: Array = found.mean() / units.mean(axis=1) / len(units)
+    for _ in range(_ROUNDS):
+        expected = _expected(variances, found, units, known)
+        up, down = counts * found / expected**2, counts / expected
+        variances = variances * (units @ up) / (units @ down)
+    return variances
+
+
+def _expected(variances: Array, found: Array, units: Array, known: Array) -> Array:
+    return np.asarray(variances @ units + known + _LEAST * found.max(), dtype=float)
+
+
+def _likelihood(variances: Array, found: Array, units: Array, known: Array, counts: Array) -> float:
+    """Logarithm of Whittle's likelihood."""
+    expected = _expected(variances, found, units, known)
+    return -float(counts @ (np.log(expected) + found / expected))
+
+
+def _position_noise(
+    data: FilteredRecord, quiet: FilteredRecord, physical: Array, chain: Chain
+) -> tuple[float, float]:
+    """Deviations of white noise of the position, and of the instants of sampling.
+
+    The second differences of the first are alike everywhere, those of the second in proportion to
+    the speed: by classes of speed, beyond what steps of the encoder make.
+    """
+    if data.record.integrated:
+        return 0.0, 0.0
+    speed = np.abs(data.motion[1])
+    inner = np.concatenate([np.arange(a + 1, b - 1) for a, b in data.record.spans])
+    order = inner[np.argsort(speed[inner], kind="stable")]
+    classes = [each for each in np.array_split(order, _CLASSES) if len(each)]
+
+    def power(other: FilteredRecord) -> Array:
+        apart = other.record.position - quiet.record.position
+        second = np.zeros(len(apart))
+        second[1:-1] = np.diff(apart, 2) ** 2
+        return np.array([second[each].mean() for each in classes])
+
+    steps = [power(each) for each in twins_of(data, physical, chain, _TWINS)]
+    known = np.mean(steps, axis=0) if steps else np.zeros(len(classes))
+    squares = np.array([np.mean(speed[each] ** 2) for each in classes])
+    units = 6 * np.stack([np.ones(len(classes)), squares])  # 1, -2, 1
+    counts = np.array([len(each) for each in classes]) / _CORRELATED
+    seen = power(data), units, known, counts
+    both = likeliest_variances(*seen)
+    alone = likeliest_variances(seen[0], units[:1], known, counts)
+    without = np.append(alone, 0.0)
+    # By Akaike's criterion: noise of a little jitter is mostly noise in how it is measured.
+    likelier = _likelihood(both, *seen) > _likelihood(without, *seen) + 1
+    position, jitter = np.sqrt(both if likelier else without)
+    return float(position), float(jitter)
+
+
+def _beside(data: FilteredRecord, quiet: FilteredRecord) -> tuple[tuple[str, float, float], ...]:
+    """Role, step and white noise of what is measured of the motion but its position."""
+    found = []
+    for role in data.record.motion:
+        if role == "position":
+            continue
+        values, own = getattr(data.record, role), getattr(quiet.record, role)
+        step = undithered_step(values, int(MIN_STEP_DIFFERENCES.value))
+        variance = np.var(np.diff(values - own, 2)) / 6 - step**2 / 12
+        if step or variance > 0:
+            found.append((role, step, float(np.sqrt(max(variance, 0.0)))))
+    return tuple(found)
+
+
+def _residuals(record: FilteredRecord, physical: Array, data: FilteredRecord) -> Array:
+    """What the inverse model leaves of a record, in the rows of another of its kind, (n,)."""
+    form = InverseForm(data.axis).at(physical)
+    rows = form.equations(record.signals).reduced(data)
+    return np.asarray(rows.left - rows.intercept - rows.regressor @ form.regressed(physical))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _RowBands:
+    """A record's rows in time, without what columns explain of them.
+
+    Attributes
+    ----------
+    places : (n,) array of int
+        Of the rows, among those that no rest and no gap leaves out.
+    count : int
+        Of these.
+    basis : (n, r) array
+        Orthonormal, of the columns.
+    bands : (b + 1,) array of int
+        First frequency of each band, and the one after the last.
+    counts : (b,) array
+        Frequencies of each, less what the columns take.
+    """
+
+    places: NDArray[np.int64]
+    count: int
+    basis: Array
+    bands: NDArray[np.int64]
+    counts: Array
+
+    @classmethod
+    def of(cls, data: FilteredRecord, quiet: FilteredRecord) -> "_RowBands":
+        """Of a record, with the columns of its loop."""
+        every = data.prefilter.decimate
+        numbers = np.round(data.row_numbers).astype(np.int64)
+        places = (numbers - numbers[0]) // every
+        count = int(places[-1]) + 1
+        bands = np.unique(np.geomspace(1.0, _HIGHEST * count / 2, _BANDS + 1).astype(np.int64))
+        rows = cls(
+            places=places,
+            count=count,
+            basis=_basis(data, quiet),
+            bands=bands,
+            counts=np.ones(len(bands) - 1),
+        )
+        taken = np.minimum(rows._periodogram(rows.basis).sum(axis=1), _MOST_LEVERAGE)
+        return replace(rows, counts=rows._by_band(1 - taken))
+
+    def power(self, rows: Array) -> Array:
+        """Mean power by band of rows, (n,) or of several (n, m), (b,)."""
+        rows = rows.reshape(len(rows), -1)
+        left = rows - self.basis @ (self.basis.T @ rows)
+        power = self._periodogram(left).mean(axis=1) / len(rows)
+        return self._by_band(power) / self.counts
+
+    def _by_band(self, values: Array) -> Array:
+        """Sums of values by frequency."""
+        return np.asarray(np.add.reduceat(values, self.bands)[:-1], dtype=float)
+
+    def _periodogram(self, rows: Array) -> Array:
+        """Of columns (n, m), (count // 2 + 1, m)."""
+        placed = np.zeros((self.count, rows.shape[1]))
+        placed[self.places] = rows
+        return np.asarray(np.abs(np.fft.rfft(placed, axis=0)) ** 2)
+
+    def power_of_disturbances(self, data: FilteredRecord, times: Sequence[float]) -> Array:
+        """Power by band of disturbances of deviation 1 and correlation times, (m, b).
+
+        White ones pass the record's filter; others have their colour put on the rows.
+        """
+        white = np.zeros((self.count, _DRAWS))
+        rng = np.random.default_rng(0)
+        for draw in range(_DRAWS):
+            noise = rng.standard_normal(len(data))
+            white[self.places, draw] = data.reduce(data.force_by(noise))
+        transformed = np.fft.rfft(white, axis=0)
+        found = []
+        for time in times:
+            colour = spectrum(time / data.period, self.count, data.prefilter.decimate)
+            rows = np.fft.irfft(transformed * np.sqrt(colour)[:, None], self.count, axis=0)
+            found.append(self.power(rows[self.places]))
+        return np.array(found)
+
+
+def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
+    """Orthonormal columns of the model, each also times what may change it, (n, r)."""
+    signals = quiet.signals
+    columns = InverseForm(data.axis).equations(signals).regressor
+    time = np.linspace(-1.0, 1.0, len(data))
+    speed = np.abs(signals.velocity)
+    changing = [np.ones_like(time), time, np.sign(time), signals.position, speed, signals.direction]
+    most = len(data.row_numbers) // (_ROWS_A_COLUMN * columns.shape[1])
+    changing = changing[: max(most, 1)]
+    every = data.reduce(np.hstack([columns * each[:, None] for each in changing]))
+    norms = np.linalg.norm(every, axis=0)
+    basis, sizes, _ = np.linalg.svd(every[:, norms > 0] / norms[norms > 0], full_matrices=False)
+    return np.asarray(basis[:, sizes > _RANK * sizes[0]])

@@ -1,0 +1,39 @@
+"""Noise that is drawn has the deviation and the correlation that its chain says."""
+
+import numpy as np
+import pytest
+
+from axisid import load_axis
+from axisid.estimation.twins.chain import CORRELATION_TIMES, Chain, spectrum
+
+PERIOD = 1e-3
+
+
+@pytest.mark.parametrize("time", CORRELATION_TIMES)
+def test_a_spectrum_is_of_variance_one_and_of_its_correlation(time: float) -> None:
+    samples = 1 << 15
+    correlation = np.fft.irfft(spectrum(time / PERIOD, samples), samples)
+    assert correlation[0] == pytest.approx(1.0, rel=1e-9)
+    one_later = np.exp(-PERIOD / time) if time else 0.0
+    assert correlation[1] == pytest.approx(one_later, abs=1e-9)
+
+
+def test_a_disturbance_is_the_sum_of_its_autoregressions() -> None:
+    chain = Chain(disturbances=((0.0, 2.0), (0.05, 1.0)))
+    rng = np.random.default_rng(1)
+    noise = np.array([chain.drawn_disturbance(rng, 4000, PERIOD) for _ in range(40)])
+    lag = 20
+    assert np.mean(noise**2) == pytest.approx(4.0 + 1.0, rel=0.03)
+    later = np.mean(noise[:, lag:] * noise[:, :-lag])
+    assert later == pytest.approx(np.exp(-lag * PERIOD / 0.05), abs=0.06)
+    # One end is no neighbour of the other.
+    assert abs(np.mean(noise[:, 0] * noise[:, -1])) < 2.5
+
+
+def test_a_chain_is_told_with_its_units() -> None:
+    axis = load_axis("emps2015")
+    chain = Chain(position_step=2e-6, jitter=5e-5, disturbances=((0.0, 0.02), (0.1, 0.01)))
+    said = chain.told(axis)
+    for part in ("2e-06 m", "5e-05 s", "0.02 V", "0.01 V", "0.1 s"):
+        assert part in said
+    assert Chain().told(axis)

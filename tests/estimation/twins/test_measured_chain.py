@@ -1,0 +1,108 @@
+"""The chain that is measured in a record is the one that it was made with."""
+
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import Prefilter, Record, build, identify, load_axis, twin_record
+from axisid.estimation.methods import METHODS
+from axisid.estimation.monte_carlo import TwinNoise, drawn_twin
+from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.simulation import twin_plan
+from axisid.estimation.twins import Chain, measured_chain
+from axisid.estimation.twins.measured_chain import likeliest_variances
+from axisid.estimation.twins.twins import twin_of
+from axisid.support.arrays import Array
+from benchmarks.machines import Machine, autoregressive, white
+
+field: Any = import_module("field")
+
+
+def chain_of(axis: Any, record: Record) -> Chain:
+    """As it is measured at the output error of the force."""
+    problem = identify(axis, record, methods="didim").problem
+    fit = METHODS["didim"].fit(problem)
+    return measured_chain(problem.data[0], fit.form.physical(fit.solution.theta)[0], fit.loops)
+
+
+def test_variances_are_those_that_the_powers_are_made_of() -> None:
+    bands = np.linspace(0.1, 3.0, 20)
+    units = np.array([np.ones(20), 1 / (1 + bands**2), bands**2])
+    truth, known = np.array([2.0, 5.0, 0.0]), 0.3 / bands
+    found = likeliest_variances(truth @ units + known, units, known, np.full(20, 30.0))
+    np.testing.assert_allclose(found @ units, truth @ units, rtol=0.03)
+    np.testing.assert_allclose(found[:2], truth[:2], rtol=0.1)
+    assert found[2] < 0.05
+
+
+def test_nothing_is_measured_where_nothing_is() -> None:
+    units = np.ones((2, 5))
+    none = likeliest_variances(np.zeros(5), units, np.zeros(5), np.ones(5))
+    np.testing.assert_array_equal(none, 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("chain", "slack"),
+    [
+        (Chain(position=4e-6), 0.05),
+        (Chain(position_step=5e-6), 0.05),
+        (Chain(position=2e-6, jitter=6e-5), 0.1),
+        (Chain(position_step=1e-6, disturbances=((0.0, 0.05),)), 0.15),
+        (Chain(position_step=1e-6, disturbances=((0.03, 0.05),)), 0.3),
+    ],
+    ids=["noise", "steps", "jitter", "white force", "coloured force"],
+)
+def test_the_chain_of_a_twin_is_its_chain(chain: Chain, slack: float) -> None:
+    axis = build(load_axis("emps2015"))
+    (plain,) = identify(axis, twin_record(axis), methods="didim").problem.data
+    truth: Array = np.array([100.0, 237.0, 25.0])
+    twin: FilteredRecord = twin_of(plain, truth, chain, np.random.default_rng(3))
+    found = chain_of(axis, twin.record)
+    assert found.position_step == pytest.approx(chain.position_step, rel=1e-6)
+    assert found.position == pytest.approx(chain.position, rel=slack, abs=3e-7)
+    assert found.jitter == pytest.approx(chain.jitter, rel=slack, abs=3e-6)
+    sizes = [np.sqrt(sum(sd**2 for _, sd in each.disturbances)) for each in (found, chain)]
+    assert sizes[0] == pytest.approx(sizes[1], rel=slack, abs=0.03)
+
+
+@pytest.mark.slow
+def test_the_chain_of_a_machine_that_is_simulated_apart_is_measured() -> None:
+    machine = Machine(
+        position_noise=white(4e-6), force_noise=autoregressive(1.5, 0.1, 1e-3), clock_jitter=0.04
+    )
+    case = field.Case(machine=machine, declared=machine)
+    (record,) = case.records(1, 7)
+    found = chain_of(case.axis, record)
+    assert found.position_step == 0
+    assert found.position == pytest.approx(4e-6, rel=0.05)
+    assert found.jitter == pytest.approx(4e-5, rel=0.1)
+    slow = [(time, sd) for time, sd in found.disturbances if time >= 0.03]
+    assert np.sqrt(sum(sd**2 for _, sd in slow)) * 35.15 == pytest.approx(1.5, rel=0.35)
+
+
+@pytest.mark.slow
+def test_a_rounded_control_is_told_with_its_step() -> None:
+    machine = Machine(control_step=0.02, force_noise=white(1.0))
+    case = field.Case(machine=machine, declared=machine)
+    (record,) = case.records(1, 7)
+    assert chain_of(case.axis, record).control_step == pytest.approx(0.02)
+
+
+@pytest.mark.slow
+def test_noise_of_a_measured_velocity_is_told_beside_the_loop() -> None:
+    axis = build(load_axis("emps2015"))
+    record = drawn_twin(twin_plan(axis), TwinNoise(velocity=2e-3), seed=1, run=0)
+    ((role, step, deviation),) = chain_of(axis, record).beside
+    assert (role, step) == ("velocity", 0.0)
+    assert deviation == pytest.approx(2e-3, rel=0.05)
+
+
+def test_a_short_record_has_a_chain_too() -> None:
+    axis = build(load_axis("emps2015"))
+    record = twin_record(axis).windowed((0.3, 0.9))
+    filtering = Prefilter(cutoff=60.0, decimate=4)
+    result = identify(axis, record, filtering, "idm-ls", bootstrap=8)["idm-ls"]
+    assert np.all(np.isfinite(np.sqrt(np.diag(result.covariance))))
