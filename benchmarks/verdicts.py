@@ -41,8 +41,8 @@ OUTPUTS = {
     "both": ["control", "position"],
     "open loop": ["open-loop"],
 }
-#: How many twins `identify` draws.
-BOOTSTRAP = {"identify": 0, "twins": 32}
+#: How many twins are drawn; "control by twins" is a fit with them.
+BOOTSTRAP = {"identify": 0, "": 0, "twins": 32}
 ESTIMATORS = ("identify", "control", "position", "open loop")
 #: Beyond so many deviations a value that nothing speaks against is silently wrong.
 SILENT = 4.0
@@ -87,7 +87,8 @@ def run_of(axis: GeneratedAxis, record: Record, by: str, truth: Mapping[str, flo
             values = {n: result.preferred.parameters[n] for n in truth}
             of = {n: (v.corrected, v.deviation, v.interval) for n, v in values.items()}
         else:
-            fitted = fit(axis, record, output=OUTPUTS[by])
+            output, _, twins = by.partition(" by ")
+            fitted = fit(axis, record, output=OUTPUTS[output], bootstrap=BOOTSTRAP[twins])
             checks = fitted.checks
             of = {n: (v.value, v.deviation, v.interval) for n in truth for v in [fitted[n]]}
     except AxisidError as error:

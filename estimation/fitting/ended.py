@@ -16,7 +16,6 @@ from axisid.estimation.predictions import (
     WindowPredictions,
     record_rows,
     slopes_of,
-    whole_lanes,
 )
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, widened
@@ -55,8 +54,9 @@ from .spread import (
     twins_errors,
 )
 from .starting import FitStart, Searched
+from .twins import FitTwins, calibrated_covariance, fit_twins
 
-_FEWEST_TWINS = 2
+_FEWEST_TWINS, _FEW_TWINS = 2, 8
 _PARTS = 4  # of a window, that what the model lacks is asked of
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
@@ -141,11 +141,21 @@ class Ended:
         """
         if self.axis.states or self.horizon is not None:
             return None
+        if self.bootstrap:
+            changed = self.twins.changed
+            return Shaken(changed[:, :_FEW_TWINS], twins=changed, common=changed.mean(axis=1))
         deviations = np.sqrt(np.maximum(np.diag(self.first_coloured.matrix), 0.0))
         at = self.predictions, self.best.physical, self.seed
         uneven = is_uneven(self.axis, self.outputs)
         influence = self._influence(self.first_scores)
         return shaken_by_noise(*at, influence, deviations, by_square=uneven)
+
+    @cached_property
+    def twins(self) -> FitTwins:
+        """Of the loops where the search ended, with the noise of the records."""
+        form, physical = self.whose.form, self.best.physical
+        axes = [axis_at(axis, form, physical) for axis in self.whose.axes]
+        return fit_twins(form, axes, self.records, physical, self.outputs, self.bootstrap)
 
     @property
     def errors_in_common(self) -> Array | None:
@@ -254,10 +264,7 @@ class Ended:
             "iid": scores.independent(),
         }
         if self.bootstrap:
-            moved = np.cov(self._twins(scores)).reshape(found["iid"].shape)
-            found["bootstrap"] = moved + scores.by_known()
-            # Twins know nothing of what the model lacks, and an autoregression little of loops.
-            found["larger"] = widened(found["coloured"], np.diag(found["bootstrap"]))
+            found["bootstrap"] = self._by_twins(scores) + scores.by_known()
         moved = self._influence(scores) @ self._by_doubts
         return {name: matrix + moved @ moved.T for name, matrix in found.items()}
 
@@ -296,10 +303,7 @@ class Ended:
         """Degrees of freedom of each variance that is told, (P,)."""
         found, freedom = np.full(len(self.scale), np.inf), self.coloured.freedom
         if self.bootstrap:
-            coloured, twins = (
-                np.diag(self.free_covariances[name]) for name in ("coloured", "bootstrap")
-            )
-            freedom = np.where(twins > coloured, self.bootstrap - 1, freedom)
+            freedom = np.full(len(freedom), self.twins.count - 1.0)
         found[self.unknowns.free] = freedom
         return found
 
@@ -427,18 +431,13 @@ class Ended:
             weighing=replace(self.weighing, weights=most * short.counted, shares=shares),
         )
 
-    def _twins(self, scores: Scores) -> Array:
-        """What the noise of simulated twins moves the parameters of scores by, (k, B)."""
-        random = np.random.default_rng(self.seed)
-        noise = self.predictions.by_noise(self.best.physical, self.bootstrap, random)
-        errors = whole_lanes(noise)
-        if errors.shape[1] < _FEWEST_TWINS:
-            raise EstimationError(
-                f"{errors.shape[1]} of {self.bootstrap} twins could be simulated with the noise "
-                "of the record; leave the bootstrap out.",
-                code="bootstrap-lost",
-            )
-        return np.asarray(-self._influence(scores) @ errors)
+    def _by_twins(self, scores: Scores) -> Array:
+        """Covariance of the parameters of scores by twins, (k, k)."""
+        changed, weights = self.twins.changed, self.weighing.weights[:, None]
+        apart = changed - changed.mean(axis=1, keepdims=True)
+        moved = -self._influence(scores) @ apart
+        left = weights * apart + scores.jacobian @ moved
+        return calibrated_covariance(scores, self.errors_left, moved, left)
 
     def _beside(self, errors: Array) -> Array:
         """Errors (n,) less what the parameters make of them."""
@@ -447,7 +446,7 @@ class Ended:
     @property
     def chosen(self) -> str:
         """The covariance that is told."""
-        return "larger" if self.bootstrap else "coloured"
+        return "bootstrap" if self.bootstrap else "coloured"
 
     def _whole(self, matrix: Array, chosen: NDArray[np.bool_]) -> Array:
         """A covariance among all parameters; infinite variances of what is not shown."""

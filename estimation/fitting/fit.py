@@ -144,10 +144,10 @@ def fit(
         Searches, the first from the start, others from about it, also of the other sign where the
         bounds allow; the lowest end is taken.
     bootstrap : int
-        Twins of the records, simulated in one batch with white noise of the position, from which
-        the deviations are taken; 0 for none.
+        How many twins of the records tell bias and deviations: their loops once more, with the
+        noise that was measured in them; 0 for none. 32 are enough. Not of an open loop.
     seed : int
-        Of further starts and of the bootstrap's noise.
+        Of further starts.
     horizon : float, optional
         Length of the windows of an open loop, s; 1 s by default, or a half, a quarter and so on of
         it, so that there are 20, and where friction that falls with the velocity, or another force,
@@ -175,6 +175,12 @@ def fit(
     """
     outputs = _outputs(output)
     _check(loss, starts, bootstrap, seed)
+    if bootstrap and OPEN_LOOP in outputs:
+        raise UsageError(
+            "the bootstrap simulates the loop with its noise, and an open loop has none; leave it "
+            "out: deviations of an open loop are those of its windows.",
+            code="bootstrap-open-loop",
+        )
     if not (progress is None or callable(progress)):
         raise UsageError(
             f"the progress is {quoted(progress)}; give a function that takes a step, their number "

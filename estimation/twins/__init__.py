@@ -9,3 +9,4 @@ from .calibration import calibrated as calibrated
 from .chain import Chain as Chain
 from .measured_chain import measured_chain as measured_chain
 from .twins import Twins as Twins
+from .twins import twins_of as twins_of

@@ -40,7 +40,8 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     acts beside the control is a sum of autoregressions of given correlation times, whose variances
     are the likeliest by Whittle for the rows of the inverse model, without all that the model's
     columns explain when they may change with time, place, speed and direction, and beside what
-    twins with noise and steps of the position have there.
+    twins with noise and steps of the position have there; nothing is told of these where friction
+    remembers, which has no rows.
 
     Parameters
     ----------
@@ -63,6 +64,8 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     position, jitter = _position_noise(data, quiet, physical, chain)
     chain = replace(chain, position=position, jitter=jitter)
     chain = replace(chain, beside=_beside(data, quiet))
+    if data.axis.axis.states:  # friction that remembers has no rows
+        return chain
     rows = _RowBands.of(data, quiet)
     found = rows.power(_residuals(data, physical, data))
     twins = [_residuals(twin, physical, data) for twin in twins_of(data, physical, chain, _TWINS)]

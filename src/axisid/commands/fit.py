@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Of further starts and of the bootstrap's noise.",
+    help="Of further starts.",
 )
 @record_options
 @columns_of_option

@@ -147,7 +147,8 @@ _OPTIONS = (
         type=click.IntRange(0, 100_000),
         default=0,
         metavar="N",
-        help="Deviations from N simulated twins of the records.  [default: none]",
+        help="Bias and deviations from N simulated twins of the records, with their noise as it is "
+        "measured; 32 are enough.  [default: none]",
     ),
     click.option(
         "--horizon",

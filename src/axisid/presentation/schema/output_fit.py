@@ -20,8 +20,8 @@ class WrittenFitted(JsonObject, frozen=True, kw_only=True):
     deviations: Annotated[
         Mapping[str, float | None],
         about(
-            "By covariance: coloured errors, independent ones; where twins were asked for "
-            "bootstrap, and the larger of that and coloured."
+            "By covariance: coloured errors, independent ones; where twins were asked for, "
+            "bootstrap by them."
         ),
     ]
     interval_95: Annotated[

@@ -24,9 +24,7 @@ from axisid.support.remedy import Wording, as_arguments
 _COVARIANCES = {
     "coloured": "errors follow an autoregression, of each record its own; sandwich",
     "iid": "independent errors",
-    "bootstrap": "twins with white noise of the position in the loop, as the records have it, "
-    "without what the model lacks",
-    "larger": "of each parameter the larger of coloured and bootstrap",
+    "bootstrap": "as twins with the records' noise scatter",
 }
 
 
