@@ -48,6 +48,7 @@ from axisid.estimation.searches import (
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
 from axisid.estimation.thresholds.fitting import MAX_WEIGHT
 from axisid.estimation.told_by_outputs import unseen_directions
+from axisid.estimation.twins import check_count
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
@@ -174,7 +175,8 @@ def fit(
     [Ljung1999]_, [Gautier2013]_, [Whittle1963]_.
     """
     outputs = _outputs(output)
-    _check(loss, starts, bootstrap, seed)
+    _check(loss, starts, seed)
+    check_count(bootstrap)
     if bootstrap and OPEN_LOOP in outputs:
         raise UsageError(
             "the bootstrap simulates the loop with its noise, and an open loop has none; leave it "
@@ -634,11 +636,10 @@ def _check_choice(value: object, names: tuple[str, ...], what: str) -> None:
         )
 
 
-def _check(loss: object, starts: object, bootstrap: object, seed: object) -> None:
+def _check(loss: object, starts: object, seed: object) -> None:
     _check_choice(loss, tuple(LOSSES), "loss")
     for number, least, most, what in (
         (starts, 1, _MOST_STARTS, "starts"),
-        (bootstrap, 0, 100_000, "twins of the bootstrap"),
         (seed, 0, 2**63, "seed"),
     ):
         if not (is_whole(number) and least <= number <= most):

@@ -14,9 +14,9 @@ from axisid.estimation.problems import Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.twins import check_count
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
-from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
@@ -25,8 +25,6 @@ from .bounded import bounded_result
 from .drive_time import identified_with_time
 from .result import Identification
 from .shared import shared_records
-
-_TWINS = (8, 100_000)  # fewest and most, but for none
 
 
 def identify(
@@ -110,7 +108,7 @@ def identify(
     check_has_rows(generated.axis)
     records = records_of(record)
     check_choices(covariance, start, loss)
-    _check_bootstrap(bootstrap)
+    check_count(bootstrap)
     requested = requested_methods(methods)
     as_given = _at_rate(prefilter, records[0].period)
 
@@ -253,16 +251,6 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
     _check_covariance(covariance)
     _check_start(start)
     _check_loss(loss)
-
-
-def _check_bootstrap(bootstrap: object) -> None:
-    few, most = _TWINS
-    if not (is_whole(bootstrap) and (bootstrap == 0 or few <= bootstrap <= most)):
-        raise UsageError(
-            f"the twins of the bootstrap are {quoted(bootstrap)}; give a whole number from {few} "
-            f"to {most}, or 0 for none.",
-            code="bootstrap-count",
-        )
 
 
 def _check_start(start: object) -> None:

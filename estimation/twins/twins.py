@@ -13,9 +13,29 @@ from axisid.estimation.regression import Equations, Form, Solution, simulated_lo
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array, in_few_digits
-from axisid.support.errors import DataError, EstimationError
+from axisid.support.errors import DataError, EstimationError, UsageError
+from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import quoted
 
 from .chain import Chain
+
+_FEWEST, _MOST = 8, 100_000  # but for none
+
+
+def check_count(count: object) -> None:
+    """Refuse a number of twins that tells nothing.
+
+    Raises
+    ------
+    UsageError
+        It is none from 8 on, nor 0.
+    """
+    if not (is_whole(count) and (count == 0 or _FEWEST <= count <= _MOST)):
+        raise UsageError(
+            f"the twins of the bootstrap are {quoted(count)}; give a whole number from {_FEWEST} "
+            f"to {_MOST}, or 0 for none.",
+            code="bootstrap-count",
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -963,7 +963,7 @@ def test_a_saved_fit_of_a_position_has_no_twins_and_tells_the_same(
         ("local-of-one", {"local": "Fc"}),
         ("fit-count", {"starts": 0}),
         ("fit-progress", {"progress": 3}),
-        ("fit-count", {"bootstrap": -1}),
+        ("bootstrap-count", {"bootstrap": 1}),
         ("unknown-fit-start", {"start": "here"}),
         ("fit-start", {"start": {"M": np.nan}}),
         ("fit-start", {"start": {"mass": 1.0}}),

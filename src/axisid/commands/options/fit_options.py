@@ -10,6 +10,7 @@ import click
 
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS, RESTS
 
+from .estimator_options import bootstrap_option
 from .several_options import names_in
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -142,14 +143,7 @@ _OPTIONS = (
         metavar="N",
         help="Searches, the others from about the start; the lowest end is taken.",
     ),
-    click.option(
-        "--bootstrap",
-        type=click.IntRange(0, 100_000),
-        default=0,
-        metavar="N",
-        help="Bias and deviations from N simulated twins of the records, with their noise as it is "
-        "measured; 32 are enough.  [default: none]",
-    ),
+    bootstrap_option,
     click.option(
         "--horizon",
         type=click.FloatRange(0.0, min_open=True),
