@@ -244,7 +244,7 @@ def _provenance(
         path=table.path,
         columns=found.names,
         assumed=found.notes,
-        doubts=(*table.doubts, *doubts),
+        doubts=doubts,
         repairs=(*table.repairs, *repairs),
         clock=clock,
     )

@@ -70,7 +70,7 @@ class Provenance:
     doubts : tuple of Note
         What may be wrong with the data, and was taken as it is, with what to do about it.
     repairs : tuple of Repair
-        What was done to the data, in this order; only on request.
+        What was done to the data, in this order; only on request, but for a last row that is cut.
     clock : LogClock or None
         Of a log that was read.
     """

@@ -9,7 +9,6 @@ from types import ModuleType
 
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.remedy import Note
 
 from .provenance import Repair
 
@@ -73,10 +72,8 @@ class Table:
     columns : mapping of str to Column
     notes : tuple of str
         What was assumed of the file: separator, encoding, rows that were passed over.
-    doubts : tuple of Note
-        What may be wrong with its rows, and was taken as it is.
     repairs : tuple of Repair
-        What was done to the file on request, before its columns were read.
+        Rows at its end that were left out: one that ends inside its last number, more on request.
     sha256 : str
         Of the file; empty if there is none.
     path : str
@@ -96,7 +93,6 @@ class Table:
     source: str
     columns: Mapping[str, Column]
     notes: tuple[str, ...] = ()
-    doubts: tuple[Note, ...] = ()
     repairs: tuple[Repair, ...] = ()
     sha256: str = ""
     path: str = ""

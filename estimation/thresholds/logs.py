@@ -20,25 +20,6 @@ MIN_TABLE_ROW_SHARE = Threshold(
     "share of the rows that the best reading makes a table of, from which a reading is considered",
     "chosen",
 )
-MIN_NUMBERS_BEFORE_CUT = Threshold(
-    20,
-    "numbers",
-    "numbers above the last of which it shows that the last is cut off, where its line has no end",
-    "chosen: among fewer, digits are alike by chance",
-)
-MIN_NUMBERS_BEFORE_ENDED_CUT = Threshold(
-    100,
-    "numbers",
-    "the same where the last line has its end, as one that was cut off has not",
-    "chosen",
-)
-MAX_LAST_NUMBER_BEND = Threshold(
-    5.0,
-    "1",
-    "distance of the last number from where those above it lead, times their largest second "
-    "difference, beyond which it is cut off",
-    "chosen",
-)
 MAX_INCOMPLETE_LINES = Threshold(
     50,
     "lines",

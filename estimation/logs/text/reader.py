@@ -2,15 +2,14 @@
 
 from dataclasses import replace
 
-from axisid.estimation.tables import Repair, Table
+from axisid.estimation.tables import Table
 from axisid.estimation.thresholds.logs import MIN_ZERO_BYTE_SHARE
 from axisid.support.errors import DataError
-from axisid.support.remedy import Note
 
 from .columns import text_columns, without_comments
 from .dialect import Line, sniff
 from .labview import is_labview, plain_lines
-from .tail import complete_lines, cut_notes, without_tail
+from .tail import complete_lines, is_cut, left_out
 from .twincat import is_twincat, read_twincat
 
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
@@ -46,22 +45,17 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     dialect = sniff(source, lines)
     body = without_comments(lines[dialect.first :])
     ended = text.endswith(("\n", "\r"))
-    repairs: tuple[Repair, ...] = ()
-    doubts: tuple[Note, ...] = ()
-    if drop_tail:
-        body, repair = without_tail(body, dialect, ended=ended)
-        repairs = (repair,)
-    else:
-        doubts = cut_notes(body, dialect, ended=ended)
-    columns = text_columns(source, body, dialect)
+    complete = complete_lines(body, dialect, ended=ended)
+    whole = complete if drop_tail else len(body) - (not ended and is_cut(body, dialect))
+    tail = body[whole:]
+    columns = text_columns(source, body[:whole], dialect)
     return Table(
         source=source,
         columns=columns,
         texts={name: column.texts for name, column in columns.items() if len(column.texts)},
         notes=dialect.notes + notes,
-        doubts=doubts,
-        repairs=repairs,
-        incomplete=0 if drop_tail else len(body) - complete_lines(body, dialect, ended=ended),
+        repairs=(left_out(tail),) if drop_tail or tail else (),
+        incomplete=whole - complete,
     )
 
 

@@ -4,15 +4,15 @@ import csv
 
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds.logs import MAX_INCOMPLETE_LINES
-from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.remedy import Setting
 
-from .cut_number import NEIGHBOURS, cut_number
 from .dialect import Dialect, Line, is_number
 from .time_stamps import is_stamp
 
 #: Leaves out what is no row at the end.
 DROP_TAIL = Setting("tail", "drop")
 _SHOWN = 40  # characters
+_NEIGHBOURS = 20  # lines above the last whose last numbers tell how long it should be
 
 
 def complete_lines(lines: list[Line], dialect: Dialect, *, ended: bool = True) -> int:
@@ -26,7 +26,7 @@ def complete_lines(lines: list[Line], dialect: Dialect, *, ended: bool = True) -
         Whether the last line has its end; one that the logger was stopped in has not.
     """
     kinds = [_kind(cell, dialect) for cell in _cells(lines[0][1], dialect)]
-    early = _ends_early(lines, dialect) or bool(cut_in_number(lines, dialect, ended=ended))
+    early = _ends_early(lines, dialect) or (not ended and is_cut(lines, dialect))
     first = len(lines) - 1 if early else len(lines)
     for count in range(first, max(len(lines) - MAX_INCOMPLETE_LINES.value, 1) - 1, -1):
         cells = _cells(lines[count - 1][1], dialect)
@@ -48,42 +48,24 @@ def _ends_early(lines: list[Line], dialect: Dialect) -> bool:
     )
 
 
-def cut_in_number(lines: list[Line], dialect: Dialect, *, ended: bool) -> str:
-    """Why the last line looks cut off inside its last number; empty where it does not."""
-    last = [line.rstrip() for _, line in lines[-NEIGHBOURS - 1 :]]
-    of_all = [_cells(line, dialect) for line in last]
-    width = len(dialect.names)
-    if len(of_all[-1]) != width:
-        return ""  # cut off in another cell, which shows
-    alike = [(cells[-1], line[-1]) for cells, line in zip(of_all, last, strict=True) if cells]
-    cells = [cell.replace(",", ".") if dialect.comma else cell for cell, _ in alike]
-    return cut_number(cells, [end for _, end in alike], ended=ended)
+def is_cut(lines: list[Line], dialect: Dialect) -> bool:
+    """Whether the last number of a text without a last line end is shorter than all above it."""
+    rows = [_cells(line, dialect) for _, line in lines[-_NEIGHBOURS - 1 :]]
+    if len(rows) <= _NEIGHBOURS or any(len(row) != len(dialect.names) for row in rows):
+        return False  # cut off in another cell, which shows, or too few to tell
+    *above, last = (len(row[-1].lstrip("+-")) for row in rows)
+    return 0 < last < min(above)
 
 
-def cut_notes(lines: list[Line], dialect: Dialect, *, ended: bool) -> tuple[Note, ...]:
-    """What is said of a last line that looks cut off inside its last number; empty for none."""
-    why = cut_in_number(lines, dialect, ended=ended)
-    if not why:
-        return ()
-    number, line = lines[-1]
-    last = _cells(line, dialect)[-1]
-    found = f"line {number}, the last, looks cut off inside its last number, {last!r}: {why}; "
-    return (Note(found, Remedy.of("leave it out with ", DROP_TAIL)),)
-
-
-def without_tail(
-    lines: list[Line], dialect: Dialect, *, ended: bool = True
-) -> tuple[list[Line], Repair]:
-    """The lines without those at the end that are none, and what is said of them."""
-    count = complete_lines(lines, dialect, ended=ended)
-    incomplete = lines[count:]
-    if not incomplete:
-        return lines, Repair(kind="tail", count=0, text="no incomplete lines at the end")
-    number, line = incomplete[0]
-    what = "line" if len(incomplete) == 1 else "lines"
+def left_out(lines: list[Line]) -> Repair:
+    """What is said of lines at the end that are left out."""
+    if not lines:
+        return Repair(kind="tail", count=0, text="no incomplete lines at the end")
+    number, line = lines[0]
+    what = "line" if len(lines) == 1 else "lines"
     shown = line.strip() if len(line.strip()) <= _SHOWN else f"{line.strip()[:_SHOWN]}..."
-    text = f"{len(incomplete)} incomplete {what} at the end left out, from line {number}: {shown!r}"
-    return lines[:count], Repair(kind="tail", count=len(incomplete), text=text)
+    text = f"{len(lines)} incomplete {what} at the end left out, from line {number}: {shown!r}"
+    return Repair(kind="tail", count=len(lines), text=text)
 
 
 def _cells(line: str, dialect: Dialect) -> list[str]:
