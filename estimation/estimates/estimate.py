@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -37,9 +37,6 @@ from axisid.support.user_values import is_among, quoted
 from .inference import Inference
 from .iterate import Iterate, NotSimulated
 from .value import NamedValues, Value, derived_value, value_with_interval
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -388,22 +385,6 @@ class Estimate(Presentable, Exact):
         if self.weights is not None:
             residuals, columns = self.weights * residuals, self.weights[:, None] * columns
         return residual_tests(residuals, columns, neighbours=self.neighbours)
-
-    def plot_force(self, ax: Any = None) -> "Figure":
-        """Draw measured and reconstructed force (or acceleration) and the error."""
-        return self.plot("force", ax=ax)
-
-    def plot_autocorrelation(self, ax: Any = None) -> "Figure":
-        """Draw the residuals' autocorrelation."""
-        return self.plot("autocorrelation", ax=ax)
-
-    def plot_spectrum(self, ax: Any = None) -> "Figure":
-        """Draw the residuals' power density."""
-        return self.plot("spectrum", ax=ax)
-
-    def plot_convergence(self, ax: Any = None) -> "Figure":
-        """Draw the iterates of instruments; a `UsageError` for least squares."""
-        return self.plot("convergence", ax=ax)
 
     def _bend(self) -> Bend:
         return bend(self.form, self.theta, self._of_theta(self.chosen))

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
@@ -28,9 +28,6 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
 from .several import OfRecord, of_records, record_place
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,7 +205,13 @@ class Identification(Presentable, Exact):
         return self.data.prefilter
 
     def __getitem__(self, method: str) -> Estimate:
-        return self._of(method)
+        name = str(method).lower()
+        if name not in self.estimates:
+            raise UsageError(
+                f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
+                code="no-such-estimate",
+            )
+        return self.estimates[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.estimates)
@@ -273,49 +276,6 @@ class Identification(Presentable, Exact):
             Add intervals, correlations and every diagnostic with its figures.
         """
         return str(view_of("as_text", self, draws=draws, full=full))
-
-    def plot_force(self, method: str | None = None, ax: Any = None) -> "Figure":
-        """Draw measured and reconstructed force of a method, by default the judged one."""
-        return self.plot("force", method=method, ax=ax)
-
-    def plot_autocorrelation(self, method: str | None = None, ax: Any = None) -> "Figure":
-        """Draw the residuals' autocorrelation."""
-        return self.plot("autocorrelation", method=method, ax=ax)
-
-    def plot_spectrum(self, method: str | None = None, ax: Any = None) -> "Figure":
-        """Draw the residuals' power density."""
-        return self.plot("spectrum", method=method, ax=ax)
-
-    def plot_repeats(self, method: str | None = None, ax: Any = None) -> "Figure":
-        """Draw what is left again where the reference repeats; a `UsageError` where it does not."""
-        return self.plot("repeats", method=method, ax=ax)
-
-    def plot_convergence(self, method: str | None = None, ax: Any = None) -> "Figure":
-        """Draw the iterates of instruments; a `UsageError` for least squares."""
-        return self.plot("convergence", method=method, ax=ax)
-
-    def plot_friction(self, method: str | None = None, ax: Any = None) -> "Figure":
-        """Draw the fitted friction law over the binned measurement."""
-        return self.plot("friction", method=method, ax=ax)
-
-    def plot_tracking(self, method: str | None = None, ax: Any = None) -> "Figure":
-        """Draw recorded and simulated position; a `UsageError` if there is no loop."""
-        return self.plot("tracking", method=method, ax=ax)
-
-    def plot_record(self, ax: Any = None) -> "Figure":
-        """Draw the record, with what was dropped."""
-        return self.plot("record", ax=ax)
-
-    def _of(self, method: str | None) -> Estimate:
-        if method is None:
-            return self.preferred
-        name = str(method).lower()
-        if name not in self.estimates:
-            raise UsageError(
-                f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
-                code="no-such-estimate",
-            )
-        return self.estimates[name]
 
     def to_dict(self, draws: int = 0) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""

@@ -123,7 +123,7 @@ def test_convergence_shows_the_steps_that_end_it_and_least_squares_has_none(
         assert s.y[-2] < 0.01 < s.y[0]
         assert np.isnan(s.y[-1])  # the last from itself
     with refuses("no-figure", says="no figure of the convergence: idm-ls is no iteration"):
-        result["idm-ls"].plot_convergence()
+        result["idm-ls"].plot("convergence")
 
 
 def test_friction_law_is_the_closed_form_and_lies_on_the_measurement(
@@ -197,7 +197,7 @@ def test_friction_that_is_no_curve_over_the_velocity_is_refused(
     assert isinstance(plot, Missing)
     assert reason in plot.reason
     with refuses("no-figure", says=reason):
-        result.plot_friction()
+        result.plot("friction")
 
 
 def test_tracking_agrees_with_the_validation_of_the_same_record(
@@ -341,7 +341,7 @@ def test_without_a_loop_there_is_no_tracking(emps2015: GeneratedAxis, twin: Reco
         "tracking",
     ]
     with refuses("no-figure", says="no control law"):
-        result.plot_tracking()
+        result.plot("tracking")
 
 
 @pytest.mark.slow
@@ -356,14 +356,14 @@ def test_matplotlib_draws_the_same_bytes_twice(result: Identification) -> None:
 @pytest.mark.slow
 def test_methods_for_notebooks_draw(result: Identification, swept: Sweep) -> None:
     figures = [
-        result["idm-iv"].plot_force(),
-        result.plot_force("idm-ls"),
-        result.plot_autocorrelation(),
-        result.plot_spectrum(),
-        result.plot_convergence(),
-        result.plot_friction(),
-        result.plot_tracking(),
-        result.plot_record(),
+        result["idm-iv"].plot("force"),
+        result.plot("force", method="idm-ls"),
+        result.plot("autocorrelation"),
+        result.plot("spectrum"),
+        result.plot("convergence"),
+        result.plot("friction"),
+        result.plot("tracking"),
+        result.plot("record"),
         swept.plot(),
     ]
     for figure in figures:
@@ -378,7 +378,7 @@ def test_methods_for_notebooks_draw(result: Identification, swept: Sweep) -> Non
     ]
     assert figures[2]._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
     with refuses("no-such-estimate", says="'nonsense'; choose from idm-ls, ddm-ls"):
-        result.plot_force("nonsense")
+        result.plot("force", method="nonsense")
 
 
 def test_a_series_of_unequal_columns_is_refused() -> None:
