@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
 from axisid.support.arrays import Array
@@ -40,22 +39,13 @@ class Share:
         return self.interval_at(INTERVAL_LEVEL.value)
 
     def interval_at(self, level: float) -> tuple[float, float]:
-        """Wilson's interval of a level.
+        """Wilson's interval of a level; 0 to 1 of no time."""
+        from scipy.stats import binomtest
 
-        References
-        ----------
-        [Wilson1927]_.
-        """
         if not self.of:
             return 0.0, 1.0
-        reach = float(ndtri((1 + level) / 2))
-        n, share = self.of, self.value
-        shrunk = 1 + reach**2 / n
-        centre = (share + reach**2 / (2 * n)) / shrunk
-        half = reach * math.sqrt(share * (1 - share) / n + reach**2 / (4 * n**2)) / shrunk
-        # Rounding may leave a bound of nothing, or of everything, a little inside.
-        low = 0.0 if not self.count else max(centre - half, 0.0)
-        return low, 1.0 if self.count == n else min(centre + half, 1.0)
+        found = binomtest(self.count, self.of).proportion_ci(level, "wilson")
+        return float(found.low), float(found.high)
 
 
 @dataclass(frozen=True, slots=True)
