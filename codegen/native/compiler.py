@@ -15,8 +15,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from .child import run_child
 from .errors import CompilerHangsError, NativeUnavailableError
-from .workshop import Workshop
 
 FLAGS = (
     "-std=c11",
@@ -46,8 +46,8 @@ class Compiler:
     command: tuple[str, ...]
     identity: str
 
-    def compile(self, source: Path, target: Path, workshop: Workshop) -> None:
-        """Compile one file into a shared library, both in the workshop's folder.
+    def compile(self, source: Path, target: Path, seconds: float) -> None:
+        """Compile one file into a shared library, both in one folder.
 
         Raises
         ------
@@ -57,15 +57,11 @@ class Compiler:
         command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
         output = source.with_name("output")
         try:
-            code = workshop.run(command, output.name)
+            code = run_child(source.parent, seconds, ("compile", command, output.name))
         except TimeoutError:
             raise CompilerHangsError(
-                f"{self.command[0]} did not finish within {workshop.seconds:g} s"
+                f"{self.command[0]} did not finish within {seconds:g} s"
             ) from None
-        except EOFError:
-            raise NativeUnavailableError("the process that runs the compiler was ended") from None
-        except OSError as error:
-            raise NativeUnavailableError(f"{self.command[0]} does not run: {error}") from error
         with output.open("rb") as file:
             said = file.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
         if code != 0 or not target.is_file():

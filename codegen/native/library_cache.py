@@ -25,23 +25,21 @@ from axisid.support.files.regular_file import read_regular
 
 from .compiler import FLAGS, Compiler, find_compiler, most_seconds
 from .errors import CompilerHangsError, NativeUnavailableError, WrongLibraryError
-from .workshop import Workshop
+from .trial import Trial
 
 _LOCK_SECONDS = 300.0
 _OLD_SECONDS = 3600.0
-#: Compares what a fresh library computes; raises `WrongLibraryError` if that is wrong.
-Check = Callable[[Workshop], None]
 
 
-def compiled_library(text: str, check: Check) -> Path:
+def compiled_library(text: str, trial: Callable[[], Trial]) -> Path:
     """Return the path of the library compiled from a C text, building it if need be.
 
     Parameters
     ----------
     text : str
         C11 source.
-    check : callable
-        Calls a freshly built library in the process that tries it.
+    trial : callable
+        Makes what a freshly built library is tried by.
 
     Raises
     ------
@@ -62,7 +60,7 @@ def compiled_library(text: str, check: Check) -> Path:
                 raise PermissionError(errno.EPERM, "others can write to it")
             with FileLock(folder / f"{name}.lock", timeout=_LOCK_SECONDS):
                 if not _is_intact(folder / name):
-                    _build(text, compiler, folder / name, check)
+                    _build(text, compiler, folder / name, trial())
             return folder / name
         except Timeout as error:
             reasons.append(f"another process holds {error.lock_file}")
@@ -132,30 +130,8 @@ def _is_intact(library: Path) -> bool:
         return False
 
 
-def build_library(text: str, compiler: Compiler, folder: Path, check: Check) -> Path:
-    """Compile in a folder of its own, and try the library in a process of its own.
-
-    Raises
-    ------
-    NativeUnavailableError
-        The compiler fails, or the library crashes or computes wrong values.
-    OSError
-        The folder cannot be written to.
-    """
-    source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
-    with Workshop(folder, most_seconds()) as workshop:
-        source.write_text(text)
-        compiler.compile(source, target, workshop)
-        try:
-            workshop.load(target)
-            check(workshop)
-        except OSError as error:
-            raise NativeUnavailableError(f"the compiled library does not load: {error}") from error
-    return target
-
-
-def _build(text: str, compiler: Compiler, library: Path, check: Check) -> None:
-    """Build in a private folder beside the library, then move both files into place.
+def _build(text: str, compiler: Compiler, library: Path, trial: Trial) -> None:
+    """Compile and try in a private folder beside the library, then move both files into place.
 
     Raises
     ------
@@ -167,7 +143,10 @@ def _build(text: str, compiler: Compiler, library: Path, check: Check) -> None:
     _clear(library.parent)
     with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as name:
         folder = Path(name)
-        target = build_library(text, compiler, folder, check)
+        source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
+        source.write_text(text)
+        compiler.compile(source, target, most_seconds())
+        trial.run(target, most_seconds())
         digest = folder / "sha256"
         digest.write_text(_digest(target, library.name))
         for file in (target, digest):

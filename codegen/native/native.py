@@ -5,7 +5,6 @@ the first axis of every array, lanes (simulations of a batch) the second.
 """
 
 import contextlib
-import tempfile
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,14 +13,11 @@ from typing import Any
 from axisid.codegen.printers import has_known_part, print_c_lanes
 from axisid.support.arrays import Array
 
-from .compiler import find_compiler
 from .errors import NativeUnavailableError
 from .lanes import LaneLibrary
-from .lanes_check import check_lanes
 from .library import LoadedLibrary, NativeLibrary
-from .library_cache import build_library, cached_library, compiled_library
-from .self_test import check_library
-from .workshop import Workshop
+from .library_cache import cached_library, compiled_library
+from .trial import Trial, lanes_trial, trial_of
 
 _MOTION = 4  # what the inverse model takes where no signals are recorded
 
@@ -72,12 +68,12 @@ class Native:
         return self._library
 
     def _loaded(self) -> NativeLibrary:
-        path = compiled_library(self.text, self._check)
+        path = compiled_library(self.text, self._trial)
         try:
             return self._load(path)
         except OSError:  # whole, but not for this machine: build it again
             path.unlink(missing_ok=True)
-            return self._load(compiled_library(self.text, self._check))
+            return self._load(compiled_library(self.text, self._trial))
 
     def _load(self, path: Path) -> NativeLibrary:
         return NativeLibrary(LoadedLibrary(path), self._functions, path, self._gains)
@@ -99,22 +95,10 @@ class Native:
         count = self._functions["direct_dynamics"].size1_in("parameters")
         known = has_known_part(self.text)
 
-        def check(workshop: Workshop) -> None:
-            check_lanes(LaneLibrary(workshop.call, count, known=known), self._functions)
-
-        path = compiled_library(print_c_lanes(self.text, count), check)
+        path = compiled_library(
+            print_c_lanes(self.text, count), lambda: lanes_trial(self._functions, known=known)
+        )
         return LaneLibrary(LoadedLibrary(path, "lanes_measured"), count, known=known)
-
-    def compile_afresh(self) -> None:
-        """Compile and test the library in a folder of its own, cached or not.
-
-        Raises
-        ------
-        NativeUnavailableError
-            There is no compiler, or it fails.
-        """
-        with tempfile.TemporaryDirectory(prefix="axisid-") as folder:
-            build_library(self.text, find_compiler(), Path(folder), self._check)
 
     def warn_once(self) -> None:
         """Say that the virtual machine runs in place of native code, and why."""
@@ -138,7 +122,5 @@ class Native:
             served = self._served[function] = f"void {function}_rows(" in self.text
         return self._library if served else None
 
-    def _check(self, workshop: Workshop) -> None:
-        """Compare a fresh library with the virtual machine, in the process that tries it."""
-        library = NativeLibrary(workshop.call, self._functions)
-        check_library(library, self._functions, self.text)
+    def _trial(self) -> Trial:
+        return trial_of(self._functions, self.text)

@@ -1,8 +1,6 @@
-"""What is generated against the declaration, and what is compiled against the virtual machine."""
+"""What is generated against the declaration."""
 
 from .threshold import Threshold
-
-# Against the declaration
 
 MAX_CONTROL_DIFFERENCE = Threshold(
     1e-9,
@@ -30,39 +28,4 @@ MAX_SUMMED_DIFFERENCE = Threshold(
     "1",
     "the same by the sizes of the columns that are added up, which may cancel",
     "chosen: some thousand roundings of a double",
-)
-
-# Against the virtual machine
-
-MAX_FUNCTION_DIFFERENCE = Threshold(
-    1e-12,
-    "1",
-    "difference of a compiled function from the virtual machine's, as a share of its value, beside "
-    "what rounding explains, up to which a library is taken",
-    "chosen: some thousand roundings of a double",
-)
-MAX_LOOP_DIFFERENCE = Threshold(
-    1e-9,
-    "1",
-    "difference of a compiled loop's signal from the virtual machine's, as a share of its size",
-    "chosen: a few samples magnify rounding",
-)
-MAX_MAGNIFIED_DIFFERENCE = Threshold(
-    1e3,
-    "1",
-    "the same by what a change of a start and of parameters by 1e-15 moves the signal, where that "
-    "is more",
-    "chosen",
-)
-MAX_ROUNDING_SHARE = Threshold(
-    1e-9,
-    "1",
-    "share of a result that rounding may move, beyond which the trial's steps are cut",
-    "chosen: more would hide a fault of the code",
-)
-MAX_TESTED_RATE = Threshold(
-    0.25,
-    "1",
-    "rate of the plant times a step, beyond which the trial's steps are cut",
-    "chosen: a Runge-Kutta step resolves it",
 )

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from axisid.codegen.native.library_cache import compiled_library
+from axisid.codegen.native.trial import Trial
 
 #: The cache of the whole run, as tests replace the variable.
 _SHARED = os.environ["AXISID_CACHE"]
@@ -16,7 +17,7 @@ def placed_library(text: str, cache: Path) -> Path:
     """Where the library of a C text is in this cache, with its digest."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("AXISID_CACHE", _SHARED)
-        built = compiled_library(text, lambda _: None)
+        built = compiled_library(text, Trial)
     cache.mkdir(mode=0o700, exist_ok=True)
     for file in (built, built.with_suffix(".sha256")):
         shutil.copy2(file, cache)

@@ -19,7 +19,6 @@ from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.lowering.program import Program
 from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
-from axisid.codegen.native.workshop import Workshop
 from axisid.codegen.printers.c import print_c_function, print_c_prelude, print_c_rows
 from axisid.codegen.printers.casadi import print_function
 from axisid.codegen.printers.python import print_python
@@ -40,9 +39,8 @@ def compiled(program: Program, points: Points, folder: Path) -> Array:
     body = f"{print_c_function(program)}\n{print_c_rows(program)}"
     source, library = folder / "chosen.c", folder / "chosen.so"
     source.write_text(f"{print_c_prelude(body)}\n{body}")
-    with Workshop(folder, 120.0) as workshop:
-        find_compiler().compile(source, library, workshop)
-        built = ctypes.CDLL(str(library))
+    find_compiler().compile(source, library, 120.0)
+    built = ctypes.CDLL(str(library))
     x, y = np.array(points).T.copy()
     out = np.empty((len(points), sum(len(row) for row in program.outputs[0].rows)))
     pointer = ctypes.POINTER(ctypes.c_double)

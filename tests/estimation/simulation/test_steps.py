@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -353,9 +354,12 @@ def test_several_records_have_steps_wherever_one_of_them_has(
 
 
 @pytest.mark.slow
-def test_an_axis_that_takes_many_steps_is_compiled_without_taking_them() -> None:
+def test_an_axis_that_takes_many_steps_is_compiled_without_taking_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("AXISID_CACHE", str(tmp_path))
     axis, before = wavy(*WAVES["p*sin(3000000.0*q/x0)"]), time.process_time()
-    axis.native.compile_afresh()
+    assert axis.native.library() is not None, axis.native.refusal
     assert time.process_time() - before < 10
 
 

@@ -19,7 +19,7 @@ from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.library_cache import _digest, cached_library, compiled_library
 from axisid.codegen.native.native import Native
-from axisid.codegen.native.workshop import Workshop
+from axisid.codegen.native.trial import Trial
 from tests.codegen.native.placed import placed_library
 
 
@@ -110,10 +110,7 @@ def test_what_a_library_prints_disturbs_nobody(
     cache: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     noisy = '__attribute__((constructor)) static void f(void) { puts("hello"); fflush(stdout); }'
-    native = Native(
-        f"#include <stdio.h>\n{text()}{noisy}", build(load_axis("emps"), native=False).functions
-    )
-    native.compile_afresh()
+    compiled_library(f"#include <stdio.h>\n{text()}{noisy}", Trial)
     assert capfd.readouterr() == ("", "")
 
 
@@ -151,10 +148,10 @@ def test_other_systems_mean_the_virtual_machine(monkeypatch: pytest.MonkeyPatch)
 # Whoever starts the tests may have had a signal ignored.
 PROGRAM = """
 import signal
-from axisid import build, derive, load_axis
+from axisid import build, load_axis
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 signal.signal(signal.SIGINT, signal.default_int_handler)
-build(load_axis("emps")).native.{call}()
+build(load_axis("emps")).native.library()
 """
 
 
@@ -171,18 +168,17 @@ def until(holds: Callable[[], bool], seconds: float = 90.0) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("call", ["library", "compile_afresh"])
 @pytest.mark.parametrize(
     "end", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGKILL], ids=lambda end: end.name
 )
 def test_process_that_ends_while_it_compiles_leaves_nothing(
-    cache: Path, tmp_path: Path, end: signal.Signals, call: str
+    cache: Path, tmp_path: Path, end: signal.Signals
 ) -> None:
     # One that does not end by itself, with a child that does not end with it.
     stubborn = "trap '' TERM HUP INT; touch \"$TMPDIR/kept\"; sleep 61 & sleep 62"
     script = compiler(tmp_path, before=stubborn)
     process = subprocess.Popen(
-        [sys.executable, "-c", PROGRAM.format(call=call)],
+        [sys.executable, "-c", PROGRAM],
         env={**os.environ, "CC": str(script)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -190,7 +186,7 @@ def test_process_that_ends_while_it_compiles_leaves_nothing(
     )
     assert until(lambda: bool(children(f"{script} -std")))
     workshop = children(str(tmp_path / "cache" / "build-") + "|" + str(tmp_path / "temporary"))
-    assert until(lambda: any((tmp_path / "cache").glob("build-*/kept")) or call != "library")
+    assert until(lambda: any((tmp_path / "cache").glob("build-*/kept")))
     os.kill(process.pid, end)
     process.communicate(timeout=90)
     assert process.returncode
@@ -241,13 +237,18 @@ def test_leavings_of_killed_builds_are_cleared_away(cache: Path) -> None:
         folder.mkdir()
         (folder / "native.c").write_text("")
     os.utime(old, (0, 0))
-    compiled_library(text(), lambda _: None)
+    compiled_library(text(), Trial)
     assert not old.exists()
     assert new.exists()
 
 
-def test_a_command_that_does_not_start_is_said(tmp_path: Path) -> None:
-    with Workshop(tmp_path, 5.0) as workshop, pytest.raises(OSError, match="No such file"):
-        workshop.run([str(tmp_path / "absent")], "output")
-    with Workshop(tmp_path, 0.3) as workshop, pytest.raises(TimeoutError):
-        workshop.run(["/bin/sleep", "30"], "output")
+@pytest.mark.slow
+def test_a_compiler_that_does_not_start_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = compiler(tmp_path)
+    script.write_text("#!/absent/interpreter\n")
+    monkeypatch.setenv("CC", str(script))
+    native = build(load_axis("emps")).native
+    assert native.library() is None
+    assert f"{script} failed: FileNotFoundError" in native.refusal
