@@ -24,7 +24,6 @@ FLOORS = (
     ("modeling.wording",),
     ("codegen.thresholds",),
     ("codegen.lowering",),
-    ("codegen.accuracy",),
     ("codegen.printers",),
     ("codegen.runtime",),
     ("codegen.native",),

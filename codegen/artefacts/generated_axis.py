@@ -12,8 +12,7 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike
 
-from axisid.codegen.accuracy import evaluate
-from axisid.codegen.lowering import drive_force_by_gain, drive_force_in_mode, over_time
+from axisid.codegen.lowering import drive_force_by_gain, drive_force_in_mode, evaluate, over_time
 from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, ControlLaw, check_axis

@@ -8,6 +8,7 @@ from .axis_functions import axis_programs as axis_programs
 from .drive import drive_force as drive_force
 from .drive import drive_force_by_gain as drive_force_by_gain
 from .drive import drive_force_in_mode as drive_force_in_mode
+from .evaluate import evaluate as evaluate
 from .feed_forward import FeedForward as FeedForward
 from .feed_forward import feed_forward as feed_forward
 from .law_by_gains import law_by_gains as law_by_gains

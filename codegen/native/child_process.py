@@ -12,7 +12,7 @@ import signal
 import sys
 import time
 from _thread import start_new_thread
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +68,8 @@ def main(folder: str, parent: int) -> None:
     os.environ["TMPDIR"] = folder  # what a compiler leaves there when it is killed goes with it
     start_new_thread(_watch, (folder, parent))
     task, *arguments = pickle.loads(Path("task").read_bytes())  # noqa: S301
-    os._exit({"compile": compile_text, "call": call}[task](*arguments) & 0xFF)
+    tasks: dict[str, Callable[..., int]] = {"compile": compile_text, "call": call}
+    os._exit(tasks[task](*arguments) & 0xFF)
 
 
 if __name__ == "__main__":

@@ -177,7 +177,7 @@ def _try_loop(
         trial.expect("time loop", many[2][name], wanted[name][:, None], moved[name][:, None])
     if later:
         motion = (wanted["position"][:1].copy(), wanted["velocity"][:1].copy())
-        held = np.hstack([wanted["force"][0], recorded[0] if values else []])[None]
+        held = np.hstack([wanted["force"][0], [] if recorded is None else recorded[0]])[None]
         found = library.later(motion, held, np.full(1, _PERIOD), _PERIOD, parameters)
         for name, value in zip(("position", "velocity"), found, strict=False):
             trial.expect("motion between samples", value, wanted[name][1:2], moved[name][1:2])

@@ -16,16 +16,3 @@ MAX_GAIN_SLOPE_DIFFERENCE = Threshold(
     "largest force or slope",
     "chosen: a difference of gains is right to second order, 1e-8",
 )
-MAX_DECLARED_ROUNDING = Threshold(
-    1e3,
-    "1",
-    "distance of a program from the declared force, by the rounding of that in double precision, "
-    "up to which rounding explains it",
-    "chosen",
-)
-MAX_SUMMED_DIFFERENCE = Threshold(
-    1e-12,
-    "1",
-    "the same by the sizes of the columns that are added up, which may cancel",
-    "chosen: some thousand roundings of a double",
-)

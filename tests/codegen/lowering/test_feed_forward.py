@@ -22,7 +22,6 @@ from axisid import (
     load_axis,
     newton,
 )
-from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.lowering.feed_forward import FeedForward, feed_forward
 from axisid.codegen.lowering.program import Builder, Program
 from axisid.codegen.native.compiler import find_compiler
@@ -37,6 +36,7 @@ from tests.axes.drives import braked, varying
 from tests.axes.recorded import UNRECORDED, fed_law, recorded_axis
 from tests.axes.simulated import AXES
 from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
+from tests.codegen.oracle import Oracle, UndecidedError
 from tests.codegen.structured_text import StructuredText, StructuredTextError
 from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.refusals import refuses

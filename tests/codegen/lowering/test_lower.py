@@ -5,11 +5,11 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.lowering.lower import Lowering
 from axisid.codegen.lowering.program import Builder, Program
 from axisid.codegen.printers.casadi import print_function
 from axisid.codegen.runtime.execute import execute
+from tests.codegen.oracle import Oracle, UndecidedError
 from tests.refusals import refuses
 from tests.strategies.expressions import FLOATS, expressions, operations
 

@@ -209,7 +209,9 @@ def test_rows_of_lanes_are_those_of_the_virtual_machine(name: str) -> None:
     thinning = Thinning(
         sizes=np.array([0, 60, 0, 60, 0, every, every - 1, 0, 6, 6], dtype=np.int64),
         **{name: np.zeros(8) for name in ("gains", "settled")},
-        powers=np.zeros((every + 1, 8)), ends=np.zeros((8, 8)), direct=1.0,
+        powers=np.zeros((every + 1, 8)),
+        ends=np.zeros((8, 8)),
+        direct=1.0,
     )
     made = axis.functions["drive_force"].call([x.reshape(1, -1) for x in (force, q, dq)])[0]
     made = made.full().reshape(shape)

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.lowering.program import Program
 from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
@@ -25,6 +24,7 @@ from axisid.codegen.printers.python import print_python
 from axisid.codegen.runtime.execute import execute
 from tests.codegen.lowering.test_feed_forward import as_export, in_python
 from tests.codegen.lowering.test_lower import X, Y, program_of
+from tests.codegen.oracle import Oracle, UndecidedError
 from tests.strategies.expressions import FLOATS, JUMPS, SPECIAL, expressions, operations
 
 pytestmark = pytest.mark.slow

@@ -5,14 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.codegen.lowering import Program, drive_force, drive_force_by_gain
+from axisid.codegen.lowering import Program, drive_force, drive_force_by_gain, evaluate
 from axisid.codegen.thresholds.generation import MAX_CONTROL_DIFFERENCE, MAX_GAIN_SLOPE_DIFFERENCE
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import CONTROL, FORCE
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
-
-from .evaluate import evaluate
 
 # Controls as shares of the limit, position and velocity, SI; of no simple ratio to one another.
 _SHARES = np.array([-0.83, -0.31, -0.07, 0.011, 0.29, 0.61, 0.97])

@@ -4,8 +4,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from axisid.codegen.lowering import Program
 from axisid.support.arrays import Array
+
+from .program import Program
 
 
 def _select(condition: Array, value: Array, otherwise: Array) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid.codegen.accuracy.evaluate import evaluate
+from axisid.codegen.lowering.evaluate import evaluate
 from axisid.codegen.lowering.program import Builder
 from tests.codegen.lowering.test_lower import X, Y, program_of, run_program
 from tests.strategies.expressions import operations
