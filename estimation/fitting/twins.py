@@ -67,6 +67,7 @@ def fit_twins(
     pieces, chains = [], []
     for place, (axis, record) in enumerate(zip(axes, records, strict=True)):
         data, own = FilteredRecord.bind(axis, record, Prefilter()), form.own(physical, place)
+        data = data.by_position or data
         loops = simulated_loops(axis, record, own)
         chain = measured_chain(data, own, loops)
         twins = [_rows(each.record, outputs) for each in twins_of(data, own, chain, count)]

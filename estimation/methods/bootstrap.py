@@ -24,8 +24,9 @@ _SETTLED = 0.3  # deviations by which the parameters of the twins' loops still m
 class Bootstrap:
     """Twins of the records of a problem.
 
-    Their loops are those of the output error of the force, less its bias, which is found again
-    where it leads: noise in the loop biases it least. What is judged by the twins is any method.
+    Their loops are those of the output error of the force, or of instruments where that comes to
+    nothing, less its bias, which is found again where it leads: noise in the loop biases it least.
+    What is judged by the twins is any method.
 
     Attributes
     ----------
@@ -39,11 +40,17 @@ class Bootstrap:
     @cached_property
     def twins(self) -> Twins | str:
         """Or why there are none."""
-        try:
-            fit = METHODS["didim"].fit(self.problem)
-            return self._settled(fit) if fit.follows else "the loop does not follow the record"
-        except (ModelError, DataError, EstimationError) as error:
-            return error.problem
+        if any(data.record.motion != ("position",) for data in self.problem.data):
+            return "what is measured beside the position has noise that is not known"
+        why = "the loop does not follow the record"
+        for method in ("didim", "idm-iv"):
+            try:
+                fit = METHODS[method].fit(self.problem)
+                if fit.follows:
+                    return self._settled(fit)
+            except (ModelError, DataError, EstimationError) as error:
+                why = error.problem.rstrip("; ")
+        return why
 
     def _settled(self, fit: Fit) -> Twins | str:
         form, solution, problem = fit.form, fit.solution, self.problem
@@ -62,9 +69,9 @@ class Bootstrap:
             before, at = at, physical - found.bias
             apart = np.abs(form.regressed(at) - form.regressed(before))
             if np.all(apart <= _SETTLED * found.own_scale * deviations):
-                break
+                return twins
             loops = problem.loops(form, at)
-        return twins
+        return "the parameters of their loops do not settle"
 
     def _chains(
         self, fit: Fit, physical: Array, loops: tuple[Simulation, ...]

@@ -63,7 +63,8 @@ def estimate_by(
     weights = problem.row_weights
     physical, jacobian = form.physical(solution.theta)
     models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
-    applied = _applied(method, fit, models, known_spread(problem, fit), jacobian)
+    known = known_spread(problem, fit)
+    applied = _applied(method, fit, models, known, jacobian)
     freedom = {name: each.freedom for name, each in applied.items()}
     direct = isinstance(form, DirectForm)
     residuals, left = own(solution.residuals, weights), own(y, weights)
@@ -76,6 +77,8 @@ def estimate_by(
         applied=applied,
         model=models[covariance],
         chosen=covariance,
+        pivot=models["hac"],
+        known=known,
         bootstrap=bootstrap,
     )
     remarks = (

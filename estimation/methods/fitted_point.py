@@ -64,6 +64,10 @@ class FittedPoint:
     model : Covariance
         The chosen one.
     chosen : str
+    pivot : Covariance
+        That twins scale.
+    known : (k, k) array or None
+        What values that are known with a deviation add to each covariance.
     bootstrap : Bootstrap or None
         Whose twins tell what filter and noise do, where they can be drawn.
     """
@@ -76,6 +80,8 @@ class FittedPoint:
     applied: Mapping[str, Applied]
     model: Covariance
     chosen: str
+    pivot: Covariance
+    known: Array | None = None
     bootstrap: Bootstrap | None = None
 
     def inference(self) -> Inference:
@@ -107,19 +113,25 @@ class FittedPoint:
         twins = self.bootstrap.twins if self.bootstrap else ""
         found = None
         if isinstance(twins, Twins):
-            pivot, freedom = COVARIANCES[_PIVOT].covariance(None), self.applied[_PIVOT].freedom
-            fit = self.fit
-            found = calibrated(twins, self.form, fit.solver, fit.solution, pivot, freedom)
+            fit, freedom = self.fit, self.applied[_PIVOT].freedom
+            with suppress(EstimationError):  # the solution of a twin may have no covariance
+                found = calibrated(twins, self.form, fit.solver, fit.solution, self.pivot, freedom)
         if found is None or isinstance(twins, str):
             return None
         own = {name: each.matrix for name, each in self.applied.items()}
         mapped = {name: delta_method(each, self.jacobian) for name, each in own.items()}
-        own[_PIVOT] = np.outer(found.own_scale, found.own_scale) * own[_PIVOT]
-        mapped[_PIVOT] = np.outer(found.scale, found.scale) * mapped[_PIVOT]
+        # What known values add is no noise of the record.
+        known = np.zeros_like(own[_PIVOT]) if self.known is None else self.known
+        by_known = delta_method(known, self.jacobian)
+        own[_PIVOT] = np.outer(found.own_scale, found.own_scale) * (own[_PIVOT] - known) + known
+        scales = np.outer(found.scale, found.scale)
+        mapped[_PIVOT] = scales * (mapped[_PIVOT] - by_known) + by_known
         names = {
             name: f"{each.description}{self._widened(name)}" for name, each in self.applied.items()
         }
-        noise = dict.fromkeys(each.told(self.problem.axis.axis) for each in twins.chains)
+        noise = [each.told(self.problem.axis.axis) for each in twins.chains]
+        if len(noise) > 1:
+            noise = [f"record {number}: {told}" for number, told in enumerate(noise, 1)]
         names[_PIVOT] += f", as {found.count} twins with {'; '.join(noise)} scatter"
         by_gain, theta_by_gain = self._slopes()
         return Inference(
@@ -234,7 +246,8 @@ class FittedPoint:
             return said
         if self.bootstrap is not None:
             twins = self.bootstrap.twins
-            said += f", by no twins: {twins if isinstance(twins, str) else TOO_FEW}"
+            lost = TOO_FEW if self.fit.follows else "the method's loop does not follow the record"
+            said += f", by no twins: {twins if isinstance(twins, str) else lost}"
         if quiet is not None and quiet.hidden is not None:
             said += ", with what simulated loops scatter by with the position's noise"
         axis, records = self.problem.axis, [data.record for data in self.problem.data]

@@ -110,6 +110,18 @@ class FilteredRecord(Exact):
         return self._without(self.sampling.turns(velocity, self.fastest))
 
     @property
+    def with_turns(self) -> "FilteredRecord":
+        """The record with the samples near its reversals and rests."""
+        return self._without(()) if self.excluded else self
+
+    def also_turning_as(self, position: Array) -> "FilteredRecord":
+        """Without the samples near the reversals and rests of another motion, (N,), either."""
+        if self.prefilter.reversals == "keep":
+            return self
+        others = self.turning_as(position).excluded
+        return self._without(tuple(sorted((*self.excluded, *others))))
+
+    @property
     def by_position(self) -> "FilteredRecord | None":
         """The record without what else of its motion was measured; None where there is nothing."""
         record = self.record

@@ -77,10 +77,10 @@ def calibrated(
     own = np.array([each.theta for each in solved]) - form.regressed(twins.at)
     off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
     mapped = [delta_method(each, jacobian) for each in spreads]
-    fewest = np.where(jacobian != 0, wider, 0.0).max(axis=1)
+    of_fewest = np.where(jacobian != 0, wider, np.inf).min(axis=1)
     return Calibration(
         bias=off.mean(axis=0),
-        scale=fewest * _pivot(off, mapped),
+        scale=of_fewest * _pivot(off, mapped),
         own_scale=wider * _pivot(own, spreads),
         count=count,
     )

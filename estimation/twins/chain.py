@@ -1,9 +1,10 @@
 """The chain: what stands between a motion and its log, and what acts beside the drive."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from scipy.fft import next_fast_len
 
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
@@ -25,14 +26,11 @@ class Chain:
     position_step : float
         Of the encoder, in the loop; 0 for none.
     control_step : float
-        Of the logged control, beside the loop, in the drive's unit; 0 for none.
+        Of the logged control, or force where that is logged, beside the loop; 0 for none.
     position : float
         Deviation of white noise of the measured position, in the loop.
     jitter : float
         Deviation of the instants at which the loop is sampled, s: white.
-    beside : tuple of (str, float, float)
-        Role, step and deviation of white noise of what else is measured of the motion, which the
-        law does not see.
     disturbances : tuple of (float, float)
         Correlation time, s, and deviation, in the drive's unit, of what acts beside the control:
         independent first-order autoregressions.
@@ -42,7 +40,6 @@ class Chain:
     control_step: float = 0.0
     position: float = 0.0
     jitter: float = 0.0
-    beside: tuple[tuple[str, float, float], ...] = ()
     disturbances: tuple[tuple[float, float], ...] = ()
 
     @property
@@ -59,14 +56,8 @@ class Chain:
                 (self.position_step, unit, "steps of the position"),
                 (self.position, unit, "white noise of the position"),
                 (self.jitter, "s", "jitter of the sampling"),
-                (self.control_step, of_control, "steps of the control"),
+                (self.control_step, "SI", "steps of the recorded control or force"),
             )
-            if value
-        ]
-        parts += [
-            f"{value:.3g} (SI) {what} of the {role}"
-            for role, step, sd in self.beside
-            for value, what in ((step, "steps"), (sd, "white noise"))
             if value
         ]
         parts += [
@@ -76,17 +67,6 @@ class Chain:
         ]
         return ", ".join(parts) or "no noise"
 
-    def drawn_beside(
-        self, rng: np.random.Generator, columns: Mapping[str, Array]
-    ) -> dict[str, Array]:
-        """Columns of a motion by role as they are measured beside the loop, (N,) each."""
-        made = {}
-        for role, step, deviation in self.beside:
-            noisy = columns[role] + deviation * rng.standard_normal(len(columns[role]))
-            share = rng.uniform(-0.5, 0.5)
-            made[role] = (np.round(noisy / step + share) - share) * step if step else noisy
-        return made
-
     def drawn_position(self, rng: np.random.Generator, samples: int) -> Array:
         """White noise of the position, (N,)."""
         return self.position * rng.standard_normal(samples)
@@ -94,13 +74,18 @@ class Chain:
     def drawn_disturbance(self, rng: np.random.Generator, samples: int, period: float) -> Array:
         """What acts beside the control, (N,), in the drive's unit."""
         longest = max((time for time, _ in self.disturbances), default=0.0)
-        m = samples + int(np.ceil(_RUN_IN * longest / period))
+        m = next_fast_len(samples + int(np.ceil(_RUN_IN * longest / period)), real=True)
         noise = np.fft.rfft(rng.standard_normal(m))
-        power = sum(
-            (sd**2 * spectrum(time / period, m) for time, sd in self.disturbances),
-            start=np.zeros(len(noise)),
-        )
-        return np.fft.irfft(noise * np.sqrt(power), m)[:samples]
+        return np.fft.irfft(noise * _response(self.disturbances, period, m), m)[:samples]
+
+
+@lru_cache(maxsize=4)
+def _response(disturbances: tuple[tuple[float, float], ...], period: float, samples: int) -> Array:
+    """What makes white noise of these disturbances, by frequency."""
+    power = np.zeros(samples // 2 + 1)
+    for time, deviation in disturbances:
+        power += deviation**2 * spectrum(time / period, samples)
+    return np.sqrt(power)
 
 
 def spectrum(time: float, samples: int, apart: float = 1.0) -> Array:

@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.problems import ControlSteps, loop_record
-from axisid.estimation.regression import InverseForm, sensor_steps, undithered_step
+from axisid.estimation.regression import InverseForm, sensor_steps
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.thresholds.regression import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
 
 from .chain import CORRELATION_TIMES, Chain, spectrum
@@ -24,7 +23,8 @@ _CLASSES = 8  # of speed
 _CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
 _ROUNDS = 400  # of the likelihood's multiplicative updates
 _LEAST = 1e-12  # of the largest power: rounding
-_SMALLEST = 1e-3  # of all variances: what is less is none
+_SMALLEST = 1e-3  # of a band's power
+_ROUNDING = 1e-12  # of the position, or the force
 _MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing is told
 _RANK = 1e-6
 _ROWS_A_COLUMN = 4
@@ -63,22 +63,26 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     )
     position, jitter = _position_noise(data, quiet, physical, chain)
     chain = replace(chain, position=position, jitter=jitter)
-    chain = replace(chain, beside=_beside(data, quiet))
     if data.axis.axis.states:  # friction that remembers has no rows
         return chain
-    rows = _RowBands.of(data, quiet)
-    found = rows.power(_residuals(data, physical, data))
-    twins = [_residuals(twin, physical, data) for twin in twins_of(data, physical, chain, _TWINS)]
+    # Near turns of either the equation has errors that are no noise of a given colour.
+    moving = data.also_turning_as(quiet.record.position)
+    rows = _RowBands.of(moving, quiet)
+    left = _residuals(data, physical, moving)
+    found = rows.power(left)
+    twins = [_residuals(twin, physical, moving) for twin in twins_of(data, physical, chain, _TWINS)]
     known = rows.power(np.column_stack(twins)) if twins else np.zeros_like(found)
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
-    units = rows.power_of_disturbances(data, times)
+    units = rows.power_of_disturbances(moving, times)
     variances = likeliest_variances(found, units, known, rows.counts)
-    least = _SMALLEST * variances.sum()
+    # What makes a thousandth of no band is none; nor is what rounding leaves of the equation.
+    there = np.any(variances[:, None] * units > _SMALLEST * found, axis=1)
+    if np.linalg.norm(left) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
+        there[:] = False
+    sizes = np.sqrt(variances)
+    found_of = zip(times, map(float, sizes), there, strict=True)
     return replace(
-        chain,
-        disturbances=tuple(
-            (t, float(np.sqrt(v))) for t, v in zip(times, variances, strict=True) if v > least
-        ),
+        chain, disturbances=tuple((time, sd) for time, sd, is_there in found_of if is_there)
     )
 
 
@@ -146,28 +150,18 @@ def _position_noise(
     squares = np.array([np.mean(speed[each] ** 2) for each in classes])
     units = 6 * np.stack([np.ones(len(classes)), squares])  # 1, -2, 1
     counts = np.array([len(each) for each in classes]) / _CORRELATED
+    if steps:  # whose errors come again with the motion, and are not independent
+        scatter = np.var(steps, axis=0, ddof=1)
+        counts = np.minimum(counts, known**2 / np.where(scatter > 0, scatter, np.inf))
     seen = power(data), units, known, counts
     both = likeliest_variances(*seen)
     alone = likeliest_variances(seen[0], units[:1], known, counts)
     without = np.append(alone, 0.0)
     # By Akaike's criterion: noise of a little jitter is mostly noise in how it is measured.
     likelier = _likelihood(both, *seen) > _likelihood(without, *seen) + 1
-    position, jitter = np.sqrt(both if likelier else without)
-    return float(position), float(jitter)
-
-
-def _beside(data: FilteredRecord, quiet: FilteredRecord) -> tuple[tuple[str, float, float], ...]:
-    """Role, step and white noise of what is measured of the motion but its position."""
-    found = []
-    for role in data.record.motion:
-        if role == "position":
-            continue
-        values, own = getattr(data.record, role), getattr(quiet.record, role)
-        step = undithered_step(values, int(MIN_STEP_DIFFERENCES.value))
-        variance = np.var(np.diff(values - own, 2)) / 6 - step**2 / 12
-        if step or variance > 0:
-            found.append((role, step, float(np.sqrt(max(variance, 0.0)))))
-    return tuple(found)
+    position, jitter = map(float, np.sqrt(both if likelier else without))
+    rounding = _ROUNDING * float(np.abs(data.record.position).max())
+    return position * (position > rounding), jitter
 
 
 def _residuals(record: FilteredRecord, physical: Array, data: FilteredRecord) -> Array:
@@ -216,7 +210,8 @@ class _RowBands:
             bands=bands,
             counts=np.ones(len(bands) - 1),
         )
-        taken = np.minimum(rows._periodogram(rows.basis).sum(axis=1), _MOST_LEVERAGE)
+        taken = rows._periodogram(rows.basis).sum(axis=1) / len(places)
+        taken = np.minimum(taken, _MOST_LEVERAGE)
         return replace(rows, counts=rows._by_band(1 - taken))
 
     def power(self, rows: Array) -> Array:
@@ -241,17 +236,21 @@ class _RowBands:
 
         White ones pass the record's filter; others have their colour put on the rows.
         """
-        white = np.zeros((self.count, _DRAWS))
-        rng = np.random.default_rng(0)
+        whole, rng = data.with_turns, np.random.default_rng(0)
+        places = np.round(whole.row_numbers).astype(np.int64) - round(float(data.row_numbers[0]))
+        places //= data.prefilter.decimate
+        white = np.zeros((int(places[-1] - places[0]) + 1, _DRAWS))
         for draw in range(_DRAWS):
             noise = rng.standard_normal(len(data))
-            white[self.places, draw] = data.reduce(data.force_by(noise))
+            white[places - places[0], draw] = whole.reduce(whole.force_by(noise))
+        here = self.places - places[0]
+        weights = data.sampling.weights / whole.sampling.weights.max()
         transformed = np.fft.rfft(white, axis=0)
         found = []
         for time in times:
-            colour = spectrum(time / data.period, self.count, data.prefilter.decimate)
-            rows = np.fft.irfft(transformed * np.sqrt(colour)[:, None], self.count, axis=0)
-            found.append(self.power(rows[self.places]))
+            colour = spectrum(time / data.period, len(white), data.prefilter.decimate)
+            rows = np.fft.irfft(transformed * np.sqrt(colour)[:, None], len(white), axis=0)
+            found.append(self.power(weights[:, None] * rows[here]))
         return np.array(found)
 
 

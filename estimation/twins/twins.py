@@ -122,6 +122,8 @@ def twin_of(
 ) -> FilteredRecord:
     """A record as its loop would have been logged with the noise of a chain, under its filter.
 
+    What disturbs the motion is neither in the control that is logged nor in a logged force.
+
     Parameters
     ----------
     data : FilteredRecord
@@ -147,11 +149,20 @@ def twin_of(
         control = np.concatenate([loop.control for loop in loops]) - disturbance
         disturbance = disturbance + control * np.diff(late) / record.period
     loops = _noisy_loops(data, physical, chain, noise, away, disturbance)
-    pieces = [disturbance[a:b] for a, b in record.spans]
-    logged = [_logged(data, each, d, away) for each, d in zip(loops, pieces, strict=True)]
+    control = np.concatenate([loop.control for loop in loops]) - disturbance
+    disturbed, alone = (
+        data.drive.force(each, data.motion, data.recorded)
+        for each in (control + disturbance, control)
+    )
+    logged = [
+        replace(
+            loop.as_measured(-away),
+            control=control[a:b],
+            force=loop.force - (disturbed - alone)[a:b],
+        )
+        for loop, (a, b) in zip(loops, record.spans, strict=True)
+    ]
     twin = loop_record(data, logged, measured=False)
-    sensed = chain.drawn_beside(rng, twin.record.channels())
-    twin = replace(twin, record=twin.record.with_motion(sensed))
     if not chain.control_step:
         return twin
     return ControlSteps.role_of(record, chain.control_step).rounded(twin, rng.uniform(-0.5, 0.5))
@@ -173,15 +184,4 @@ def _noisy_loops(
         away=away,
         position_noise=noise,
         disturbance=disturbance,
-    )
-
-
-def _logged(data: FilteredRecord, loop: Simulation, disturbance: Array, away: float) -> Simulation:
-    """A loop as it is logged: its position as measured, its control without what disturbs it."""
-    drive = data.axis.axis.drive
-    gain = float(drive.gain) if drive.is_gain else 0.0
-    return replace(
-        loop.as_measured(-away),
-        control=loop.control - disturbance,
-        force=loop.force - gain * disturbance,
     )

@@ -72,7 +72,28 @@ def test_a_record_without_a_loop_has_no_twins_and_says_why(
 def test_a_record_without_noise_has_no_twins_and_says_so(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015, position_noise=0.0)
     result = identify(emps2015, record, methods="idm-iv", bootstrap=8)["idm-iv"]
-    assert np.all(np.diag(result.covariance) > 0)
+    assert result.inference.chains == ()
+    assert "by no twins" in result.covariance_names["hac"]
+
+
+def test_known_values_and_lags_stay_as_they_are_given(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    def deviations(**settings: Any) -> np.ndarray[Any, Any]:
+        result = identify(emps2015, [twin, twin], methods="idm-iv", **settings)["idm-iv"]
+        return np.sqrt(np.diag(result.covariance))
+
+    for settings in ({"known": {"Fc": [(24.8, 0.5)] * 2}}, {"lags": 5}):
+        plain, made = deviations(**settings), deviations(**settings, bootstrap=32)
+        assert np.all(np.abs(np.log(made / plain)) < np.log(2))
+
+
+def test_what_is_measured_beside_the_position_has_no_twins(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    record = replace(twin, velocity=np.gradient(twin.position, twin.period))
+    result = identify(emps2015, record, methods="idm-iv", bootstrap=8)["idm-iv"]
+    assert "by no twins" in result.covariance_names["hac"]
 
 
 @pytest.mark.parametrize("count", [-1, 3, 1.5, 10**6, "many", None, True])

@@ -8,9 +8,7 @@ import pytest
 
 from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.estimation.methods import METHODS
-from axisid.estimation.monte_carlo import TwinNoise, drawn_twin
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import Chain, measured_chain
 from axisid.estimation.twins.measured_chain import likeliest_variances
 from axisid.estimation.twins.twins import twin_of
@@ -89,15 +87,6 @@ def test_a_rounded_control_is_told_with_its_step() -> None:
     case = field.Case(machine=machine, declared=machine)
     (record,) = case.records(1, 7)
     assert chain_of(case.axis, record).control_step == pytest.approx(0.02)
-
-
-@pytest.mark.slow
-def test_noise_of_a_measured_velocity_is_told_beside_the_loop() -> None:
-    axis = build(load_axis("emps2015"))
-    record = drawn_twin(twin_plan(axis), TwinNoise(velocity=2e-3), seed=1, run=0)
-    ((role, step, deviation),) = chain_of(axis, record).beside
-    assert (role, step) == ("velocity", 0.0)
-    assert deviation == pytest.approx(2e-3, rel=0.05)
 
 
 def test_a_short_record_has_a_chain_too() -> None:

@@ -33,7 +33,6 @@ def test_what_disturbs_a_twin_is_not_in_its_log_but_in_its_motion(problem: Probl
     (data,) = problem.data
     chain, law = Chain(disturbances=((0.1, 0.05),)), problem.axis.axis.control
     assert law is not None
-    noise = chain.drawn_disturbance(np.random.default_rng(5), len(data), data.period)
     rng = np.random.default_rng(5)
     rng.uniform()  # where the encoder stands, which has no steps
     rng.standard_normal(len(data))  # of the position, of no size
