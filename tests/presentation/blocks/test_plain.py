@@ -1,22 +1,14 @@
 """Blocks as plain text: every line as a pipe gets it."""
 
-import pytest
-
 from axisid.presentation.blocks import (
     PAGE_WIDTH,
     Block,
-    CheckGroup,
-    Checks,
     Column,
-    Document,
     Heading,
     Interval,
     Intervals,
-    Listing,
     NotedText,
-    Notes,
     Quantity,
-    Sentence,
     Table,
     paragraph,
     plain_text,
@@ -88,59 +80,3 @@ def test_what_is_drawn_and_what_reaches_down_is_left_out() -> None:
 def test_letters_of_other_scripts_are_counted_as_letters() -> None:
     table = Table(columns=text_columns(["größe", "µ"]), rows=(("ä", "12"),))
     assert lines(table) == ["größe   µ", "---------", "ä      12"]
-
-
-def test_checks_have_heads_and_a_conclusion_if_there_is_one() -> None:
-    judged = (
-        CheckGroup("fail", ("one",), LONG),
-        CheckGroup("note", ("two",), "said"),
-        CheckGroup("not evaluated", ("three", "four"), "since"),
-        CheckGroup("pass", ("five", "six")),
-    )
-    found = lines(Checks(judged=judged, conclusion="Believe it."))
-    assert found[:2] == ["verdict    Believe it.", ""]
-    assert found[2].startswith("FAIL   one: words words")
-    assert found[3].startswith("       words")
-    assert found[-3:] == [
-        "note   two: said",
-        "-      three, four: not evaluated, since",
-        "pass   five, six",
-    ]
-    assert lines(Checks(judged=judged[1:2])) == ["note   two: said"]
-
-
-def test_notes_are_numbered_and_hang_behind_their_numbers() -> None:
-    found = lines(Notes(tuple(["one"] * 9 + [LONG])))
-    assert found[0] == "[1] one"
-    assert found[9].startswith("[10] words")
-    assert found[10].startswith("     words")
-
-
-def test_sentences_are_filled_or_stay_on_one_line() -> None:
-    filled, whole = lines(paragraph(LONG)), lines(paragraph(LONG, filled=False))
-    assert len(filled) > len(whole) == 1
-    assert max(map(len, filled)) <= PAGE_WIDTH
-    found = lines(paragraph(Sentence(lead="so: ", text=LONG, hang=4), "next", title="Title"))
-    assert found[0] == "Title"
-    assert found[1].startswith("so: words")
-    assert found[2].startswith("    words")
-    assert found[-1] == "next"
-
-
-def test_a_listing_breaks_no_word() -> None:
-    formula = "x" * 120
-    assert lines(Listing(title="Title", lines=("a  =  b", formula))) == [
-        "Title",
-        "  a  =  b",
-        f"  {formula}",
-    ]
-
-
-def test_blocks_are_parted_by_blank_lines() -> None:
-    document: Document = (paragraph("one"), Notes(()), paragraph("two"))
-    assert plain_text(document) == "one\n\ntwo\n"
-
-
-def test_a_row_of_another_length_is_refused() -> None:
-    with pytest.raises(ValueError, match="argument 2 is longer"):
-        plain_text((Table(columns=text_columns(["a", "b"]), rows=(("c",),)),))

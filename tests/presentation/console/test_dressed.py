@@ -86,14 +86,6 @@ def test_on_a_wide_terminal_every_block_is_as_in_plain_text(block: Block) -> Non
 
 
 @pytest.mark.slow
-def test_an_identification_is_coloured_and_says_the_same(result: Identification) -> None:
-    document = as_blocks(result, draws=20, full=True)
-    drawn = dressed(document, 130)
-    assert click.unstyle(drawn) == plain_text(document)
-    assert dressed(document, 130, coloured=False) == plain_text(document)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("width", [60, 80, 100])
 def test_a_narrow_terminal_gets_every_word_within_its_width(
     result: Identification, twin: Record, width: int
@@ -105,27 +97,6 @@ def test_a_narrow_terminal_gets_every_word_within_its_width(
         lines = fitted(document, width)
         assert max(map(len, lines)) <= width
         assert words(plain_text(document)) <= words("\n".join(lines))
-
-
-def test_headers_are_bold_and_checks_in_colours() -> None:
-    checks = Checks(
-        judged=(
-            CheckGroup("fail", ("one",), "two"),
-            CheckGroup("note", ("three",), "four"),
-            CheckGroup("not evaluated", ("five",), "since\n six"),
-            CheckGroup("pass", ("seven",)),
-        )
-    )
-    drawn = dressed((checks, methods("ONE")), 80)
-    assert "\x1b[1;31mFAIL   one:\x1b[0m two" in drawn
-    assert click.style("note   three: four", dim=True) in drawn
-    assert click.style("-      five: not evaluated, since  six", dim=True) in drawn
-    assert f"{click.style('pass   ', fg='green')}seven" in drawn
-    head = drawn.splitlines()[5]
-    assert head.startswith("\x1b[1m")
-    assert click.unstyle(head) == "           unit  ONE   sd"
-    lead = dressed((paragraph(Sentence(lead="recommended: ", text="this")),), 80)
-    assert lead == f"{click.style('recommended:', bold=True)} this\n"
 
 
 def test_a_table_is_broken_between_the_columns_of_two_methods() -> None:

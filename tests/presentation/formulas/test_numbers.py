@@ -5,7 +5,6 @@ import pytest
 from axisid.presentation.formulas.numbers import (
     figure_text,
     readable_text,
-    readable_unit,
     significant,
 )
 
@@ -48,10 +47,6 @@ def test_names_options_and_formulas_stay_as_they_are(text: str) -> None:
 )
 def test_two_digits_are_two_digits(value: float, text: str) -> None:
     assert significant(value) == text
-
-
-def test_powers_of_units_are_raised() -> None:
-    assert readable_unit("kg m^2/s**2") == "kg m²/s²"
 
 
 @pytest.mark.parametrize(

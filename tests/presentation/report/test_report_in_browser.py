@@ -102,12 +102,7 @@ def test_a_dense_curve_is_thinned_to_its_pixels_and_keeps_its_peaks(page: Browse
     assert max(heights) == pytest.approx(bottom - margin, abs=0.2)
 
 
-def test_the_equation_is_typeset(page: Browser) -> None:
-    assert page.evaluate("document.querySelector('math mover').getBoundingClientRect().height") > 8
-    assert page.evaluate("document.querySelector('math').namespaceURI").endswith("MathML")
-
-
-@pytest.mark.parametrize("width", [400, 700, 800, 1100])
+@pytest.mark.parametrize("width", [400, 1100])
 def test_every_column_of_the_parameters_is_seen(fresh: Browser, width: int) -> None:
     fresh.emulate(width, 900, "light")
     fresh.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
@@ -122,7 +117,7 @@ def test_every_column_of_the_parameters_is_seen(fresh: Browser, width: int) -> N
     assert shown
 
 
-@pytest.mark.parametrize("width", [400, 700, 1100])
+@pytest.mark.parametrize("width", [400, 1100])
 def test_a_long_equation_is_seen_whole(page: Browser, tmp_path: Path, width: int) -> None:
     axis = load_axis("crank")
     style = page.evaluate("document.querySelector('style').outerHTML")

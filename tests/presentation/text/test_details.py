@@ -2,13 +2,10 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from axisid import Identification, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.presentation.text.identification import covariance_name
 from axisid.support.missing import Missing
 from axisid.support.number_text import plain_numbers
 
@@ -67,31 +64,3 @@ def test_what_was_not_measured_says_why(emps2015: GeneratedAxis, twin: Record) -
     assert said.startswith("not checked: ")
     assert block(text, "Instruments") == ["none"]
     assert "it needs idm-iv" in block(text, "Durbin-Wu-Hausman")[0]
-
-
-def test_without_it_the_table_is_as_short_as_before(result: Identification) -> None:
-    assert result.summary(full=True).startswith(result.summary())
-    assert "Correlation" not in result.summary()
-
-
-@pytest.mark.slow
-def test_the_note_says_whose_deviations_are_those_of_autoregressive_residuals(
-    emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator
-) -> None:
-    said = ": the larger deviation of residuals that are an AR(1)"
-    sluggish = lfilter([0.05], [1.0, -0.95], rng.normal(size=len(twin.time)))
-    noisy = replace(twin, control=twin.control + sluggish).windowed((None, 1.0))
-    result = identify(emps2015, noisy)
-    told = " ".join(result.summary().split())
-    tails = {e.covariance_names["hac"].partition("; ")[2] for e in result.estimates.values()}
-    assert any(tails)
-    assert all(said in tail and tail in told for tail in tails if tail)
-    assert said not in identify(emps2015, twin).summary()
-
-
-def test_a_note_of_several_methods_says_which_are_wider() -> None:
-    names = {"idm-ls": "HAC, 9 lags; M: larger", "idm-iv": "HAC, 8 lags; M: larger"}
-    assert covariance_name(names) == "HAC, 9, 8 lags; M: larger"
-    one = names | {"ddm-iv": "HAC, 9 lags"}
-    assert covariance_name(one) == "HAC, 9, 8 lags; M: larger (IDM-LS, IDM-IV)"
-    assert covariance_name({"idm-ls": "HAC, 9 lags"}) == "HAC, 9 lags"

@@ -4,7 +4,7 @@ import pytest
 
 from axisid import Record, fit
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.presentation.blocks import Checks, Notes, Quantity, Table
+from axisid.presentation.blocks import Quantity, Table
 from axisid.presentation.text.fits import output_fit_document
 
 
@@ -36,17 +36,6 @@ def test_what_is_left_of_each_record_is_told(emps2015: GeneratedAxis, twin: Reco
     assert str(len(twin)) in _table(document, 1).rows[0]
 
 
-@pytest.mark.slow
-def test_a_note_stands_behind_every_number_of_one(emps2015: GeneratedAxis, twin: Record) -> None:
-    for how in ({}, {"bounds": {"Fc": (None, 20.0)}}, {"bootstrap": 8}):
-        result = fit(emps2015, twin, **how)  # type: ignore[arg-type]
-        document = output_fit_document(result)
-        (notes,) = [block for block in document if isinstance(block, Notes)]
-        assert len(notes.notes) == 4 if result.at_bound else 3
-        assert "autoregression" in " ".join(notes.notes)
-        assert any(isinstance(block, Checks) for block in document)
-
-
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_values_have_the_digits_of_their_deviations(
     emps2015: GeneratedAxis, twin: Record, output: str
@@ -56,14 +45,3 @@ def test_values_have_the_digits_of_their_deviations(
     assert not isinstance(row[2], Quantity)
     assert float(str(row[2])) == pytest.approx(result["M"].value, abs=1e-4)
     assert float(str(row[3])) == pytest.approx(result["M"].deviation, abs=1e-4)
-
-
-def test_of_few_samples_each_reason_is_told_once(emps2015: GeneratedAxis, twin: Record) -> None:
-    rows = slice(300, 305)
-    few = Record(time=twin.time[:5], position=twin.position[rows], control=twin.control[rows])
-    result = fit(emps2015, few, "open-loop")
-    assert len(result.remarks) == 2
-    (notes,) = [block for block in output_fit_document(result) if isinstance(block, Notes)]
-    assert " ".join(notes.notes).count("It starts from ") == 1
-    (lacks,) = [check for check in result.checks if check.name == "missing terms"]
-    assert lacks.meaning.startswith("1 window is too few")
