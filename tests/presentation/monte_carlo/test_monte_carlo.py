@@ -20,32 +20,6 @@ from tests.estimation.monte_carlo.short import judged, study
 from tests.refusals import refuses
 
 
-@pytest.mark.slow
-def test_text_tells_every_estimate_with_its_errors_and_what_was_found() -> None:
-    text = judged().summary()
-    assert "10 twins of emps2015, seed 1" in text
-    for name in ("M", "Fv", "Fc", "theta1", "theta3"):
-        assert f" {name} " in text
-    assert "Checks of 1 verdicts" in text
-    assert "on the right model" in text
-    assert "nan" not in text
-    share = judged().of("idm-iv", "M").coverage["hac"]
-    assert share_texts(share)[1] in text
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("methods", "title"),
-    [
-        ("fit:control", "Estimates\n"),
-        ("idm-ls", "Estimates without the filter's own bias\n"),
-        (("idm-ls", "fit:control"), "Estimates without the filter's own bias, where there is one"),
-    ],
-)
-def test_no_filter_is_named_where_there_is_none(methods: str | tuple[str, ...], title: str) -> None:
-    assert title in study(2, methods).summary()
-
-
 @pytest.mark.parametrize(
     ("share", "told"),
     [

@@ -32,11 +32,6 @@ def test_the_record_s_figure_has_a_panel_for_each_signal(result: Identification)
     assert any("pressure" in label and "Pa" in label for label in labels)
 
 
-def test_the_summary_says_how_a_signal_stands_in_the_rows(result: Identification) -> None:
-    text = " ".join(result.summary().split())
-    assert "Recorded signals as they were recorded: pressure in Pa; pressure by the mean" in text
-
-
 @pytest.mark.slow
 def test_a_saved_result_knows_its_signals(result: Identification, tmp_path: Path) -> None:
     file = tmp_path / "result.json"

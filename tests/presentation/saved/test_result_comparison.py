@@ -67,9 +67,6 @@ def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, P
     ]
     assert set(result.checks) == {n for n in statuses[0] if statuses[0][n] != statuses[1].get(n)}
     assert result.checks
-    text = result.summary()
-    assert "only in A: ddm-ls, ddm-iv, didim" in text
-    assert max(map(len, text.splitlines()[2:])) <= 96
 
 
 def test_a_result_beside_itself_differs_in_nothing(files: tuple[Path, Path]) -> None:
@@ -78,7 +75,6 @@ def test_a_result_beside_itself_differs_in_nothing(files: tuple[Path, Path]) -> 
     assert not result.settings
     assert not result.checks
     assert result.alone == ((), ())
-    assert "settings are the same" in result.summary()
 
 
 def test_a_parameter_in_another_unit_is_not_compared(
@@ -132,7 +128,6 @@ def drop(name: str) -> Callable[[dict[str, Any]], None]:
     [
         (None, "cannot be read"),
         ("time,position\n", "is not JSON"),
-        ("[" * 100_000, "is not JSON"),
         ("[1]", "it has no schema, not 'axisid.identification/1'"),
         ('{"schema": "axisid.stream/1"}', "no longer read; identify the log again"),
         ('{"schema": "axisid.sweep/1"}', "its schema is 'axisid.sweep/1'"),
@@ -140,7 +135,6 @@ def drop(name: str) -> Callable[[dict[str, Any]], None]:
             '{"schema": "axisid.identification/1"}',
             "lacks what its schema promises: object missing required field axis",
         ),
-        ('{"schema": NaN}', "is not JSON"),
         (b"\xff\xfe\x00", "is not JSON"),
     ],
 )
@@ -160,16 +154,10 @@ def test_a_result_with_holes_is_refused(files: tuple[Path, Path], tmp_path: Path
     def lose(content: dict[str, Any]) -> None:
         del content["estimates"][0]["parameters"]["M"]["sd_hac"]
 
-    def mix(content: dict[str, Any]) -> None:
-        content["estimates"] = {"idm-ls": 1}
-
-    def unfold(content: dict[str, Any]) -> None:
-        content["estimates"][0]["simulation_error_percent"] = {}
-
     def hush(content: dict[str, Any]) -> None:
         content["verdict"][0].update(status="fail", meaning=None)
 
-    for change in (lose, mix, unfold, hush):
+    for change in (lose, hush):
         with refuses("broken-schema"):
             compare_results(files[0], spoiled(files[0], tmp_path, change))
 
@@ -222,7 +210,4 @@ def test_results_of_different_axes_are_told_and_no_line_is_wider_than_a_page(
     lines = text.splitlines()
     assert any("different axes" in line for line in lines)
     assert "different axes" not in compare_results(*files).summary()
-    assert any(line.startswith("only in B: idm-ls M_2 [kg]") for line in lines)
-    assert "columns differs:" in lines
-    assert "    B: position = Achse 1.Istposition, control = Strom" in lines
     assert max(map(len, lines[2:])) <= 96

@@ -28,7 +28,7 @@ def test_a_fit_is_saved_and_loaded(emps2015: GeneratedAxis, tmp_path: Path) -> N
     assert load_result(fitted.save(str(tmp_path / "fit.json"))).to_dict() == fitted.to_dict()
 
 
-@pytest.mark.parametrize("name", ["result.txt", "result", 3, None])
+@pytest.mark.parametrize("name", ["result.txt", 3])
 def test_other_names_are_refused(result: Identification, name: object, tmp_path: Path) -> None:
     with refuses("save-ending", says="give a name that ends in .json"):
         result.save(tmp_path / name if isinstance(name, str) else name)  # type: ignore[arg-type]

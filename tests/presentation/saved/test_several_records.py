@@ -20,7 +20,6 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
-from axisid.presentation.report.page import report_html
 from tests.axes.stage import generated, stage, stage_record
 from tests.refusals import refuses
 
@@ -57,21 +56,6 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 def _write(path: Path, record: Record) -> None:
     columns = [record.time, record.position, record.reference, record.control]
     np.savetxt(path, np.column_stack(columns), "%.12g", ",", header="t,q,r,u", comments="")  # type: ignore[arg-type]
-
-
-@pytest.mark.slow
-def test_the_text_tells_each_record_and_what_is_known_of_it(loaded: Identification) -> None:
-    text = loaded.summary(full=True, draws=20)
-    for said in (
-        "records    2, one set of parameters",
-        "m_add = 20 +- 0.01 kg",
-        "tau0_1, tau0_2: tau0 of each record",
-        "35.15 N/V is declared",
-        "weights",
-        "By record",
-        "1  run 1",
-    ):
-        assert said in text
 
 
 @pytest.mark.slow
@@ -169,18 +153,6 @@ def test_a_record_is_validated_as_one_that_it_is_like(loaded: Identification, fi
         assert validate(result, loaded.records[1], like=2).same_record
         with refuses("no-record-of-result", says="there are 2"):
             validate(result, heavy, like=3)
-
-
-@pytest.mark.slow
-def test_the_page_has_a_picker_for_the_figures(loaded: Identification) -> None:
-    page = report_html(loaded)
-    assert page.count("<option value=") == 2
-    assert page.count('data-record="1"') == page.count('data-record="2"') >= 5
-    assert 'id="plot-force-2"' in page
-    assert "The records" in page
-    alone = report_html(identify(generated(), stage_record(1), methods=["idm-iv"]))
-    assert "record-picker" not in alone
-    assert "data-record" not in alone
 
 
 def _run(*arguments: str) -> str:
@@ -286,13 +258,6 @@ def test_candidates_are_compared_with_what_is_known_and_local(
     refused = CliRunner().invoke(cli, [*arguments[:-2], "--local", "nothing"])
     assert isinstance(refused.exception, UsageError)
     assert "nothing" in str(refused.exception)
-
-
-@pytest.mark.slow
-def test_two_results_of_several_are_set_side_by_side(file: Path) -> None:
-    result = CliRunner().invoke(cli, ["compare-results", str(file), str(file)])
-    assert result.exit_code == 0, result.output
-    assert "run 1, run 2" in result.output
 
 
 @pytest.mark.slow
