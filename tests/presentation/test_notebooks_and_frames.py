@@ -13,7 +13,6 @@ from axisid import (
     compare,
     friction_ladder,
     identify,
-    load_axis,
     load_result,
     read_record,
     sweep,
@@ -51,14 +50,6 @@ def test_a_result_is_a_dataframe_of_its_parameters(
     assert len(result.record.to_frame(library)) == len(result.record)
 
 
-def test_a_sweep_is_a_dataframe_too(emps2015: GeneratedAxis, twin: Record) -> None:
-    pytest.importorskip("pandas")
-    found = sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls"])
-    frame = found.to_frame("pandas")
-    assert sorted(set(frame["cutoff"])) == [40.0, 60.0]
-    assert len(frame) == 6
-
-
 def test_what_is_no_library_or_no_table_is_refused(
     result: Identification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -75,7 +66,7 @@ def test_what_is_no_library_or_no_table_is_refused(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("library", ["pandas", "polars"])
-def test_comparison_validation_and_diagnosis_are_dataframes(
+def test_comparison_sweep_validation_and_diagnosis_are_dataframes(
     result: Identification, emps2015: GeneratedAxis, twin: Record, library: str
 ) -> None:
     pytest.importorskip(library)
@@ -88,34 +79,11 @@ def test_comparison_validation_and_diagnosis_are_dataframes(
     methods = held.to_frame(library)
     assert list(methods["method"]) == [each.method for each in held]
     assert list(methods["holds"]) == [each.holds for each in held]
+    swept = sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls"]).to_frame(library)
+    assert sorted({*swept["cutoff"]}) == [40.0, 60.0]
     checks = result.diagnosis.to_frame(library)
     assert list(checks["check"]) == [check.name for check in result.verdict]
     assert list(checks["status"]) == [check.status for check in result.verdict]
-
-
-@pytest.mark.slow
-def test_comparison_sweep_and_validation_have_tables_in_notebooks(
-    result: Identification, emps2015: GeneratedAxis, twin: Record
-) -> None:
-    shown = (
-        compare(friction_ladder(emps2015.declared), twin),
-        sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls"]),
-        validate(result, twin_record(emps2015, seed=3)),
-    )
-    for each in shown:
-        assert "<table" in each._repr_html_()
-
-
-def test_diagnosis_and_axis_have_tables_in_notebooks(result: Identification) -> None:
-    shown = result.diagnosis._repr_html_()
-    assert "<table" in shown
-    assert "control law" in shown
-    assert "control law" in result.diagnosis.summary()
-    assert result.diagnosis.to_dict()["judged"] == "didim"
-    json.dumps(result.diagnosis.to_dict())
-    axis = load_axis("pendulum")._repr_html_()
-    assert "pendulum" in axis
-    assert "fv" in axis
 
 
 @pytest.mark.parametrize(

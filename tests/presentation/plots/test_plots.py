@@ -22,7 +22,6 @@ from axisid.elements import coulomb, viscous
 from axisid.estimation import Sweep
 from axisid.estimation.studies.friction_curve import Friction, friction
 from axisid.presentation.drawing.matplotlib import draw, rendered
-from axisid.presentation.formulas.numbers import readable_unit
 from axisid.presentation.plots.estimate import (
     autocorrelation_plot,
     convergence_plot,
@@ -254,12 +253,6 @@ def test_least_squares_does_not_set_the_scale_of_a_sweep(swept: Sweep) -> None:
     assert draw(plot).get_axes()[0].get_ylim() == plot.panels[0].span
 
 
-def test_figures_are_listed_by_the_names_of_their_files(
-    result: Identification, swept: Sweep
-) -> None:
-    assert all(there(plot).name == name for name, plot in result_plots(result, swept).items())
-
-
 def test_every_axis_has_three_ticks_or_more(result: Identification, swept: Sweep) -> None:
     for plot in result_plots(result, swept).values():
         figure = draw(there(plot))
@@ -286,13 +279,6 @@ def test_a_figure_for_a_column_of_a_journal_has_its_width_and_letters(
                 assert legend.get_window_extent().x0 >= 0
 
 
-def test_shading_is_named_where_it_is_shown(result: Identification) -> None:
-    for plot in (record_plot(result), there(tracking_plot(result, result.preferred))):
-        legend = draw(plot).get_axes()[0].get_legend()
-        assert legend is not None
-        assert [t.get_text() for t in legend.get_texts()][-1] == "left out"
-
-
 def test_names_of_marks_stand_above_the_curves(swept: Sweep) -> None:
     figure = draw(sweep_plot(swept, 60.0))
     figure.canvas.draw()
@@ -304,16 +290,6 @@ def test_names_of_marks_stand_above_the_curves(swept: Sweep) -> None:
     assert legend is not None
     assert not any(box.overlaps(legend.get_window_extent()) for box in boxes)
     assert not boxes[0].overlaps(boxes[1])
-
-
-def test_what_was_measured_lies_over_what_was_reconstructed(result: Identification) -> None:
-    for plot, names in (
-        (force_plot(result["idm-iv"]), ("reconstructed, IDM-IV", "measured")),
-        (there(tracking_plot(result, result.preferred)), ("simulated", "recorded")),
-        (record_plot(result), ("reference", "position")),
-    ):
-        order = [s.label for s in plot.panels[0].layers]
-        assert order.index(names[0]) < order.index(names[1])
 
 
 def test_a_sweep_of_the_direct_model_alone_has_curves(
@@ -353,52 +329,13 @@ def test_matplotlib_draws_the_same_bytes_twice(result: Identification) -> None:
         assert first.startswith(magic)
 
 
-@pytest.mark.slow
-def test_methods_for_notebooks_draw(result: Identification, swept: Sweep) -> None:
-    figures = [
-        result["idm-iv"].plot("force"),
-        result.plot("force", method="idm-ls"),
-        result.plot("autocorrelation"),
-        result.plot("spectrum"),
-        result.plot("convergence"),
-        result.plot("friction"),
-        result.plot("tracking"),
-        result.plot("record"),
-        swept.plot(),
-    ]
-    for figure in figures:
-        axes = figure.get_axes()
-        assert axes
-        assert all(a.get_ylabel() and a.has_data() for a in axes)
-        assert axes[-1].get_xlabel()
-    assert [line.get_label() for line in figures[0].get_axes()[0].get_lines()] == [
-        "reconstructed, IDM-IV",
-        "measured",
-        "error, IDM-IV",
-    ]
-    assert figures[2]._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
-    with refuses("no-such-estimate", says="'nonsense'; choose from idm-ls, ddm-ls"):
-        result.plot("force", method="nonsense")
-
-
 def test_a_series_of_unequal_columns_is_refused() -> None:
     with refuses("series-lengths"):
         Series(label="a", x=np.zeros(2), y=np.zeros(3))
 
 
-@pytest.mark.parametrize(
-    ("unit", "shown"),
-    [("m/s^2", "m/s²"), ("kg m^2", "kg m²"), ("s^-1", "s⁻¹"), ("s^(1/2)", "s^(1/2)")],
-)
-def test_powers_of_units_are_raised(unit: str, shown: str) -> None:
-    assert readable_unit(unit) == shown
-
-
 def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
     html = result._repr_html_()
-    fv = '<th class="text">Fv</th><td class="unit">N/(m/s)</td>'
-    for text in (fv, "<th>IDM-LS ± sd [1]</th>", "simulation error"):
-        assert text in html
     value = result["idm-iv"].parameters["M"]
     assert f"{value.value:.4f} ± {value.sd_hac:.4f}" in html
     failed = [check for check in result.verdict if check.status == "fail"]
@@ -412,17 +349,6 @@ def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
         ),
     )
     assert "<script" not in spoiled._repr_html_()
-
-
-def test_notebooks_show_one_estimate_with_intervals(result: Identification) -> None:
-    estimate = result["ddm-iv"]
-    html = estimate._repr_html_()
-    for name in ("theta1", "theta2", "M", "Fv"):
-        assert f'<tr><th class="text">{name}</th>' in html
-    low, high = estimate.parameters["Fv"].interval
-    assert f"<td>{low:.6g} … {high:.6g}</td>" in html
-    assert "HAC" in html
-    assert f"<td>{estimate.simulation_error_percent:.4g}</td>" in html
 
 
 def test_gaps_are_marked_and_what_is_masked_is_shaded(
