@@ -4,7 +4,6 @@ import functools
 import hashlib
 import json
 import os
-import re
 import resource
 import shutil
 import subprocess
@@ -51,15 +50,6 @@ def test_a_step_that_no_float_holds_writes_nothing(run: Run, tmp_path: Path) -> 
     assert code == 4
     assert "quantisation is 1e-309" in err
     assert not (tmp_path / "generated").exists()
-
-
-def test_how_long_each_axis_takes_is_said_on_request(run: Run, tmp_path: Path) -> None:
-    command = ("generate", "emps", "emps2015", "--output", tmp_path / "generated")
-    code, out, _ = run(*command, "-v")
-    assert code == 0
-    assert [line.partition(":")[0] for line in out.splitlines()[:2]] == ["emps", "emps2015"]
-    assert re.fullmatch(r"emps: \d+ ms", out.splitlines()[0])
-    assert " ms" not in run(*command)[1]
 
 
 @pytest.mark.slow
@@ -120,14 +110,10 @@ def test_check_tells_stale_missing_and_orphan_files_and_the_command(run: Run, fo
     code, out, err = run("generate", "--check", "--output", folder)
     assert code == 1
     assert f"stale: {stale}" in out
-    assert re.search(r"^-    _\d+ = casadi\.fmax\(", out, re.MULTILINE)
-    assert re.search(r"^\+    _\d+ = casadi\.if_else\(", out, re.MULTILINE)
     assert "missing: " in out
     assert "orphan: " in out
     assert f"run: axisid generate --output {folder}" in err
-    code, out, _ = run("generate", "--output", folder)
-    assert code == 0
-    assert f"2 files written, {4 * len(LIBRARY) - 2} were current" in out
+    assert run("generate", "--output", folder)[0] == 0
     shutil.rmtree(folder / "old")
     assert run("generate", "--check", "--output", folder)[0] == 0
 
@@ -264,22 +250,3 @@ def test_a_folder_without_the_library_asks_which_axes_are_meant(run: Run, tmp_pa
     assert code == 2
     assert "nothing of the library is generated in" in err
     assert "axisid generate --check my_axis.toml" in err
-
-
-def test_a_difference_shows_its_first_lines_and_counts_the_others(folder: Path) -> None:
-    files = expected_files([load_axis("emps")])
-    path = next(path for path in files if path.name == "native.c")
-    (folder / path).write_text("rubbish\n" * 300)
-    (finding,) = check_files(folder, files, others=LIBRARY)
-    lines = finding.diff.splitlines()
-    assert len(lines) < 15
-    assert "rubbish" in finding.diff
-    assert re.search(r"and \d{3,} more lines differ", lines[-1])
-
-
-def test_code_of_an_axis_of_ones_own_names_no_axis_of_the_library() -> None:
-    own = replace(load_axis("emps"), name="my_stage")
-    for path, text in expected_files([own]).items():
-        if path.suffix in (".py", ".c"):
-            assert "axisid generate my_stage" not in text
-            assert "the file that declares the axis my_stage" in text

@@ -44,17 +44,9 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         lambda g: axisid.load_result(g.result),
         "the result is an Identification; give the file",
     ),
-    "nothing to compare": (
-        lambda g: axisid.compare_results(g.result, None),  # type: ignore[arg-type]
-        "the result is None; give the file",
-    ),
     "columns as text": (
         lambda _: axisid.read_record("log.csv", columns="position=q"),  # type: ignore[arg-type]
         "the columns are 'position=q'; give names by role",
-    ),
-    "columns as list": (
-        lambda _: axisid.read_record("log.csv", columns=["q", "u"]),  # type: ignore[arg-type]
-        r"the columns are \['q', 'u'\]; give names by role",
     ),
     "repairs as dictionary": (
         lambda _: axisid.read_record("log.csv", repairs={"gaps": "split"}),  # type: ignore[arg-type]
@@ -65,7 +57,6 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         "the axis is 'emps'; give an Axis",
     ),
     "a name to build": (lambda _: axisid.build("emps"), "the axis is 'emps'; give an Axis"),  # type: ignore[arg-type]
-    "a name to derive": (lambda _: axisid.derive("emps"), "the axis is 'emps'; give an Axis"),  # type: ignore[arg-type]
     "a built axis to fix": (
         lambda g: axisid.fix(g.axis, M=3.0),
         "the axis is a GeneratedAxis; give an Axis",
@@ -78,10 +69,6 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         lambda g: axisid.validate(g.result, "log.csv"),  # type: ignore[arg-type]
         "the record is 'log.csv'; read one",
     ),
-    "nothing to validate": (
-        lambda g: axisid.validate(None, g.record),  # type: ignore[arg-type]
-        "the result is None; give what identify gave",
-    ),
     "a number as method": (lambda g: g.result[3], "the result has no 3; choose from idm-ls"),
     "one axis to compare": (
         lambda g: axisid.compare(g.axis, g.record),
@@ -91,33 +78,13 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         lambda g: axisid.sweep(g.axis, 3, [40.0]),  # type: ignore[arg-type]
         "the record is 3; read one",
     ),
-    "a cut-off as prefilter of a sweep": (
-        lambda g: axisid.sweep(g.axis, g.record, [40.0], 60.0),  # type: ignore[arg-type]
-        "the prefilter is 60.0; give a Prefilter",
-    ),
     "a text as dead zone": (
         lambda g: axisid.export(g.result, "c", dead_zone="0.1"),  # type: ignore[arg-type]
         "the dead zone is '0.1'; give a speed",
     ),
-    "no dead zone": (
-        lambda g: axisid.export(g.result, "c", dead_zone=None),  # type: ignore[arg-type]
-        "the dead zone is None; give a speed",
-    ),
-    "an array as target": (
-        lambda g: axisid.export(g.result, np.ones(3)),  # type: ignore[arg-type]
-        r"there is no target array\(\[1., 1., 1.\]\)",
-    ),
-    "a list as method of an export": (
-        lambda g: axisid.export(g.result, method=[]),  # type: ignore[arg-type]
-        r"no estimate by \[\]; it has idm-ls",
-    ),
     "a list as covariance": (
         lambda g: axisid.identify(g.axis, g.record, covariance=[]),  # type: ignore[arg-type]
         r"no covariance \[\]; choose from",
-    ),
-    "lists as methods": (
-        lambda g: axisid.identify(g.axis, g.record, methods=[["idm-ls"]]),  # type: ignore[list-item]
-        r"no method \['idm-ls'\]; choose from",
     ),
     "a list as figure": (lambda g: g.result.plot([]), r"has no figure \[\]; choose from record"),
     "a list as parameter": (
@@ -128,21 +95,9 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         lambda g: g.result.summary(draws=np.ones(3)),
         r"the draws are array\(\[1., 1., 1.\]\); give a whole number",
     ),
-    "no candidates": (
-        lambda g: axisid.compare(None, g.record),  # type: ignore[arg-type]
-        "the axes are None; give two axes or more",
-    ),
     "a name as ladder": (
         lambda _: axisid.friction_ladder("emps"),  # type: ignore[arg-type]
         "the axis is 'emps'; give an Axis",
-    ),
-    "a text as provenance": (
-        lambda g: replace(g.record, provenance="x"),
-        "the provenance of the record is 'x'; give a Provenance",
-    ),
-    "no period": (
-        lambda _: axisid.Prefilter.suited(None),  # type: ignore[arg-type]
-        "the sampling period is None; give a positive number",
     ),
     "a period that is no number": (
         lambda _: axisid.Prefilter.suited(math.nan),
@@ -151,14 +106,6 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
     "an array as hold": (
         lambda _: axisid.Prefilter(hold=np.ones(3)),  # type: ignore[arg-type]
         r"the hold is array\(.*; give raw or zoh",
-    ),
-    "an array as reversals": (
-        lambda _: axisid.Prefilter(reversals=np.ones(3)),  # type: ignore[arg-type]
-        r"the reversals are array\(.*; give keep or leave-out",
-    ),
-    "an array as decimation": (
-        lambda _: axisid.Prefilter(decimation=np.ones(3)),  # type: ignore[arg-type]
-        r"the row alignment is array\(.*; give matlab or scipy",
     ),
     "a cut-off beyond floating point": (
         lambda _: axisid.Prefilter(cutoff=_HUGE),
@@ -220,7 +167,7 @@ ELEMENTS: dict[str, Callable[[Any], object]] = {
 }
 
 
-@pytest.mark.parametrize("other", ["x", None, 3, FV, np.ones(3), load_axis("emps")], ids=type)
+@pytest.mark.parametrize("other", ["x", FV], ids=type)
 @pytest.mark.parametrize("name", ELEMENTS)
 def test_an_element_of_no_coordinate_is_told(name: str, other: object) -> None:
     with refuses("coordinate-type") as refused:
@@ -243,21 +190,9 @@ DECLARED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: elements.cogging(FV, FV, Q, period=0.1, harmonic=True),
         "the harmonic is True; give a whole number",
     ),
-    "a truth value as harmonic of friction": (
-        lambda: elements.periodic_coulomb(FV, FV, Q, period=0.1, harmonic=True),
-        "the harmonic is True; give a whole number",
-    ),
-    "an array as rest": (
-        lambda: elements.spring(FV, Q, np.ones(3)),  # type: ignore[arg-type]
-        "the rest position is array",
-    ),
     "an axis as amount": (
         lambda: elements.offset(load_axis("emps")),  # type: ignore[arg-type]
         "an amount of an element is an Axis; give a number",
-    ),
-    "an array as unit": (
-        lambda: axisid.Coordinate("q", np.ones(3)),  # type: ignore[arg-type]
-        "has the unit array",
     ),
     "a name as coordinate": (
         lambda: axisid.newton(
@@ -269,19 +204,11 @@ DECLARED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, gains=["kp"]),  # type: ignore[arg-type]
         r"the gains are \['kp'\]; give numbers by name",
     ),
-    "no memory": (
-        lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, memory=None),  # type: ignore[arg-type]
-        "the memory is None; give a tuple of Memory",
-    ),
     "numbers as memory": (
         lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, memory=[3]),  # type: ignore[arg-type]
         r"the memory is \[3\]; give a tuple of Memory",
     ),
     "a number as gain": (lambda: control.gain(3), "a gain is named 3; give a text"),  # type: ignore[arg-type]
-    "no moves": (
-        lambda: axisid.modeling.Experiment(moves=None),  # type: ignore[arg-type]
-        "the moves of an experiment are .*None.*; give Move",
-    ),
     "a list as truth": (
         lambda: axisid.modeling.Experiment(moves=(), truth=[1.0]),  # type: ignore[arg-type]
         r"the truth of an experiment is \[1.0\]; give numbers",
@@ -297,13 +224,13 @@ def test_what_is_no_part_of_a_declaration_is_told(name: str) -> None:
     assert len(str(refused.value)) < 200
 
 
-@pytest.mark.parametrize("seed", [-1, None, "x", 1.5, True, []], ids=str)
+@pytest.mark.parametrize("seed", [-1, 1.5], ids=str)
 def test_a_seed_is_a_whole_number(given: Context, seed: Any) -> None:
     with refuses("draws-seed"):
         given.result["idm-ls"].propagate("M", draws=10, seed=seed)
 
 
-@pytest.mark.parametrize("name", ["\0", "a\0b", "\ud800"], ids=repr)
+@pytest.mark.parametrize("name", ["\0", "\ud800"], ids=repr)
 def test_what_names_no_file_is_told(given: Context, name: str) -> None:
     for call in (
         lambda: axisid.load_result(name),

@@ -2,11 +2,8 @@
 
 import pytest
 
-from axisid import AxisidError
-from axisid.estimation.checks import Check
 from axisid.estimation.estimates import Value
 from axisid.support.number_text import plain_numbers, range_text
-from axisid.support.remedy import Remedy
 
 
 @pytest.mark.parametrize(
@@ -46,11 +43,3 @@ def test_numbers_of_sentences_up_to_a_hundred_thousand_are_written_out(
     text: str, plain: str | None
 ) -> None:
     assert plain_numbers(text) == (text if plain is None else plain)
-
-
-def test_every_sentence_has_plain_numbers() -> None:
-    check = Check(name="a", status="fail", meaning="3.1e+03 deviations apart")
-    assert check.meaning == "3100 deviations apart"
-    assert str(AxisidError("it is 1e+02 N; ", Remedy.of("declare 2e+02."))) == (
-        "it is 100 N; declare 200."
-    )

@@ -45,10 +45,6 @@ def test_setting_is_an_argument_in_python(name: str) -> None:
     assert head in ("{}", argument.of.rpartition(".")[2])
 
 
-def test_repairs_are_an_argument_of_read_record() -> None:
-    assert "repairs" in inspect.signature(axisid.read_record).parameters
-
-
 @pytest.mark.parametrize(
     ("settings", "options", "arguments"),
     [
@@ -63,7 +59,6 @@ def test_repairs_are_an_argument_of_read_record() -> None:
             'columns={"time": "NAME", "force": "NAME:N"}, repairs=Repairs(wrap="360:deg")',
         ),
         ((Setting("sample-period"),), "--sample-period", "sample_period=..."),
-        ((Setting("sample-period", "0.002"),), "--sample-period 0.002", "sample_period=0.002"),
         ((Setting("max-memory", "GB"),), "--max-memory GB", "max_memory=BYTES"),
         ((Setting("hold", "zoh"),), "--hold zoh", 'Prefilter(hold="zoh")'),
         (
@@ -71,7 +66,6 @@ def test_repairs_are_an_argument_of_read_record() -> None:
             "--leave-out a --leave-out b",
             'leave_out(axis, "a", "b")',
         ),
-        ((Setting("fix", "m=VALUE"),), "--fix m=VALUE", "fix(axis, m=VALUE)"),
         ((Setting("fix", "m=2+-0.1"),), "--fix m=2+-0.1", "fix(axis, m=(2, 0.1))"),
         ((Setting("draws", "50"),), "--draws 50", "summary(draws=50)"),
         (
@@ -79,7 +73,6 @@ def test_repairs_are_an_argument_of_read_record() -> None:
             "--window 2..5 --window 8..",
             "windows=[(2, 5), (8, None)]",
         ),
-        ((Setting("axis"),), "--axis", "axis=..."),
         (
             (Setting("fit output", "open-loop"),),
             "axisid fit --output open-loop",
