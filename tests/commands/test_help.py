@@ -13,8 +13,6 @@ import pytest
 from click.shell_completion import BashComplete
 
 from axisid.commands.main import cli
-from axisid.commands.options.completion import library_names
-from axisid.modeling import LIBRARY
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -72,7 +70,7 @@ def test_the_examples_run_and_print_plain_ascii(
     assert ran or name in WITH_LOGS_ALONE
 
 
-@pytest.mark.parametrize("name", ["identify", "compare", "export"])
+@pytest.mark.parametrize("name", ["identify", "export"])
 def test_help_that_lists_rows_needs_no_stage(name: str) -> None:
     program = (
         "import sys\nfrom axisid.commands.main import main\n"
@@ -109,10 +107,6 @@ def test_commands_axes_files_and_choices_complete(
     assert completed("compare", "--ladder", "emps2") == ["plain emps2015"]
     assert completed("export", "r.json", "--to", "l") == ["plain latex"]
     assert completed("generate", "emps", "emps2") == ["plain emps2015"]
-
-
-def test_completion_knows_the_library_without_importing_it() -> None:
-    assert library_names() == sorted(LIBRARY)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

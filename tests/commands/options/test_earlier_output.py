@@ -6,12 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Record, identify, sweep
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.options.earlier_output import is_earlier
 from axisid.paper.study import STUDY_FILES
-from axisid.presentation.drawing.files import FORMATS, NAMES
-from axisid.presentation.plots.result import result_plots
+from axisid.presentation.drawing.files import FORMATS
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -111,14 +108,3 @@ def test_empty_files_and_large_ones(here: Path) -> None:
     large.write_bytes(b"mine" + bytes(100_000))
     assert not is_earlier(large, "figure")
     assert not is_earlier(large, "identify")
-
-
-@pytest.mark.slow
-def test_every_figure_of_a_result_is_known(emps2015: GeneratedAxis, twin: Record) -> None:
-    swept = sweep(emps2015, twin, (30.0, 60.0))
-    found = {
-        name
-        for method in ("idm-ls", "ddm-ls")
-        for name in result_plots(identify(emps2015, twin, methods=method), swept)
-    }
-    assert found == {*NAMES}
