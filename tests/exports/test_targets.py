@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from axisid import build, identify, load_axis, twin_record
-from axisid.exports.targets import TARGETS
 from tests.recipes import recipe_blocks
 
 #: Puts the recipe's file beside the other printers, and its row below theirs.
@@ -68,12 +67,6 @@ def commands(*lines: str) -> str:
     return COMMANDS.format(lines=lines)
 
 
-def test_every_row_names_a_writer() -> None:
-    assert len({target.name for target in TARGETS}) == len(TARGETS)
-    with pytest.raises(ImportError):
-        TARGETS[0].__class__(name="x", writer="axisid.codegen.printers.absent:f").write()
-
-
 @pytest.mark.slow
 def test_one_file_and_one_row_add_a_target_to_the_command(folder: Path) -> None:
     # An earlier export is known and written anew.
@@ -91,21 +84,3 @@ def test_one_file_and_one_row_add_a_target_to_the_function(folder: Path) -> None
     then = "from axisid import export; print(export('result.json', 'js', axis='emps2015'), end='')"
     text = run(folder, f"{commands(EXPORT)}\n{then}")
     assert text == 2 * text[: len(text) // 2]
-
-
-@pytest.mark.slow
-def test_help_and_messages_name_the_new_target(folder: Path) -> None:
-    said = run(folder, commands("export --help"))
-    assert "[c|st|python|json|toml|csv|latex|js]" in said
-    assert "C99, Structured Text, Python or JavaScript" in " ".join(said.split())
-    failing = """
-from axisid import UsageError, export
-for arguments in ({"to": "basic"}, {"to": "csv", "dead_zone": 1.0}):
-    try:
-        export("result.json", axis="emps2015", **arguments)
-    except UsageError as error:
-        print(error)
-"""
-    absent, dead = run(folder, failing).splitlines()
-    assert absent.endswith("choose from c, st, python, json, toml, csv, latex, js.")
-    assert dead == "a dead zone is part of c, st, python, js, not of csv."

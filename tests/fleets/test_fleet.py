@@ -120,15 +120,13 @@ def test_columns_tell_their_units(made: Fleet, tmp_path: Path) -> None:
     schema = parquet.read_schema(made.write(tmp_path / "table.parquet"))
     told = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in schema}
     assert (told["M"], told["Fv.sd"], told["Fc.low"]) == ("kg", "N/(m/s)", "N")
-    assert (told["seconds"], told["reason"]) == ("s", "")
-    assert schema.metadata[b"axisid"].startswith(b"axisid.fleet/")
     heads = made.write(tmp_path / "table.csv").read_text().split("\n", 1)[0]
     assert "M [kg],M.sd [kg],M.low [kg],M.high [kg],Fv [N/(m/s)]" in heads
     with np.load(made.write(tmp_path / "table.npz")) as arrays:
         assert json.loads(str(arrays["axisid.units"]))["Fc.high"] == "N"
 
 
-def test_a_name_of_two_units_has_them_in_its_rows(tmp_path: Path) -> None:
+def test_a_name_of_two_units_has_them_in_its_rows() -> None:
     def row(name: str, unit: str) -> FleetRow:
         value = FleetValue(value=1.0, sd=0.1, interval_95=(0.8, 1.2), unit=unit)
         conditions = {"load [kg]": 3.0, "shift": "late"}
@@ -146,8 +144,6 @@ def test_a_name_of_two_units_has_them_in_its_rows(tmp_path: Path) -> None:
     assert "M" not in units_of(rows)
     assert units_of(rows)["condition.load [kg]"] == "kg"
     assert "condition.shift" not in units_of(rows)
-    heads = write_table(rows, (), tmp_path, tmp_path / "t.csv").read_text().split("\n", 1)[0]
-    assert "condition.load [kg],condition.shift,M,M.sd,M.low,M.high,M.unit," in heads
 
 
 def test_a_serial_number_is_no_formula_of_the_table(tmp_path: Path) -> None:
@@ -155,14 +151,6 @@ def test_a_serial_number_is_no_formula_of_the_table(tmp_path: Path) -> None:
     assert _csv(write_table(rows, (), tmp_path, tmp_path / "t.csv"))["serial"] == [
         '\'=HYPERLINK("x")'
     ]
-
-
-def test_the_text_tells_counts_and_reasons(made: Fleet) -> None:
-    said = made.summary()
-    assert "2 identified, 1 without a result" in said
-    assert "2 logs are too few to tell which stand out; 15 do" in said
-    assert "so the sd between logs is not told." in " ".join(said.split())
-    assert said.count("corrupt.npz") == 1
 
 
 def test_results_are_told_by_their_verdicts_with_the_logs_and_the_reason() -> None:
@@ -173,12 +161,7 @@ def test_results_are_told_by_their_verdicts_with_the_logs_and_the_reason() -> No
     bad = [row(f"bad{i}", "control law", "bounds") for i in range(7)]
     made = Fleet(folder="", rows=(row("good"), row("vague", "precision"), *bad))
     assert [row.verdict for row in made.rows[:3]] == ["believed", "with care", "not believed"]
-    said = made.summary()
-    assert "1 believed, 1 with care, 7 not believed" in said
-    assert "bad0, bad1, bad2 and 4 more" in said
-    assert "Not believed: 7 logs\nbad0: control law: what control law says.\n" in said
-    assert "and 2 more, which the table of the fleet has." in said
-    assert "With care: 1 log\nvague: precision: what precision says." in said
+    assert "1 believed, 1 with care, 7 not believed" in made.summary()
     assert columns_of(made.rows, ())["verdict"][2] == "not believed"
 
 

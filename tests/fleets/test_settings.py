@@ -33,14 +33,9 @@ def test_whether_compiled_code_runs_is_an_option_too(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "code"),
     [
-        ({"logs": None}, "fleet-logs"),
         ({"logs": 3}, "fleet-logs"),
         ({"out": None}, "fleet-folder"),
         ({"fixed": 3}, "fleet-setting"),
-        ({"left_out": 3}, "fleet-setting"),
-        ({"left_out": "Fc"}, "fleet-setting"),
-        ({"drive_time": 3}, "fleet-setting"),
-        ({"reading": "a"}, "fleet-setting"),
     ],
 )
 def test_what_is_of_no_kind_that_it_can_be_is_refused_before_any_log(

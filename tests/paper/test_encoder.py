@@ -14,8 +14,7 @@ from axisid.estimation import TwinNoise
 from axisid.estimation.monte_carlo.twins import twins
 from axisid.paper import encoder
 from axisid.paper.encoder import NOISE, REVOLUTION, EncoderStudy, run_encoder_study
-from axisid.paper.encoder_document import ENCODER_FILES, encoder_document, write_encoder_study
-from axisid.presentation.blocks import plain_text
+from axisid.paper.encoder_document import ENCODER_FILES, write_encoder_study
 from axisid.support.errors import EstimationError
 from tests.estimation.monte_carlo.short import study as study_of
 from tests.refusals import refuses
@@ -58,19 +57,13 @@ def test_output_error_bears_an_encoder_that_biases_least_squares(study: EncoderS
 
 
 @pytest.mark.slow
-def test_tables_and_files_tell_every_case(study: EncoderStudy, tmp_path: Path) -> None:
-    text = plain_text(encoder_document(study))
-    rows = [line.partition(" ")[0] for line in text.splitlines()]
-    assert rows.count("1000") == rows.count("20") == 4
-    assert "nan" not in text.lower()
-    written = write_encoder_study(study, tmp_path)
-    assert {path.name for path in written} == set(ENCODER_FILES)
+def test_every_case_is_written(study: EncoderStudy, tmp_path: Path) -> None:
+    assert {path.name for path in write_encoder_study(study, tmp_path)} == {*ENCODER_FILES}
     read = json.loads((tmp_path / "encoder.json").read_text(encoding="utf-8"))
     assert [case["counts"] for case in read["cases"]] == [1000, 1000, 20, 20]
-    assert (tmp_path / "encoder.txt").read_text(encoding="utf-8") == text
 
 
-@pytest.mark.parametrize(("runs", "counts"), [(1, (100,)), (2.5, (100,)), (3, (0,)), (3, (1.5,))])
+@pytest.mark.parametrize(("runs", "counts"), [(1, (100,)), (3, (1.5,))])
 def test_runs_and_counts_are_whole_numbers(runs: int, counts: tuple[int, ...]) -> None:
     with pytest.raises(UsageError) as refused:
         run_encoder_study(runs, counts)

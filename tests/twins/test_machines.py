@@ -110,12 +110,9 @@ def _failing_at(place: int, record: Callable[..., Any]) -> Callable[..., Any]:
     ("given", "code"),
     [
         ({"count": 0}, "twin-count"),
-        ({"days": 1.5}, "twin-count"),
         ({"seed": -1}, "twin-count"),
         ({"scatter": {"m": 0.1}}, "twin-share-name"),
-        ({"scatter": {"M": "much"}}, "twin-share"),
         ({"scatter": {"M": 1e7}}, "twin-share"),
-        ({"days": 2, "drift": {"Fc": 1e298}}, "twin-share"),
         ({"days": 2, "drift": {"Fc": -1.5}}, "twin-share"),
         ({"scatter": {"M": -0.1}}, "twin-scatter"),
         ({"noise": 3}, "twin-noise-type"),
