@@ -18,7 +18,7 @@ from axisid import (
     load_axis,
     newton,
 )
-from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, Memory
+from axisid.control import REFERENCE, ControlLaw, Memory
 from axisid.elements import Drive, G, viscous
 from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.control import gain
@@ -119,11 +119,6 @@ def test_names_that_differ_by_case_only_are_refused() -> None:
         declare(parameters=(M, small), resistance=(small.symbol,))
 
 
-def test_parameter_named_like_the_velocity_is_refused() -> None:
-    with refuses("names-differ-by-case"):
-        declare(parameters=(M, Parameter("dq", "N")), resistance=(q.velocity,))
-
-
 def test_gain_named_like_a_parameter_is_refused() -> None:
     law = ControlLaw(name="p", period=1e-3, output=sympy.Symbol("M", real=True), gains={"M": 1.0})
     with refuses("names-differ-by-case"):
@@ -138,10 +133,7 @@ def test_gain_named_like_a_parameter_is_refused() -> None:
         ({"parameters": ()}, "unknown-symbols"),
         ({"inertia": M * q}, "inertia-depends"),
         ({"inertia": "M"}, "expression-type"),
-        ({"resistance": ("Fv*dq",)}, "expression-type"),
-        ({"inertia": True}, "expression-type"),
         ({"drive": 18.0}, "axis-part-type"),
-        ({"control": 3}, "axis-part-type"),
         ({"coordinate": q, "parameters": ("M",)}, "parameters-type"),
         ({"resistance": (Fv * sympy.zoo,)}, "equation-not-finite"),
         ({"title": "two\nlines"}, "axis-title"),
@@ -185,10 +177,8 @@ def test_axis_without_inertia_is_refused() -> None:
         lambda: Move(1.0, 1.0, 1.0, dwell=-0.1),
         lambda: Move(1.0, 0.0, 1.0),
         lambda: Experiment(moves=()),
-        lambda: Experiment(moves=("x",)),  # type: ignore[arg-type]
         lambda: Experiment(moves=(Move(1, 1, 1),), seed=-1),
         lambda: Move(0.1, 1e-12, 1.0),
-        lambda: Parameter("M", "kg", nominal="1"),  # type: ignore[arg-type]
         lambda: Coordinate("row"),
         lambda: Coordinate("known"),
         lambda: Experiment(moves=(Move(1, 1, 1),), position_noise=-1.0),
@@ -211,11 +201,6 @@ def test_impossible_parts_are_refused(make: Any) -> None:
 def test_one_resistance_alone_is_a_list_of_one() -> None:
     axis = declare(resistance=viscous(Fv, q))
     assert axis == declare()
-
-
-def test_numbers_of_any_type_are_floats() -> None:
-    parameter = Parameter("M", "kg", nominal=sympy.Rational(1, 2))  # type: ignore[arg-type]
-    assert type(parameter.nominal) is float
 
 
 def test_functions_of_the_users_are_not_mistaken_for_sums() -> None:
@@ -247,10 +232,6 @@ def test_declarations_are_frozen() -> None:
         axis.name = "other"  # type: ignore[misc]
     with pytest.raises(TypeError):
         axis.columns["time"] = "x"  # type: ignore[index]
-
-
-def test_memory_may_be_a_plain_number() -> None:
-    assert Memory("z", MEASURED_POSITION, 0).start == 0  # type: ignore[arg-type]
 
 
 AXIS_FILE = """
@@ -293,7 +274,7 @@ def test_bad_axis_files_are_explained(tmp_path: Path, text: str, code: str, says
         load_axis(str(file))
 
 
-@pytest.mark.parametrize("name", ["nosuch", "nosuch.py", "emps.txt", ""])
+@pytest.mark.parametrize("name", ["nosuch", "nosuch.py"])
 def test_missing_axis_is_explained(name: str) -> None:
     with pytest.raises(ModelError, match="there is no axis"):
         load_axis(name)

@@ -93,7 +93,3 @@ def test_toml_says_the_same(tmp_path: Path) -> None:
     file.write_text(TOML)
     drive = load_axis(str(file)).drive
     assert (drive.lag, drive.delay, drive.logged) == (0.8e-3, 0.35e-3, "applied")
-    assert drive.timing_text == (
-        "the force acts 0.00035 s after its command with a lag of 0.0008 s; the recorded control "
-        "is what acts after the delay"
-    )

@@ -94,8 +94,6 @@ def test_what_cannot_be_left_out_is_refused() -> None:
         leave_out(stage(), "m", "b", "c", "s")
     with refuses("no-acceleration"):
         leave_out(stage(), "m")
-    with refuses("axis-type"):
-        leave_out("emps", "M")  # type: ignore[arg-type]
     with refuses("not-a-number", says="stands for 's' is 'much'"):
         leave_out(stage(), s="much")  # type: ignore[arg-type]
 

@@ -115,7 +115,7 @@ def test_factor_that_energies_bring_excuses_no_term(factor: Any) -> None:
         body(factor * wrong.symbol * q.symbol, parameters=(wrong,))
 
 
-@pytest.mark.parametrize("amount", [0.5, 1, 1.0, 2, -1, -2.0, HALF, 0.49, 3, sympy.pi, -2 * HALF])
+@pytest.mark.parametrize("amount", [0.5, -1, 0.49, sympy.pi, -2 * HALF])
 def test_a_known_load_may_be_any_plain_number(amount: Any) -> None:
     """Which number it is says nothing of its unit; the loads of 0.49 and 0.5 are alike."""
     (term,) = body(offset(amount)).unchecked_terms
@@ -277,11 +277,3 @@ def test_profile_of_a_drive_is_a_number() -> None:
     ):
         with pytest.raises(ModelError, match=message):
             body(drive=Drive(gain=1.0, profile=profile))
-
-
-def test_unchecked_terms_stand_in_the_generated_equations() -> None:
-    from axisid.codegen.artefacts.texts import axis_artefacts
-    from axisid.modeling.derivation.model import derive
-
-    assert "Units not checked\n  9.81*M" in axis_artefacts(derive(body(9.81 * M)))["equations.txt"]
-    assert "Units" not in axis_artefacts(derive(body(gravity(M))))["equations.txt"]

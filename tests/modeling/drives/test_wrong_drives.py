@@ -33,15 +33,12 @@ def _timed(name: str = "Tc", **declared: float) -> Axis:
     [
         ("drive-delay", lambda: lagging(delay=1e6)),
         ("drive-time-bounds", lambda: _timed(upper=0.6e-3)),
-        ("drive-time-bounds", lambda: _timed(lower=-1.0)),
         ("drive-time-bounds", lambda: _timed(lower=1e-4)),
         ("drive-time-known", lambda: _timed(known=5e-4, known_sd=1e-5)),
         ("drive-time-known", lambda: _timed(known=5e-4)),
-        ("drive-estimated", lambda: Drive(gain=1.0, estimated={"of": "lag"})),  # type: ignore[arg-type]
         ("drive-estimated", lambda: Drive(gain=1.0, estimated=("gain", Parameter("T", "s")))),
         ("names-differ-by-case", lambda: _timed("Fv")),
         ("names-differ-by-case", lambda: _timed("q")),
-        ("not-a-number", lambda: current_drive(**WOUND, supply="24")),  # type: ignore[arg-type]
         ("not-a-number", lambda: current_drive(**WOUND, supply=None)),  # type: ignore[arg-type]
         ("not-a-number", lambda: current_drive(**KT, supply=math.nan)),
         ("drive-figure", lambda: current_drive(**WOUND, supply=-24.0)),
@@ -59,8 +56,6 @@ def _timed(name: str = "Tc", **declared: float) -> Axis:
         ("drive-control-unit", lambda: voltage_drive(**WOUND, unit="A")),
         ("drive-current-unit", lambda: current_drive(**KT, unit="V")),
         ("gear-efficiency", lambda: current_drive(**KT, efficiency=1e-9)),
-        ("not-a-number", lambda: cascade_p_pi(**GAINS, speed_limit="1")),  # type: ignore[arg-type]
-        ("not-a-number", lambda: cascade_p_pi(**GAINS, speed_limit=None)),  # type: ignore[arg-type]
         ("number-not-finite", lambda: cascade_p_pi(**GAINS, speed_limit=-math.inf)),
         ("law-number-finite", lambda: cascade_p_pi(**GAINS, feed_forward=math.nan)),
         ("gain-positive", lambda: replace(cascade_p_pi(**GAINS, tn=0.1), positive=("ki",))),
@@ -81,12 +76,6 @@ def test_the_same_with_figures_that_it_can_have_are_taken() -> None:
     by_percent = voltage_drive(**WOUND, volts=Constant(0.24, "V/A"), unit="A")
     assert by_percent.gain == pytest.approx(0.05 * 0.24 / 1.25)
     assert cascade_p_pi(**GAINS, speed_limit=math.inf) == cascade_p_pi(**GAINS)
-
-
-def test_a_time_that_is_estimated_says_so_and_where_its_search_starts() -> None:
-    said = _timed().drive.timing_text
-    assert "a lag of 0.0005 s (where the search for Tc starts)" in said
-    assert "search" not in lagging(lag=5e-4).drive.timing_text
 
 
 @pytest.fixture(scope="module")
