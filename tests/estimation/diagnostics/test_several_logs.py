@@ -1,7 +1,5 @@
 """Checks of several logs of a servo joint: none faults, and one that does costs no estimate."""
 
-import re
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,8 +16,6 @@ from axisid.estimation.diagnostics.law import LawCheck
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from tests.axes.servo import TRUTH, servo, servo_log, servo_record
-
-Run = Callable[..., tuple[int, str, str]]
 
 
 def _to_and_fro(time: Array) -> Array:
@@ -160,20 +156,6 @@ def test_fault_of_what_several_checks_ask_is_told_of_each(
 
 def _broken_of_any(*_: object, **__: object) -> None:
     raise ValueError("matmul")
-
-
-@pytest.mark.slow
-def test_command_prints_the_estimates_beside_a_check_that_faults(
-    run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("AXISID_DEBUG", raising=False)
-    monkeypatch.setattr("axisid.estimation.diagnostics.diagnosis.alignment_of", _broken_of_any)
-    code, out, err = run("identify", "emps2015", "--method", "idm-ls")
-    assert code == 0
-    assert not err
-    said = " ".join(out.split())
-    assert re.search(r"alignment[^:]*: it could not be made, by a fault", said)
-    assert "\nM " in out
 
 
 @pytest.mark.slow

@@ -20,7 +20,6 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, offset, spring
 from axisid.estimation.checks.check import Check
-from axisid.estimation.diagnostics.estimates.excitation import Excitation
 from axisid.estimation.signals.motion import motion_lacks
 from axisid.estimation.signals.signals import Signals
 from axisid.estimation.simulation.twin import trajectory
@@ -180,17 +179,3 @@ def test_excitation_is_in_json() -> None:
     assert list(written) == ["m", "b", "c", "f", "k"]
     members = {"share", "inflation", "alike", "lacking", "rows", "largest_share", "natural"}
     assert set(written["m"]) == members
-
-
-def test_what_the_motion_shows_prints_in_a_line() -> None:
-    shown = Excitation(
-        name="b",
-        share=0.123,
-        inflation=9.0,
-        alike=("c",),
-        lacking=("one speed",),
-        rows=90.0,
-        largest_share=0.2,
-        natural=700.0,
-    )
-    assert repr(shown) == "b: 12.3 % of the force, like c, one speed"

@@ -234,11 +234,6 @@ def test_one_position_gain_that_is_10_percent_low_is_no_scale_of_the_control() -
     assert re.search(
         r", 243\.\d+ for 221\.32, or the control is recorded 1\.1 times as large", check.meaning
     )
-    slightly = replace(axis, control=cascade_pd(kp=160.18, kv=243.45 / 1.03, period=1e-3))
-    check = check_law(build(slightly), record)
-    assert isinstance(check, LawCheck)
-    assert "either kv is 1.03 times the declared one" in check.meaning
-    assert "check the control's scaling" in check.meaning
 
 
 def test_record_of_a_fraction_of_a_second_is_checked_too(emps2015: GeneratedAxis) -> None:
@@ -256,19 +251,6 @@ def test_control_that_is_logged_two_samples_late_is_named(emps2015: GeneratedAxi
     check = check_law(emps2015, late)
     assert isinstance(check, LawCheck)
     assert "not in time" in check.meaning
-
-
-@pytest.mark.slow
-def test_wrong_law_is_said_beside_the_estimates() -> None:
-    axis = load_axis("emps2015")
-    record = twin_record(axis)
-    right = identify(axis, record)
-    assert "control law" in right.summary().partition("FAIL")[0]
-    assert right.to_dict()["law_check"]["passed"] is True
-    wrong = identify(replace(axis, control=cascade_pd(kp=80.0, kv=243.45, period=1e-3)), record)
-    assert {c.name: c.status for c in wrong.verdict}["control law"] == "fail"
-    assert "FAIL   control law" in wrong.summary()
-    assert wrong.to_dict()["law_check"]["passed"] is False
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Identification, Record, build, identify, load_axis, twin_record
+from axisid import Identification, build, identify, load_axis, twin_record
 from axisid.estimation.diagnostics.remainder import following_as_measured, tails_as_measured
 
 
@@ -45,18 +45,6 @@ def test_spikes_are_still_found_out() -> None:
     status, said = _status(_identified("emps", spikes=3), "normal residuals")
     assert status == "fail"
     assert "look for outliers" in said
-
-
-def test_nothing_is_simulated_where_tails_are_light(monkeypatch: pytest.MonkeyPatch) -> None:
-    from axisid.estimation.diagnostics.remainder import as_measured
-
-    def never(*_: object) -> None:
-        raise AssertionError
-
-    monkeypatch.setattr(as_measured, "rows_as_measured", never)
-    axis = build(load_axis("emps"))
-    record: Record = twin_record(axis)
-    assert _status(identify(axis, record, methods=["idm-iv"]), "normal residuals")[0] != "fail"
 
 
 @pytest.mark.slow
