@@ -88,16 +88,6 @@ def test_no_covariance_is_known_but_those_of_the_table(
         identify(emps2015, twin, covariance=NAME)
 
 
-def test_the_full_table_has_a_column_for_it(result: Identification) -> None:
-    text = result.summary(full=True)
-    _, _, below = text.partition("\n95 % intervals, HC3")
-    _, heads, _, row, *_ = below.splitlines()
-    assert heads.split("97.5 %")[1].split() == "sd HAC robust i.i.d. HC3 gain filter bias".split()
-    value = result["idm-ls"].parameters["M"]
-    wanted = [value.deviations[name] for name in COVARIANCES]
-    assert [float(cell) for cell in row.split()[-6:-2]] == pytest.approx(wanted, rel=5e-3)
-
-
 @pytest.mark.slow
 def test_one_file_and_one_row_add_a_covariance_to_the_command(tmp_path: Path) -> None:
     done = commands_with(
@@ -112,7 +102,4 @@ def test_one_file_and_one_row_add_a_covariance_to_the_command(tmp_path: Path) ->
     assert done.returncode == 0, done.stderr
     (estimate,) = json.loads((tmp_path / "result.json").read_text())["estimates"]
     assert estimate["chosen_covariance"] == NAME
-    assert "[1] sd and 95 % intervals: heteroscedasticity-robust" in done.stdout
-    said = " ".join(done.stdout.split())
-    assert "[hac|robust|iid|hc3]" in said
-    assert "hc3 of any variance with rows that weigh much." in said
+    assert "[hac|robust|iid|hc3]" in " ".join(done.stdout.split())

@@ -304,10 +304,8 @@ def test_loops_with_noise_that_are_lost_are_said(emps2015: GeneratedAxis) -> Non
     for loops in (NoisyLoops(asked=48, lost=3), NoisyLoops(asked=48, lost=40)):
         basis = replace(found.basis, loops=loops)
         checks = {check.name: check for check in replace(found, basis=basis).checks}
-        said.append((checks["noise in the loop"].status, checks["noise in the loop"].meaning))
-    many = "pairs of loops with the record's noise end early"
-    assert said[0] == ("note", f"3 of 48 {many}; by the others it moves nothing that matters")
-    assert said[1] == ("not evaluated", f"40 of 48 {many}, so that what it moves is not told")
+        said.append(checks["noise in the loop"].status)
+    assert said == ["note", "not evaluated"]
 
 
 @pytest.mark.slow

@@ -81,20 +81,6 @@ def test_one_file_and_one_row_add_a_format_to_the_command(
             assert parameter["value"] == pytest.approx(wanted[name].value, rel=1e-9)
 
 
-@pytest.mark.slow
-def test_messages_know_the_new_format(folder: Path) -> None:
-    done = run(
-        folder,
-        "identify emps2015 log.csv",
-        "identify log.daq emps2015",
-        "identify emps2015 unknown.dat",
-    )
-    wrong, turned, binary = [line for line in done.stderr.splitlines() if line]
-    assert "log.csv is a DAQ file by its content; give the file the ending .daq." in wrong
-    assert "log.daq is a log by its ending; the axis comes first" in turned
-    assert ".mcap, .daq)" in binary
-
-
 def read_lines(file: Path, content: bytes, room: Room) -> Table:
     """JSON lines: an object of numbers in each, which no first bytes tell from other text."""
     rows = [json.loads(line) for line in content.decode().splitlines()]

@@ -14,7 +14,6 @@ from axisid import (
     leave_out,
     load_axis,
     read_record,
-    sweep,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
@@ -22,7 +21,6 @@ from axisid.control import cascade_pd_difference
 from axisid.elements import Drive
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates.filter_bias import filter_bias
-from axisid.estimation.estimates import Value
 from axisid.estimation.methods import METHODS, bound_record
 from axisid.estimation.problems import ByInstruments, Problem
 from axisid.estimation.problems.filter_bias import NoiseFree, noise_free, settled_noise_free
@@ -259,25 +257,6 @@ def test_force_column_and_partially_known_models_are_taken_alike(twin: Record) -
     by_force = identify(axis, measured, Prefilter(hold="zoh"), "idm-iv")["idm-iv"]
     by_control = identify(axis, twin, Prefilter(hold="zoh"), "idm-iv")["idm-iv"]
     assert by_force.filter_bias == pytest.approx(by_control.filter_bias, rel=1e-9)
-
-
-def test_sweep_recommends_where_it_is_small(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = sweep(emps2015, twin, (20.0, 40.0, 80.0, 160.0), methods=["idm-ls", "idm-iv"])
-    assert "prefilter's own bias" in result.reason
-
-
-@pytest.mark.parametrize(
-    ("bias", "shown"), [(0.6, True), (0.4, False), (0.0, False), (None, False)]
-)
-def test_a_printed_value_says_what_its_interval_is_about_where_that_is_not_the_value(
-    bias: float | None, *, shown: bool
-) -> None:
-    value = Value(
-        value=10.0, unit="kg", deviations={"hac": 1.0}, interval=(7.4, 11.4), filter_bias=bias
-    )
-    assert ("(9.4 without filter bias)" in str(value)) is shown
-    assert str(value).startswith("10 +- 1 kg")
-    assert str(value).endswith("95 %: 7.4 to 11.4 kg")
 
 
 def _slow_sines(axis: GeneratedAxis, friction: float, noise: float, seed: int = 1) -> Record:

@@ -70,12 +70,3 @@ def test_a_relay_has_no_steps_that_round_anything(quiet: Record) -> None:
     control = np.asarray(quiet.control)
     assert not ControlSteps.of(replace(quiet, control=np.sign(control))).size
     assert ControlSteps.of(_rounded(quiet, 6)).size == pytest.approx(np.ptp(control) / 64)
-
-
-def test_a_loop_that_moves_in_such_steps_is_what_was_recorded(
-    emps2015: GeneratedAxis, quiet: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    record = _rounded(quiet, 6)
-    monkeypatch.setattr(rounded_control, "_moves_in_steps", lambda *_: True)
-    result = identify(emps2015, record, methods="idm-iv")
-    assert "recorded control" not in result.preferred.covariance_names["hac"]

@@ -98,12 +98,6 @@ def test_gaps_split_a_log_into_segments() -> None:
     assert np.array_equal(record.longest().time, record.time[220:])
 
 
-def test_log_without_gaps_stays_whole_and_says_so() -> None:
-    record = read_record(log(), repairs=Repairs(gaps="split"))
-    assert record.segments == ()
-    assert record.provenance.repairs[0].text == "no gaps found"
-
-
 def test_resampling_invents_no_motion_in_a_gap() -> None:
     with refuses("gaps", says=r"time has 2 gaps") as refused:
         read_record(gapped(), repairs=Repairs(resample="auto"))

@@ -112,17 +112,6 @@ def test_what_rows_show_is_not_added_again() -> None:
     assert found.missing[0, 0] == 0
 
 
-def test_steps_that_move_nothing_are_simulated_once() -> None:
-    asked: list[float] = []
-
-    def solved(share: float) -> Solution:
-        asked.append(share)
-        return solution(np.array([0.1]))
-
-    assert steps_error(solved, np.zeros(1), np.ones(1)) is None
-    assert len(asked) == 1
-
-
 def test_what_steps_leave_is_known_where_terms_are_looked_for(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

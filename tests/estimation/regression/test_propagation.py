@@ -8,7 +8,7 @@ import pytest
 from axisid import Identification, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.estimates.estimate import Estimate
-from axisid.estimation.regression.propagation import DrawSummary, root
+from axisid.estimation.regression.propagation import root
 from axisid.support.remedy import Setting
 from tests.refusals import refuses
 
@@ -129,15 +129,6 @@ def test_root_of_a_singular_covariance_is_one() -> None:
     assert factor @ factor.T == pytest.approx(covariance, abs=1e-6)
 
 
-@pytest.mark.slow
-def test_draws_are_in_the_table_and_in_json(result: Identification) -> None:
-    assert "drawn 2.5 %" in result.summary(draws=100)
-    assert "drawn 2.5 %" not in result.summary()
-    estimate = result.to_dict(draws=100)["estimates"][1]
-    assert set(estimate["drawn"]["M"]) == {"median", "interval_95", "draws", "lost", "seed"}
-    assert result.to_dict()["estimates"][1]["drawn"] is None
-
-
 def test_estimate_is_not_lost_where_nothing_can_be_drawn(result: Identification) -> None:
     lost = result["ddm-iv"].with_inference(
         ddm_covariances={n: np.nan * c for n, c in result["ddm-iv"].ddm_covariances.items()},
@@ -145,10 +136,3 @@ def test_estimate_is_not_lost_where_nothing_can_be_drawn(result: Identification)
     drawn = lost.propagate("M", draws=20)
     assert drawn.lost == 20
     assert np.isnan(drawn.median)
-
-
-def test_draws_print_with_their_interval() -> None:
-    drawn = DrawSummary(
-        value=1.0, unit="s", median=1.1, interval=(0.9, 1.3), draws=100, lost=2, seed=0
-    )
-    assert str(drawn) == "1 s, median 1.1, 95 %: 0.9 to 1.3 s (100 draws, 2 lost)"

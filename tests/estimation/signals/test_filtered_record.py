@@ -7,12 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import DataError, Prefilter, UsageError, build, identify, load_axis, twin_record
+from axisid import DataError, Prefilter, UsageError, build, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.methods import METHODS
 from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord, SampledFilter, paired_with_force
-from axisid.support.arrays import Array
+from axisid.estimation.signals import FilteredRecord, paired_with_force
 from tests.refusals import refuses
 
 
@@ -61,45 +59,6 @@ def test_a_filter_that_cannot_serve_the_record_is_refused_when_it_is_bound(
         FilteredRecord.bind(emps2015, record, 60.0)  # type: ignore[arg-type]
     with pytest.raises((UsageError, DataError)):
         FilteredRecord.bind(emps2015, record, Prefilter(cutoff=1e6))
-
-
-def test_one_identification_low_passes_each_motion_once(
-    emps2015: GeneratedAxis, record: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The record's and the loop's that says where it turns; of intervals, each estimate's loop."""
-    filtered: list[Array] = []
-    motion = SampledFilter.motion
-
-    def counted(self: SampledFilter, position: Array, *measured: Array | None) -> object:
-        if self.settings.cutoff == result_filter.cutoff:  # the check of the law smooths as it needs
-            filtered.append(position)
-        return motion(self, position, *measured)
-
-    result_filter = Prefilter()
-    monkeypatch.setattr(SampledFilter, "motion", counted)
-    four = [method for method in METHODS if method != "didim"]  # which simulates loops with noise
-    result = identify(emps2015, record, result_filter, four)
-    assert len(result) == 4
-    assert len(filtered) == 2
-    assert all(result[method].parameters for method in result)
-    assert len(filtered) == 6
-    assert result.diagnosis.verdict
-    assert len(filtered) == 8  # the judged loop once more for its delay, and for what it lacks
-    assert sum(np.shares_memory(each, record.position) for each in filtered) == 1
-
-
-def test_the_diagnosis_is_computed_once_and_not_pickled(
-    emps2015: GeneratedAxis, record: Record
-) -> None:
-    result = identify(emps2015, record, methods=["idm-ls"])
-    first = result.diagnosis
-    result.summary(full=True)
-    result.to_dict()
-    assert result.diagnosis is first
-    again = pickle.loads(pickle.dumps(result))  # noqa: S301
-    assert "diagnosis" not in vars(again)
-    assert "signals" not in vars(again.data)
-    assert again.to_dict() == result.to_dict()
 
 
 def test_a_filtered_record_copies_and_pickles() -> None:

@@ -71,11 +71,6 @@ def test_instruments_come_from_each_segments_own_loop(
     assert np.abs(left).max() < 1e-8 * np.abs(estimate.Z.T @ estimate.y).max()
 
 
-def test_summary_and_json_tell_the_segments(identified: Identification) -> None:
-    assert "in 2 of 3 segments (the others are too short)" in " ".join(identified.summary().split())
-    assert identified.to_dict()["record"]["segments"] == [[0, 2500], [2500, 2540], [2540, 6640]]
-
-
 @pytest.mark.slow
 def test_gapped_record_serves_everything_else(
     emps2015: GeneratedAxis, gapped: Record, twin: Record, identified: Identification

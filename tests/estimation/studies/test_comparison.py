@@ -11,7 +11,6 @@ import sympy
 
 from axisid import (
     Axis,
-    Constant,
     Coordinate,
     Parameter,
     Prefilter,
@@ -34,7 +33,6 @@ from axisid.estimation.studies.comparison import _recommend
 from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks
 from benchmarks.machines import Machine, records, white
 from tests.axes.bodies import body
-from tests.axes.drives import braked
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -248,9 +246,6 @@ def test_json_holds_numbers_only_and_everything_of_the_table(symmetric: Comparis
     assert len(offset["held_out_equation"]["squares_by_block"]) == 10
 
 
-q, DRIVE = Coordinate("q"), Drive(gain=35.15, limit=10.0)
-
-
 def another(name: str, coordinate: Coordinate, drive: Drive) -> Axis:
     q = coordinate
     inertia = Parameter("J", "kg" if q.unit == "m" else "kg m^2", nominal=1.0)
@@ -276,27 +271,6 @@ def test_axes_that_cannot_be_compared_are_refused(twin: Record) -> None:
             compare(axes, twin)
     with refuses("no-comparison-by", says="'ddm-ls'"):
         compare([axis, load_axis("emps2015")], twin, method="ddm-ls")
-
-
-@pytest.mark.parametrize(
-    ("drive", "told"),
-    [
-        (replace(DRIVE, relative_sd=0.005), "35.15 N/V up to 10 V, the gain known to 0.5 %"),
-        (
-            replace(DRIVE, profile=1 - (q / Constant(2.0, "m")) ** 2),
-            "35.15 N/V up to 10 V, over the profile 1 - q**2/2**2",
-        ),
-        (
-            braked(another("one", q, DRIVE)).drive,
-            "drive_gain*control - 40*dq in N, the control in V, drive_gain = 35.15 up to 10 V",
-        ),
-    ],
-)
-def test_drives_of_one_gain_are_told_apart(twin: Record, drive: Drive, told: str) -> None:
-    axes = [another("one", q, DRIVE), another("two", q, drive)]
-    with pytest.raises(UsageError) as caught:
-        compare(axes, twin)
-    assert f"different drives ({told} against 35.15 N/V up to 10 V)" in str(caught.value)
 
 
 def test_records_that_serve_no_candidate_are_refused(
@@ -357,7 +331,7 @@ def test_real_record_gives_the_published_directional_friction(
 ) -> None:
     """Row 2 of the published table to every printed digit, and the choice of its authors."""
     file = tmp_path / "compare.json"
-    code, out, err = run("compare", emps_file, "--ladder", "emps", *OPTIONS, "--json", file)
+    code, _, err = run("compare", emps_file, "--ladder", "emps", *OPTIONS, "--json", file)
     assert (code, err) == (0, "")
     result = json.loads(file.read_text())
     by_name = {c["name"]: c for c in result["candidates"]}
@@ -380,8 +354,6 @@ def test_real_record_gives_the_published_directional_friction(
     simulated = {n: c["held_out_simulation"]["error_percent"] for n, c in by_name.items()}
     assert min(simulated, key=lambda name: simulated[name]) == "directional"
     assert result["tests"][-1]["wald_p"] < 1e-10
-    assert "recommended: directional; its held-out error 3.1" in out
-    assert "Every parameter of every candidate carries information" in out
 
 
 AXIS = """
@@ -422,18 +394,16 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: Record) -> Path
     [
         "log.csv --axes a.py b.py --hold zoh",
         "--axes a.py b.py log.csv --hold zoh",
-        "--hold zoh --axes a.py --axes b.py log.csv",
         "--axes a.py --hold zoh --axes b.py -- log.csv",
         "log.csv --axes=a.py --axes=b.py --hold zoh",
     ],
 )
 def test_axes_are_listed_in_any_usual_way(run: Run, files: Path, arguments: str) -> None:
-    code, out, err = run("compare", "--json", "out.json", *arguments.split())
+    code, _, err = run("compare", "--json", "out.json", *arguments.split())
     assert code == 0, err
     result = json.loads((files / "out.json").read_text())
     # Two axes of one name go by what they were called on the command line.
     assert [c["name"] for c in result["candidates"]] == ["stage", "b.py"]
-    assert "recommended: b.py" in out
 
 
 @pytest.mark.slow
@@ -446,7 +416,6 @@ def test_a_parameter_is_left_out_of_every_candidate_that_has_it(run: Run, files:
     candidates = json.loads((files / "out.json").read_text())["candidates"]
     assert [[*c["estimate"]["parameters"]] for c in candidates] == [["M"], ["M", "Fc"], ["M", "Fc"]]
     assert [c["left_out"] for c in candidates] == [{"Fv": 0.0}] * 3
-    assert "left out   Fv = 0 N/(m/s)\n" in out
     arguments = arguments.replace("Fv", "Fc")
     assert run("compare", *arguments.replace("d.py", "").split())[0] == 2  # one axis twice
     code, out, err = run("compare", *arguments.replace("a.py", "").split())
@@ -477,12 +446,6 @@ def test_bad_command_lines_exit_2(run: Run, files: Path, arguments: str, message
     code, out, err = run("compare", *arguments.split())
     assert (code, out) == (2, "")
     assert message in err
-
-
-def test_a_stribeck_velocity_of_nothing_exits_4(run: Run, files: Path) -> None:
-    code, _, err = run("compare", "log.csv", "--ladder", "a.py", "--stribeck", "-1")
-    assert code == 4
-    assert "give a positive number" in err
 
 
 @pytest.mark.slow

@@ -59,12 +59,6 @@ def test_name_with_a_colon_needs_no_unit(rotary: Axis) -> None:
     assert np.array_equal(record.position, VALUES)
 
 
-def test_no_unit_is_si_and_says_so(rotary: Axis) -> None:
-    record = read_record({"time": TIME, "position": VALUES, "control": VALUES}, rotary)
-    (note,) = record.provenance.assumed
-    assert note == "no unit given, so SI: time s, position rad, control A"
-
-
 def test_what_is_no_unit_in_parentheses_is_told(rotary: Axis) -> None:
     record = read_record({"time": TIME, "q (act)": VALUES}, rotary, columns={"position": "q (act)"})
     (note,) = record.provenance.assumed
