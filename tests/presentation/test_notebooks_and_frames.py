@@ -96,10 +96,8 @@ def test_every_figure_is_drawn_on_axes_that_are_given(result: Identification, wh
     panels = len(result.plot(what).axes)
     figure = Figure()
     axes = figure.subplots(panels, 1, squeeze=False)[:, 0]
-    named = getattr(result, f"plot_{what}")
     assert result.plot(what, ax=axes) is figure
     assert all(each.has_data() for each in axes)
-    assert named(ax=figure.subplots(panels, 1)) is figure
     with refuses("axes-count", f"has {panels} panels, and ax {panels + 1} axes"):
         result.plot(what, ax=figure.subplots(panels + 1, 1))
     with refuses("no-axes"):
