@@ -74,7 +74,7 @@ CASES: dict[str, Case] = {
     "wrapped": lambda _: read_record(log(position=np.mod(40 * TIME, 2 * np.pi))),
     "other-modulus": lambda _: read_record(log(), repairs=Repairs(wrap=1.0)),
     "broken-line": lambda folder: read_record(written(folder, f"{TEXT}\n0.4")),
-    "no-number": lambda folder: read_record(written(folder, f"{TEXT}\n0.400,a")),
+    "no-number": lambda folder: read_record(written(folder, f"{TEXT}\n0.400,a\n")),
     "memory": lambda folder: read_record(written(folder, TEXT), max_memory=1.0),
     "unknown-unit": lambda _: read_record(log(), columns={"position": "position:furlong"}),
     "other-unit": lambda _: read_record(log(), columns={"position": "position:ms"}),
