@@ -223,7 +223,7 @@ def _check(
             raise UsageError(
                 f"what is known of {p.name!r}, {', '.join(map(each.text, range(records)))}, is "
                 f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them.",
-                code="known-beyond-bounds",
+                code="records-known-beyond-bounds",
             )
     for name in local:
         if name not in declared:

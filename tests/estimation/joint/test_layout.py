@@ -85,7 +85,7 @@ def test_a_known_value_beyond_what_its_parameter_can_be_is_refused() -> None:
     axis = stage()
     bounded = [replace(p, lower=0.0) if p.name == "M" else p for p in axis.parameters]
     known = known_of({"M": [90.0, -90.0]}, 2)
-    with refuses("known-beyond-bounds", "90, -90"):
+    with refuses("records-known-beyond-bounds", "90, -90"):
         layout_of(build(replace(axis, parameters=bounded)), 2, known, ("tau0",), commanded=True)
 
 
