@@ -15,7 +15,9 @@ _MOST_STEPS = 200
 _STILL = 1e-10  # deviations
 _SIZES = (1.0, 0.1, 10.0, 0.01, 100.0)  # where a nominal value of 0 says nothing
 _STRETCHES = (1.0, 3.0, 1 / 3)
-_SHARPEST = 1e-9  # relative deviation
+#: Relative deviations that none is taken below, from where it starts to where it ends: a product
+#: that is known sharply is a narrow, curved valley, which is found by the wider ones about it.
+_SHARPEST = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 _MOST_SIGNS = 8  # parameters whose signs are tried in all ways
 
 
@@ -73,7 +75,9 @@ class Distance:
         self._high = np.array([p.upper for p in declared])
         self._spread = np.array([declared[j].known_sd for j in self._uncertain])
         self.target = np.concatenate([beta, self._start[self._uncertain]])
-        self._whiten = _whitening(self.covariance(covariance), self.target)
+        whole = self.covariance(covariance)
+        self._wider = [_whitening(whole, self.target, least) for least in _SHARPEST]
+        self._whiten = self._wider[-1]
 
     def covariance(self, of_beta: Array) -> Array:
         """Of the target, (z, z), from that of the base parameters."""
@@ -135,18 +139,27 @@ class Distance:
         values = np.linalg.svd(_scaled(self._residuals(theta)[1])[1], compute_uv=False)
         return float(values[rank - 1] / values[0]) if values[0] > 0 else 0.0
 
-    def _residuals(self, theta: Array) -> tuple[Array, Array]:
+    def _residuals(self, theta: Array, whiten: Array | None = None) -> tuple[Array, Array]:
         """Of the target less the map, in deviations, and the map's slopes by the unknowns."""
+        whiten = self._whiten if whiten is None else whiten
         beta, jacobian = self.map.at(theta)
         mapped = np.concatenate([beta, theta[self._uncertain]])
         slopes = np.vstack([jacobian, np.eye(len(theta))[self._uncertain]])[:, self.free]
-        return self._whiten @ (self.target - mapped), self._whiten @ slopes
+        return whiten @ (self.target - mapped), whiten @ slopes
 
     def _descend(self, start: Array) -> Minimum:
+        """The nearest parameters from a start, whatever is known sharply being so step by step."""
+        theta = start
+        for whiten in self._wider:
+            found = self._least(theta, whiten)
+            theta = found.theta
+        return found
+
+    def _least(self, start: Array, whiten: Array) -> Minimum:
         """Levenberg and Marquardt's steps from a start."""
         theta, damping = start.copy(), 1e-3
         with np.errstate(all="ignore"):
-            left, slopes = self._residuals(theta)
+            left, slopes = self._residuals(theta, whiten)
             for _ in range(_MOST_STEPS):
                 sizes, unit = _scaled(slopes)
                 rows = np.vstack([unit, np.sqrt(damping) * np.eye(unit.shape[1])])
@@ -157,7 +170,7 @@ class Distance:
                 ]
                 tried = theta.copy()
                 tried[self.free] += step / sizes
-                ahead, steeper = self._residuals(tried)
+                ahead, steeper = self._residuals(tried, whiten)
                 if ahead @ ahead <= left @ left:
                     theta, left, slopes, damping = tried, ahead, steeper, damping / 10
                     if np.linalg.norm(step) <= _STILL * (1 + np.linalg.norm(left)):
@@ -207,9 +220,9 @@ def _is_as_near(found: Minimum, least: float) -> bool:
     return found.cost <= least + SAME_DISTANCE.value * (1 + least)
 
 
-def _whitening(covariance: Array, values: Array) -> Array:
-    """``L^-1`` with ``L L' = C``; what is free of noise counts as known to nine digits."""
-    least = _SHARPEST * np.where(values == 0, 1.0, np.abs(values))
+def _whitening(covariance: Array, values: Array, sharpest: float) -> Array:
+    """``L^-1`` with ``L L' = C``, of values that are known to no more than a share."""
+    least = sharpest * np.where(values == 0, 1.0, np.abs(values))
     deviations = np.maximum(np.sqrt(np.maximum(np.diag(covariance), 0.0)), least)
     relative = covariance / np.outer(deviations, deviations)
     np.fill_diagonal(relative, 1.0)

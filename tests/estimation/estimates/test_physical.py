@@ -226,6 +226,17 @@ def test_minimum_is_that_of_scipy(rng: np.random.Generator) -> None:
     assert influence @ whole @ influence.T == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.parametrize("sharp", [1e-6, 1e-9])
+def test_a_product_that_is_known_sharply_leaves_its_factor_where_it_is_known(sharp: float) -> None:
+    """Its valley is as narrow as the product is sharp, and curved."""
+    base = base_model(fix(PENDULUM, m=(1.2, 0.05)))
+    beta = np.array(base.at(np.array([1.2, 0.45, 0.03, 0.4])))
+    covariance = np.diag((sharp * beta) ** 2)
+    found = Distance(BaseMap(base), beta, covariance).minimum()
+    assert found.theta == pytest.approx([1.2, 0.45, 0.03, 0.4], rel=1e-5)
+    assert found.cost < 1e-6
+
+
 def test_linear_axis_with_an_exactly_known_parameter_is_restricted_least_squares(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
