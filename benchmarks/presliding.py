@@ -8,7 +8,7 @@ deviation, and the share of 95 % intervals that hold the truth; and how often ea
 
     python benchmarks/presliding.py                 a table
     python benchmarks/presliding.py --json -        one JSON object
-    python benchmarks/presliding.py --runs 100 --free-mass --bootstrap 100
+    python benchmarks/presliding.py --runs 100 --free-mass
 """
 
 import sys
@@ -82,14 +82,14 @@ def record(axis: GeneratedAxis, seed: int, noise: float) -> Record:
     )
 
 
-def run(count: int, noise: float, twins: int, *, free_mass: bool) -> dict[str, object]:
+def run(count: int, noise: float, *, free_mass: bool) -> dict[str, object]:
     """The figures of so many runs."""
     axis, results, took = axis_of(), list[OutputFit](), list[float]()
     fixed = {} if free_mass else {"M": TRUTH["M"]}
     for seed in range(1, count + 1):
         began = time.process_time()
         twin = record(axis, seed, noise)
-        results.append(fit(axis, twin, fixed=fixed, bootstrap=twins, seed=seed))
+        results.append(fit(axis, twin, fixed=fixed, seed=seed))
         took.append(time.process_time() - began)
     names = [name for name in axis.names if free_mass or name != "M"]
     values = np.array([[r.parameters[n].value for n in names] for r in results])
@@ -101,7 +101,6 @@ def run(count: int, noise: float, twins: int, *, free_mass: bool) -> dict[str, o
     return {
         "runs": count,
         "noise": noise,
-        "bootstrap": twins,
         "bias_percent": dict(zip(names, percent * (values.mean(axis=0) - truth), strict=True)),
         "scatter_percent": dict(zip(names, percent * values.std(axis=0, ddof=1), strict=True)),
         "claimed_percent": dict(zip(names, percent * claimed.mean(axis=0), strict=True)),
@@ -122,10 +121,9 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--noise", type=float, default=2e-9, help="of the position, m")
-    parser.add_argument("--bootstrap", type=int, default=0, help="twins, for the deviations")
     parser.add_argument("--free-mass", action="store_true")
     given = parser.parse_args()
-    figures = run(given.runs, given.noise, given.bootstrap, free_mass=given.free_mass)
+    figures = run(given.runs, given.noise, free_mass=given.free_mass)
     give(figures, given.json, lines(figures))
 
 

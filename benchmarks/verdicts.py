@@ -14,7 +14,7 @@ deviations off; ``refused``.
     python benchmarks/verdicts.py --jobs 2 --runs 40        for a release
     python benchmarks/verdicts.py --seed 7                  other machines, other noise
     python benchmarks/verdicts.py --only Stribeck           cases by a word: "drawn", "; stage"
-    python benchmarks/verdicts.py --by twins,both           others: identify by twins, both outputs
+    python benchmarks/verdicts.py --by both                 another: a fit of both outputs
     python benchmarks/verdicts.py --json -                  one JSON object, with every run
 """
 
@@ -41,8 +41,6 @@ OUTPUTS = {
     "both": ["control", "position"],
     "open loop": ["open-loop"],
 }
-#: How many twins are drawn; "control by twins" is a fit with them.
-BOOTSTRAP = {"identify": 0, "": 0, "twins": 32}
 ESTIMATORS = ("identify", "control", "position", "open loop")
 #: Beyond so many deviations a value that nothing speaks against is silently wrong.
 SILENT = 4.0
@@ -81,14 +79,13 @@ class Run:
 def run_of(axis: GeneratedAxis, record: Record, by: str, truth: Mapping[str, float]) -> Run:
     """Identify or fit a record, and compare it with the truth."""
     try:
-        if by in BOOTSTRAP:
-            result = identify(axis, record, bootstrap=BOOTSTRAP[by])
+        if by == "identify":
+            result = identify(axis, record)
             checks: Iterable[Check] = result.verdict
             values = {n: result.preferred.parameters[n] for n in truth}
             of = {n: (v.corrected, v.deviation, v.interval) for n, v in values.items()}
         else:
-            output, _, twins = by.partition(" by ")
-            fitted = fit(axis, record, output=OUTPUTS[output], bootstrap=BOOTSTRAP[twins])
+            fitted = fit(axis, record, output=OUTPUTS[by])
             checks = fitted.checks
             of = {n: (v.value, v.deviation, v.interval) for n in truth for v in [fitted[n]]}
     except AxisidError as error:

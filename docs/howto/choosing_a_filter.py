@@ -30,17 +30,17 @@ swept.plot()
 # Where there is little noise, many cut-offs do: their intervals overlap, and the rule of thumb is as good as the
 # recommendation. On a terminal: `axisid sweep AXIS LOG --figure sweep.png`. A report contains it (`--no-sweep` leaves it out).
 #
-# ## What the filter itself does
+# ## What filter and noise do
 #
-# The loop simulated with the estimate is a record without noise. What the same filter and estimator make
-# of it should be the estimate; the difference is the filter's own bias, which no standard deviation counts. It
-# is in the verdict and with each value:
+# The loop simulated with the estimate, with the noise of the record, is a twin of the record. What the same filter and estimator make
+# of many twins should be the estimate; the difference is the bias of filter and noise, which no standard deviation counts. It
+# is with each value, and `corrected` is free of it:
 
 # %%
 kept = axisid.Prefilter(cutoff=60.0, decimate=10, reversals="keep")
 result = axisid.identify(axis, record, kept)
 for name, value in result["idm-iv"].parameters.items():
-    print(f"{name}: {value.value:.4g} +- {value.sd_hac:.2g}, filter bias {value.filter_bias:+.2g}")
+    print(f"{name}: {value.value:.4g} +- {value.deviation:.2g}, bias {value.filter_bias:+.2g}")
 
 # %% [markdown]
 # Most of it is rounding where friction reverses. Without those samples, as by default, little is left:
@@ -48,7 +48,7 @@ for name, value in result["idm-iv"].parameters.items():
 # %%
 result = axisid.identify(axis, record, axisid.Prefilter(cutoff=60.0, decimate=10))
 for name, value in result["idm-iv"].parameters.items():
-    print(f"{name}: {value.value:.4g} +- {value.sd_hac:.2g}, filter bias {value.filter_bias:+.2g}")
+    print(f"{name}: {value.value:.4g} +- {value.deviation:.2g}, bias {value.filter_bias:+.2g}")
 
 # %% [markdown]
 # ## The other settings

@@ -6,7 +6,6 @@ import numpy as np
 
 from axisid.estimation.batched.rows import (
     Block,
-    LaneSolutions,
     combined,
     inverse_products,
     lagged_products,
@@ -52,21 +51,6 @@ def lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> LaneDevia
                 of_few = variances
             found.deviations[name][lane] = np.sqrt(np.maximum(of_few, 0.0))
     return found
-
-
-def shown_variances(
-    block: Block, found: LaneSolutions, instruments: Array, rows: int
-) -> Array | None:
-    """Mean of the variances that neighbours show of each solution, (p,), of so many rows each.
-
-    None where scores of any are so few that their own are not what HAC says of them.
-    """
-    scores = combined(instruments, found.mixing) * found.residuals[:, None]
-    lagged = _lagged(block, scores, None)
-    of_each = [_hac(Hac(), lagged[:, :, lane], rows) for lane in range(scores.shape[2])]
-    if min(float(np.min(freedom)) for _, freedom in of_each) < FEW_SCORES.value:
-        return None
-    return np.asarray(np.mean([variances for variances, _ in of_each], axis=0))
 
 
 def _lagged(block: Block, scores: Array, lags: int | None) -> Array:

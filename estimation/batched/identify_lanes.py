@@ -20,11 +20,9 @@ from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.identification import identify
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import AxisidError, UsageError
-from axisid.support.user_values import is_among, quoted
+from axisid.support.errors import AxisidError
 
 from .deviations import lane_deviations
-from .filter_bias import lane_bias
 from .first_fit import fitted_lanes
 from .served import METHOD, is_served
 
@@ -37,15 +35,14 @@ def identify_lanes(
     method: str = METHOD,
     prefilter: Prefilter | None = None,
     *,
-    covariance: str = "hac",
     lags: int | None = None,
     **settings: Any,
 ) -> LaneEstimates:
     """Identify records of one reference by one method, side by side.
 
-    Each lane is what `identify` makes of its record alone, but for rounding: it is filtered,
-    simulated and solved beside others in compiled code. What cannot go so is identified alone: an
-    axis of another kind, an encoder's steps, a lane that takes another course than most.
+    Each lane is what `identify` makes of its record without twins, but for rounding: it is
+    filtered, simulated and solved beside others in compiled code. What cannot go so is identified
+    alone: an axis of another kind, an encoder's steps, a lane that takes another course than most.
 
     Parameters
     ----------
@@ -55,8 +52,6 @@ def identify_lanes(
         Of `METHODS`; ``idm-iv`` goes side by side.
     prefilter : Prefilter, optional
         As `identify` takes it.
-    covariance : str
-        Of `COVARIANCES`: by whose deviations the filter's bias is judged.
     lags : int, optional
         As `identify` takes them.
     **settings
@@ -69,13 +64,8 @@ def identify_lanes(
     Raises
     ------
     UsageError
-        There is no such covariance, or the prefilter is none.
+        The prefilter is none.
     """
-    if not is_among(covariance, COVARIANCES):
-        raise UsageError(
-            f"there is no covariance {quoted(covariance)}; choose from {', '.join(COVARIANCES)}.",
-            code="lane-covariance",
-        )
     generated = as_generated(axis)
     asked = Prefilter() if prefilter is None else prefilter
     found = _FoundLanes(generated, len(lanes))
@@ -87,9 +77,9 @@ def identify_lanes(
             block = _block(generated, part, asked)
             if block is not None:
                 with np.errstate(all="ignore"):  # what is not finite goes alone, and is told there
-                    well = found.add_block(first, block, asked, covariance, lags)
+                    well = found.add_block(first, block, asked, lags)
         for lane in map(int, np.flatnonzero(~well)):
-            chosen = {"covariance": covariance, "lags": lags, **settings}
+            chosen = {"lags": lags, "bootstrap": 0, **settings}
             found.add_alone(first + lane, part, lane, method, asked, chosen)
     return found.estimates
 
@@ -113,7 +103,6 @@ class _FoundLanes:
         self._how = [SIDE_BY_SIDE] * lanes
         self._made = LaneEstimates(
             values=np.full(shape, np.nan),
-            filter_bias=np.full(shape, np.nan),
             deviations={name: np.full(shape, np.nan) for name in COVARIANCES},
             freedom={name: np.full(shape, np.nan) for name in COVARIANCES},
             iterations=np.zeros(lanes, dtype=np.int64),
@@ -127,22 +116,17 @@ class _FoundLanes:
         return replace(self._made, how=tuple(self._how), errors=self._errors)
 
     def add_block(
-        self, first: int, block: Block, asked: Prefilter, covariance: str, lags: int | None
+        self, first: int, block: Block, asked: Prefilter, lags: int | None
     ) -> NDArray[np.bool_]:
         """Identify a block side by side; returns which of its lanes went well, (L,)."""
         fits = fitted_lanes(block, asked)
         spread = lane_deviations(block, fits, lags)
-        model = COVARIANCES[covariance].covariance(lags)
-        bias = lane_bias(block, fits, spread.deviations[covariance], model)
-        well = fits.well & bias.well & block.starts[1]
+        well = fits.well & block.starts[1]
         lanes, made = first + np.flatnonzero(well), self._made
-        made.values[lanes], made.filter_bias[lanes] = fits.theta[well], bias.bias[well]
+        made.values[lanes] = fits.theta[well]
         made.iterations[lanes] = fits.iterations[well]
         for name in COVARIANCES:
-            deviations = spread.deviations[name][well]
-            if COVARIANCES[name].allows_autocorrelation:
-                deviations = np.sqrt(deviations**2 + bias.hidden[well])
-            made.deviations[name][lanes] = deviations
+            made.deviations[name][lanes] = spread.deviations[name][well]
             made.freedom[name][lanes] = spread.freedom[name][well]
         return well
 
@@ -160,7 +144,6 @@ class _FoundLanes:
         try:
             result = identify(self._axis, part.record(lane), asked, [method], **settings)[method]
             made.values[to] = result.physical
-            made.filter_bias[to] = np.nan if result.filter_bias is None else result.filter_bias
             made.iterations[to] = max(len(result.iterates) - 1, 0)
             for name, matrix in result.covariances.items():
                 made.deviations[name][to] = np.sqrt(np.maximum(np.diag(matrix), 0.0))

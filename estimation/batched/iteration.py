@@ -16,10 +16,9 @@ from axisid.estimation.batched.rows import (
     row_counts,
     solved,
     some_lanes,
-    space,
 )
 from axisid.estimation.methods import Pace
-from axisid.estimation.thresholds.estimates import CONVERGED, MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds.estimates import CONVERGED
 from axisid.support.arrays import Array
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
@@ -32,30 +31,24 @@ class LaneFits:
     Attributes
     ----------
     measured : LaneRows
-    excluded, rows : array of bool or None
-        Samples without weight, (N, L), and rows that there are, (n, L).
-    well, follows : (L,) array of bool
+    rows : (n, L) array of bool or None
+        Which there are.
+    well : (L,) array of bool
     theta, residuals, mixing, power
         Of the solutions, see `LaneSolutions`.
     instruments : (n, p, L) array
     iterations : (L,) array of int
-    position, control : (N, L) array
-        Of the loops simulated with the estimates.
     """
 
     measured: LaneRows
-    excluded: Chosen | None
     rows: Chosen | None
     well: Chosen
-    follows: Chosen
     theta: Array
     residuals: Array
     mixing: Array
     power: Array
     instruments: Array
     iterations: NDArray[np.int64]
-    position: Array
-    control: Array
 
     @property
     def counts(self) -> Array:
@@ -68,7 +61,6 @@ class Loops:
     """Loops of all lanes simulated with one estimate each, and their reduced right sides."""
 
     position: Array
-    control: Array
     Z: Array
     intercept: Array | float
     well: Chosen
@@ -86,7 +78,6 @@ def loops_of(
     well[lanes[fine]] = True
     return Loops(
         position=raw["position"],
-        control=raw["control"],
         Z=Z,
         intercept=intercept,
         well=well,
@@ -116,21 +107,16 @@ def iterated(
 ) -> LaneFits:
     """Iterate lanes from least squares (L, p), whose loops are known, until they stand still."""
     n, p, lanes = measured.regressor.shape
-    samples = len(block.lanes.reference)
     end = LaneFits(  # its arrays are filled in as lanes end
         measured=measured,
-        excluded=excluded,
         rows=rows,
         well=np.zeros(lanes, dtype=bool),
-        follows=np.zeros(lanes, dtype=bool),
         theta=np.full((lanes, p), np.nan),
         residuals=np.zeros((n, lanes)),
         mixing=np.zeros((lanes, p, p)),
         power=np.zeros(lanes),
         instruments=np.zeros((n, p, lanes)),
         iterations=np.zeros(lanes, dtype=np.int64),
-        position=space("ended position", samples, lanes),
-        control=space("ended control", samples, lanes),
     )
     paces = [Pace() for _ in range(lanes)]
     counts = row_counts(rows, measured.left.shape)
@@ -143,7 +129,7 @@ def iterated(
         at = at[inside]
         done = size[at] <= CONVERGED.value
         if done.any():
-            _end(end, loops, physical, at, inside, done, step - 1)
+            end.well[at[done]], end.iterations[at[done]] = True, step - 1
             active[at[done]] = False
         if not active.any() or step > _MOST:
             break
@@ -166,29 +152,3 @@ def iterated(
         if active.any():
             loops = loops_of(block, physical, active, excluded, rows)
     return end
-
-
-def _end(
-    end: LaneFits,
-    loops: Loops,
-    physical: Array,
-    at: NDArray[np.intp],
-    inside: Chosen,
-    done: Chosen,
-    steps: int,
-) -> None:
-    """Take note of lanes that ended; `inside` of the loops' lanes are those of `at`."""
-    lanes, own = at[done], np.flatnonzero(inside)[done]
-    of = Loops(
-        position=of_lanes(loops.position, own),
-        control=of_lanes(loops.control, own),
-        Z=of_lanes(loops.Z, own),
-        intercept=of_lanes(np.asarray(loops.intercept), own) if np.ndim(loops.intercept) else 0.0,
-        well=loops.well,
-    )
-    left = simulated_left(of, physical[lanes])
-    error = unexplained(of_lanes(end.measured.whole, lanes), left)
-    end.well[lanes], end.iterations[lanes] = True, steps
-    end.follows[lanes] = error < MAX_SIMULATION_ERROR.value
-    put_lanes(end.position, lanes, of.position)
-    put_lanes(end.control, lanes, of.control)

@@ -12,9 +12,10 @@ from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import instruments_of
 from axisid.estimation.diagnostics.estimates import strength_check, tests_of_instruments
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.methods import METHODS, estimate_by
+from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Hac
+from axisid.estimation.twins import DEFAULT_COUNT
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 
@@ -32,7 +33,10 @@ def instruments_beside(problem: Problem, ls: Estimate) -> Estimate | Missing:
     lags = model.lags if isinstance(model, Hac) else None
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused by name
-            iv = estimate_by(problem, METHODS[instruments_of(ls.method)], lags, ls.chosen)
+            method = METHODS[instruments_of(ls.method)]
+            known = ls.filter_bias is not None
+            twins = Bootstrap(problem=problem, count=DEFAULT_COUNT, methods=(method.name,))
+            iv = estimate_by(problem, method, lags, ls.chosen, twins if known else None)
     except AxisidError as error:
         return Missing.of(error.note)
     strength = strength_check(iv, tests_of_instruments(iv))

@@ -17,7 +17,6 @@ from axisid.estimation.diagnostics.estimates import (
     conditioning,
     delta_method_check,
     endogeneity_of,
-    filter_bias,
     forms_apart_check,
     forms_check,
     gain_check,
@@ -37,7 +36,6 @@ from axisid.estimation.diagnostics.loop import (
     limit_check,
     motion_check,
     timing_remedy,
-    uneven_check,
 )
 from axisid.estimation.diagnostics.remainder import (
     changes_check,
@@ -51,7 +49,7 @@ from axisid.estimation.diagnostics.remainder import (
     terms_check,
 )
 from axisid.estimation.records import record_labels
-from axisid.estimation.signals import could_leave_out, rests_first
+from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds.diagnostics import LARGE_CONSTANT
 from axisid.support.missing import Missing
 
@@ -187,12 +185,6 @@ def _is_explained(case: Case) -> bool:
     return case.is_explained or any(_fails(_alignment(part)) for part in case.parts)
 
 
-def _filter_bias(case: Case) -> Check | Missing:
-    layout, data = case.problem.layout, case.problem.data
-    into = () if layout is None else [*map(layout.slopes, range(len(data)))]
-    return filter_bias(case.preferred, has_reversals=could_leave_out(data, into))
-
-
 def _alignment(case: Case) -> Check | Missing:
     return alignment_check(
         case.preferred,
@@ -210,11 +202,6 @@ def _is_logged_elsewhere(case: Case) -> bool:
     if isinstance(law, Missing) or isinstance(timing, Missing) or timing.role != "control":
         return False
     return law.delay == -timing.samples != 0
-
-
-def _uneven_times(case: Case) -> Check | Missing | None:
-    laws = [part.law for part in case.parts]
-    return uneven_check(case.problem, case.preferred, case.estimates.get("idm-ls"), laws)
 
 
 def _fixed_values(case: Case) -> Check | Missing | None:
@@ -325,9 +312,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="simulation", check=_simulation, rank=2, grave=True, by_record=True),
         Diagnostic(name="residuals against the motion", check=_residuals_against_motion, rank=14),
         Diagnostic(name="normal residuals", check=_normality),
-        Diagnostic(name="filter bias", check=_filter_bias, rank=15),
         Diagnostic(name="alignment", check=_alignment, rank=8, by_record=True),
-        Diagnostic(name="uneven times", check=_uneven_times, rank=7),
         Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
         Diagnostic(name="physical parameters", check=_physical, rank=10),
         Diagnostic(name="force against control", check=_force, rank=5, grave=True, by_record=True),

@@ -29,8 +29,6 @@ from axisid.estimation.diagnostics.loop import (
 )
 from axisid.estimation.diagnostics.remainder import (
     following_as_measured,
-    loop_without_noise,
-    tests_of_residuals,
 )
 from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.lacking import Lack, SignalApart, is_named, lacking, signals_apart
@@ -46,7 +44,7 @@ from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import (
     InverseForm,
     ResidualTests,
-    quiet_loops,
+    recorded_loops,
 )
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
@@ -251,7 +249,7 @@ class Case:
     @cached_property
     def residuals(self) -> ResidualTests:
         """Of the judged estimate."""
-        return tests_of_residuals(self.preferred)
+        return self.preferred.residual_tests
 
     @property
     def following_as_measured(self) -> float:
@@ -294,9 +292,7 @@ class Case:
         Of the two motions of a record with a measured velocity that which tells it better: noise
         and ripple of a tachometer hide a delay, which is looked for in its own check.
         """
-        # Where noise decides how reversals fall, the quiet loop's own delay is not the record's.
-        error = self.preferred.noise_free
-        quiet = self.quiet if error is not None and error.is_in_record else None
+        quiet = self.quiet
         measured, data = self._aligned(self.data, quiet), self.data.by_position
         if data is None or isinstance(measured, Missing):
             return measured
@@ -323,7 +319,7 @@ class Case:
         if not record.integrated or record.reference is None:
             return ()
         try:
-            loops = quiet_loops(self.data, self.preferred.physical)
+            loops = recorded_loops(self.data, self.preferred.physical)
         except AxisidError:
             return ()
         return tuple(loop.velocity for loop in loops)
@@ -410,16 +406,20 @@ class Case:
         """The loop that is simulated with the judged estimate, under the record's filter."""
         if self.preferred.noise_free is None:
             return None
-        loops = quiet_loops(self.data, self.preferred.physical)
+        loops = recorded_loops(self.data, self.preferred.physical)
         return noise_free_record(self.data, loops)
 
     @property
     def _instruments(self) -> tuple[Array, Array] | None:
         """Of the inverse model; a direct model's serve another left side."""
-        loop, quiet = loop_without_noise(self.preferred), self.quiet
-        if loop is not None and quiet is not None:
-            return loop.regressor, quiet.reduce(quiet.signals.force)
         Z, simulated = self.preferred.loop_rows, self.preferred.simulated
-        if Z is None or isinstance(simulated, Missing) or self.preferred.ddm_quantities:
+        if self.preferred.ddm_quantities:
             return None
-        return Z, simulated
+        if Z is not None and not isinstance(simulated, Missing):
+            return Z, simulated
+        loop, quiet = self.preferred.noise_free, self.quiet
+        return (
+            None
+            if loop is None or quiet is None
+            else (loop.regressor, quiet.reduce(quiet.signals.force))
+        )

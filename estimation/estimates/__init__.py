@@ -7,7 +7,6 @@ Knows nothing of methods, of verdicts and of how it is shown.
 from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
 from .estimate import alike_corrected as alike_corrected
-from .estimate import can_be_held_against as can_be_held_against
 from .fitted import FittedParameters as FittedParameters
 from .inference import Inference as Inference
 from .iterate import Iterate as Iterate

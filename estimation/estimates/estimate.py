@@ -106,7 +106,7 @@ class Estimate(Presentable, Exact):
     weights : (n,) array or None
         Of the rows in the fit, where records differ in noise; rows and residuals are without them.
     deferred : Deferred of Inference
-        Covariances, the filter's bias and the gain's part; see `inference`.
+        Covariances, the bias of filter and noise and the gain's part; see `inference`.
     """
 
     method: str
@@ -191,22 +191,18 @@ class Estimate(Presentable, Exact):
 
     @property
     def filter_bias(self) -> Array | None:
-        """What the prefilter moves the physical parameters by, (p,), where it is known.
-
-        Of a record without a reference, the noise of its position too.
-        """
-        quiet = self.noise_free
-        return None if quiet is None or quiet.doubt else quiet.bias
+        """What filter and noise move the physical parameters by, (p,), where twins tell it."""
+        return self.inference.bias
 
     @property
     def net_residuals(self) -> Array:
-        """Residuals less what the filter alone leaves of the noise-free loop, (n,)."""
+        """Residuals less what is left of the noise-free loop, or of twins in the mean, (n,)."""
         quiet = self.noise_free
-        return self.residuals if quiet is None or quiet.doubt else self.residuals - quiet.residuals
+        return self.residuals if quiet is None else self.residuals - quiet.residuals
 
     @property
     def corrected(self) -> Array:
-        """Physical parameters less the filter's own bias, where that is known, (p,)."""
+        """Physical parameters less the bias, where that is known, (p,)."""
         return self.physical if self.filter_bias is None else self.physical - self.filter_bias
 
     @property
@@ -344,7 +340,7 @@ class Estimate(Presentable, Exact):
 
         The regression's own parameters are drawn from Student's multivariate distribution and
         mapped exactly, so that neither map nor function is taken for straight, as `derive` does;
-        the filter's own bias is taken off what is drawn, as it is off every interval.
+        the bias of filter and noise is taken off what is drawn, as it is off every interval.
 
         Parameters
         ----------
@@ -437,19 +433,7 @@ class Estimate(Presentable, Exact):
 
 
 def alike_corrected(one: Estimate, other: Estimate) -> tuple[Array, Array]:
-    """Parameters of two estimates, (p,) each, less the filter's bias where both know it.
-
-    Instruments that know it by loops with noise tell all that moves the other too.
-    """
-    if can_be_held_against(one, other):
-        return one.corrected, other.corrected
-    return one.physical, other.physical
-
-
-def can_be_held_against(one: Estimate, other: Estimate) -> bool:
-    """Whether what parts the values of two estimates, less the filter's bias, is noise alone."""
-    known = [each for each in (one, other) if each.filter_bias is not None]
-    return len(known) == 2 or any(
-        each.Z is not None and each.noise_free is not None and each.noise_free.has_noise
-        for each in known
-    )
+    """Parameters of two estimates, (p,) each, less their bias where both know it."""
+    if one.filter_bias is None or other.filter_bias is None:
+        return one.physical, other.physical
+    return one.corrected, other.corrected

@@ -16,7 +16,7 @@ class Inference(Exact):
     ----------
     covariances : dict of str to (p, p) array
         Of the physical parameters, by name: ``iid``, ``robust`` and ``hac``; by the delta method
-        for a direct model. Those that allow autocorrelation hold what an encoder's steps add.
+        for a direct model. ``hac`` as twins scatter, where there are any.
     covariance_names : dict of str to str
         What each covariance is, with lags and corrections, for the notes of a table.
     ddm_covariances : dict of str to (m, m) array
@@ -29,6 +29,8 @@ class Inference(Exact):
         The rows of the loops simulated with the estimate, behind the same filter: from the records'
         references, or following them where they have none. None where they could not be simulated,
         or move otherwise than the records.
+    bias : (p,) array or None
+        What filter and noise move the physical parameters by, as twins tell; None without twins.
     chains : tuple of Chain
         The noise of each record, as its twins have it; none without twins.
     """
@@ -39,4 +41,5 @@ class Inference(Exact):
     gain_slopes: Array | None = None
     theta_gain_slopes: Array | None = None
     noise_free: NoiseFree | None = None
+    bias: Array | None = None
     chains: tuple[Chain, ...] = ()

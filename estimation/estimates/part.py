@@ -46,7 +46,10 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         simulation_error_percent=_simulation_error(estimate, span),
         weights=None,
         counts=None if estimate.counts is None else _counts(estimate.counts, span),
-    ).with_inference(noise_free=_noise_free(estimate.noise_free, span))
+    ).with_inference(
+        noise_free=_noise_free(estimate.noise_free, span),
+        chains=estimate.inference.chains[record : record + 1],
+    )
     if not isinstance(estimate.form, JointForm):
         X, Z = estimate.X[span], estimate.Z
         return replace(
@@ -92,7 +95,7 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     quiet = part.noise_free
     if quiet is not None:
         columns = quiet.regressor @ np.linalg.pinv(form.slopes(record))
-        quiet = replace(quiet, regressor=columns, bias=slopes @ quiet.bias)
+        quiet = replace(quiet, regressor=columns)
     by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes
     return replace(
         part,
@@ -114,4 +117,5 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         gain_slopes=by_gain,
         theta_gain_slopes=by_gain,
         noise_free=quiet,
+        bias=None if part.filter_bias is None else slopes @ part.filter_bias,
     )

@@ -4,7 +4,7 @@ Classical minimum distance: with ``z = (beta_hat, fixed values)`` and its covari
 parameters minimise ``(z - h)' V^-1 (z - h)`` with ``h(theta) = (beta(theta), theta_fixed)``. What
 is fixed exactly is no unknown. Where z has more members than there are unknowns, the minimum is
 chi-squared distributed and tells whether what was fixed contradicts the record. For that beta_hat
-must be where the truth is expected and V say how far: the filter's own bias is taken off, and what
+must be where the truth is expected and V say how far: its bias is taken off, and what
 the drive gain's deviation adds is in V.
 """
 
@@ -45,7 +45,7 @@ class OfBase(EstimateLike, Protocol):
 
     @property
     def corrected(self) -> Array:
-        """Values less the filter's own bias, (p,)."""
+        """Values less the bias of filter and noise, (p,)."""
 
     @property
     def gain_slopes(self) -> Array | None:

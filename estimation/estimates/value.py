@@ -24,7 +24,7 @@ from axisid.support.number_text import range_text
 from axisid.support.user_values import is_among, quoted
 
 #: What `Value.corrected` is called beside a value.
-CORRECTED = "without filter bias"
+CORRECTED = "without bias"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,12 +91,12 @@ class Value:
 
     @property
     def corrected(self) -> float:
-        """The value less the filter's own bias, where that is known."""
+        """The value less the bias of filter and noise, where that is known."""
         return self.value - (self.filter_bias or 0.0)
 
     @property
     def shift(self) -> float:
-        """Size of the filter's own bias in deviations; infinite for a bias without one."""
+        """Size of the bias of filter and noise in deviations; infinite for a bias without one."""
         if not self.filter_bias:
             return 0.0
         return abs(self.filter_bias) / self.deviation if self.deviation > 0 else math.inf

@@ -70,7 +70,7 @@ def assembled(ended: Ended) -> OutputFit:
             moved=ended.moved,
             by_start=ended.by_start,
             elsewhere=ended.elsewhere,
-            loops=None if ended.shaken is None else ended.shaken.loops,
+            why_not_moved=ended.twins_or_why if isinstance(ended.twins_or_why, str) else "",
             of_start=are_starts(ended.whose.form),
             rests_count=ended.rests.count,
         ),

@@ -13,7 +13,6 @@ from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Elsewhere, Found
 from axisid.estimation.thresholds.diagnostics import NOTICEABLE_BIAS
-from axisid.estimation.thresholds.fitting import FEWEST_TWINS
 from axisid.estimation.told_by_outputs import Lack, Left
 from axisid.support.arrays import Array
 from axisid.support.deferred import Deferred
@@ -32,26 +31,6 @@ class Asked:
 
     predictions: Predictions
     left: Left
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NoisyLoops:
-    """Pairs of simulated loops with the record's noise and with its opposite.
-
-    Attributes
-    ----------
-    asked : int
-    lost : int
-        Of them, where one cannot be simulated to its end.
-    """
-
-    asked: int
-    lost: int
-
-    @property
-    def are_enough(self) -> bool:
-        """Whether the others tell what noise moves, and how far parameters scatter."""
-        return self.asked - self.lost >= FEWEST_TWINS.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,8 +75,8 @@ class FitBasis:
         show every parameter.
     moved : (P,) array or None
         What noise in the loop moved the parameters by, and was taken off.
-    loops : NoisyLoops or None
-        By which that was told, where more than a few were asked.
+    why_not_moved : str
+        Why no twins tell that; empty where they do, or none were asked for.
     by_start : MovedByStart
     elsewhere : Elsewhere or None
         A place as good as the end that is claimed to be far from it.
@@ -118,7 +97,7 @@ class FitBasis:
     known: tuple[str, ...]
     alone: Mapping[str, tuple[float, float]]
     moved: Array | None
-    loops: NoisyLoops | None
+    why_not_moved: str
     by_start: MovedByStart
     elsewhere: Elsewhere | None
     of_start: NDArray[np.bool_]

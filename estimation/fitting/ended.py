@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.choices.outputs import SQUARES
 from axisid.estimation.freed import axis_at
 from axisid.estimation.predictions import (
     Predictions,
@@ -39,24 +40,20 @@ from axisid.estimation.told_by_outputs import (
 )
 from axisid.support.arrays import Array
 from axisid.support.deferred import Deferred
-from axisid.support.errors import EstimationError
+from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
 from .basis import Asked, MovedByStart
 from .rests import Rests
 from .spread import (
     Scores,
-    Shaken,
-    is_uneven,
     moved_by_start,
     scores_of,
-    shaken_by_noise,
     twins_errors,
 )
 from .starting import FitStart, Searched
 from .twins import FitTwins, calibrated_covariance, fit_twins
 
-_FEWEST_TWINS, _FEW_TWINS = 2, 8
 _PARTS = 4  # of a window, that what the model lacks is asked of
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
@@ -121,51 +118,46 @@ class Ended:
             self.records,
             chosen,
             self.errors_by_noise,
-            bool(self.axis.states),
         )
 
     @cached_property
     def errors_by_noise(self) -> Array | None:
-        """What noise of the position makes of the errors, (n, B), where it is of no one colour."""
-        if self.shaken is not None and self.shaken.twins is not None:
-            return self.shaken.twins
-        if not is_uneven(self.axis, self.outputs):
+        """What noise of the position makes of the errors, (n, B), where friction remembers."""
+        if not self.axis.states:
             return None
         return twins_errors(self.predictions, self.best.physical, self.seed)
 
+    @property
+    def twins(self) -> FitTwins | None:
+        """Of the loops where the search ended; None without."""
+        return None if isinstance(self.twins_or_why, str) else self.twins_or_why
+
     @cached_property
-    def shaken(self) -> Shaken | None:
-        """What noise in the loop makes of the errors where that is no straight line of it.
+    def twins_or_why(self) -> FitTwins | str:
+        """With the noise of the records; or why there are none, empty where none were asked for.
 
         Friction that remembers is not asked: noise of a dwell is not that of a swing.
         """
-        if self.axis.states or self.horizon is not None:
-            return None
-        if self.bootstrap:
-            changed = self.twins.changed
-            return Shaken(changed[:, :_FEW_TWINS], twins=changed, common=changed.mean(axis=1))
-        deviations = np.sqrt(np.maximum(np.diag(self.first_coloured.matrix), 0.0))
-        at = self.predictions, self.best.physical, self.seed
-        uneven = is_uneven(self.axis, self.outputs)
-        influence = self._influence(self.first_scores)
-        return shaken_by_noise(*at, influence, deviations, by_square=uneven)
-
-    @cached_property
-    def twins(self) -> FitTwins:
-        """Of the loops where the search ended, with the noise of the records."""
+        if not self.bootstrap or self.axis.states or self.horizon is not None:
+            return ""
+        if self.loss != SQUARES:
+            return "errors count by their size, and outliers are no noise of a loop"
         form, physical = self.whose.form, self.best.physical
         axes = [axis_at(axis, form, physical) for axis in self.whose.axes]
-        return fit_twins(form, axes, self.records, physical, self.outputs, self.bootstrap)
+        try:
+            return fit_twins(form, axes, self.records, physical, self.outputs, self.bootstrap)
+        except (ModelError, DataError, EstimationError) as error:
+            return error.problem.rstrip("; ")
 
     @property
     def errors_in_common(self) -> Array | None:
-        """What noise makes of the errors by its square, (n,), where that moves parameters."""
-        return None if self.shaken is None else self.shaken.common
+        """What noise makes of the errors in the mean, (n,), where twins tell it."""
+        return None if self.twins is None else self.twins.changed.mean(axis=1)
 
     @property
     def moved(self) -> Array | None:
-        """What noise in the loop moves the parameters by, (P,), where that matters."""
-        return None if self.errors_in_common is None else self.best.physical - self.physical
+        """What noise in the loop moves the parameters by, (P,), where twins tell it."""
+        return None if self.twins is None else self.best.physical - self.physical
 
     @property
     def physical(self) -> Array:
@@ -263,8 +255,9 @@ class Ended:
             "coloured": self._with_starts(self.coloured.matrix, scores),
             "iid": scores.independent(),
         }
-        if self.bootstrap:
-            found["bootstrap"] = self._by_twins(scores) + scores.by_known()
+        if self.twins is not None:
+            by_twins = self._by_twins(scores, self.twins) + scores.by_known()
+            found["bootstrap"] = self._with_starts(by_twins, scores)
         moved = self._influence(scores) @ self._by_doubts
         return {name: matrix + moved @ moved.T for name, matrix in found.items()}
 
@@ -302,8 +295,8 @@ class Ended:
     def freedom(self) -> Array:
         """Degrees of freedom of each variance that is told, (P,)."""
         found, freedom = np.full(len(self.scale), np.inf), self.coloured.freedom
-        if self.bootstrap:
-            freedom = np.full(len(freedom), self.twins.count - 1.0)
+        if self.twins is not None:
+            freedom = np.full(len(freedom), self.twins.count / 2)  # of pairs of opposite ones
         found[self.unknowns.free] = freedom
         return found
 
@@ -327,6 +320,12 @@ class Ended:
     def _slopes_by_start(self) -> tuple[tuple[slice, Array], ...]:
         with np.errstate(all="ignore"):
             return self.predictions.slopes_by_start(self.best.physical)
+
+    @staticmethod
+    def _uneven_errors(twins: FitTwins, scores: Scores) -> Array | None:
+        """Weighted errors of twins whose noise no colour describes, (n, B)."""
+        changed = twins.by_position
+        return scores.counts[:, None] * changed if changed.shape[1] else None
 
     @property
     def by_start(self) -> MovedByStart:
@@ -352,17 +351,9 @@ class Ended:
             periods=s.periods,
             outputs=s.outputs,
             by_windows=self.horizon is not None,
-            twins=s.twins if s.twins is not None else self._few_twins,
-            remembers=s.remembers,
+            twins=s.twins if self.twins is None else self._uneven_errors(self.twins, s),
+            remembers=s.twins is not None,
         )
-
-    @property
-    def _few_twins(self) -> Array | None:
-        """Weighted errors of a few twins behind encoders, whose steps no colour tells, (n, b)."""
-        if self.shaken is None or not self.predictions.step:
-            return None
-        few = self.shaken.few  # of loops that can all not be simulated there is no scatter
-        return None if few.shape[1] < _FEWEST_TWINS else self.weighing.weights[:, None] * few
 
     @property
     def elsewhere(self) -> Elsewhere | None:
@@ -377,9 +368,7 @@ class Ended:
         if self.alone is None:
             return {}
         one, prior = self.alone, self.unknowns.has_prior
-        without = replace(
-            self, unknowns=self.unknowns.without_prior, best=one, ends=(one,), bootstrap=0
-        )
+        without = replace(self, unknowns=self.unknowns.without_prior, best=one, ends=(one,))
         told = np.full(len(prior), np.inf)
         told[self.unknowns.free] = np.diag(without.free_covariances[without.chosen])
         return {
@@ -431,9 +420,9 @@ class Ended:
             weighing=replace(self.weighing, weights=most * short.counted, shares=shares),
         )
 
-    def _by_twins(self, scores: Scores) -> Array:
+    def _by_twins(self, scores: Scores, twins: FitTwins) -> Array:
         """Covariance of the parameters of scores by twins, (k, k)."""
-        changed, weights = self.twins.changed, self.weighing.weights[:, None]
+        changed, weights = twins.changed, self.weighing.weights[:, None]
         apart = changed - changed.mean(axis=1, keepdims=True)
         moved = -self._influence(scores) @ apart
         left = weights * apart + scores.jacobian @ moved
@@ -446,7 +435,7 @@ class Ended:
     @property
     def chosen(self) -> str:
         """The covariance that is told."""
-        return "bootstrap" if self.bootstrap else "coloured"
+        return "coloured" if self.twins is None else "bootstrap"
 
     def _whole(self, matrix: Array, chosen: NDArray[np.bool_]) -> Array:
         """A covariance among all parameters; infinite variances of what is not shown."""

@@ -48,7 +48,7 @@ from axisid.estimation.searches import (
 from axisid.estimation.thresholds.estimates import HUBER_TUNING
 from axisid.estimation.thresholds.fitting import MAX_WEIGHT
 from axisid.estimation.told_by_outputs import unseen_directions
-from axisid.estimation.twins import check_count
+from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
@@ -62,7 +62,7 @@ from .assembly import assembled
 from .ended import Doubt, Ended
 from .rests import Rests
 from .result import OutputFit
-from .spread import is_uneven, scores_of, twins_errors
+from .spread import scores_of, twins_errors
 from .starting import (
     FitStart,
     Searched,
@@ -94,7 +94,7 @@ def fit(
     free: str | Sequence[str] = (),
     loss: str = SQUARES,
     starts: int = 1,
-    bootstrap: int = 0,
+    bootstrap: int = DEFAULT_COUNT,
     seed: int = 0,
     horizon: float | None = None,
     weights: Mapping[str, float] | None = None,
@@ -177,12 +177,6 @@ def fit(
     outputs = _outputs(output)
     _check(loss, starts, seed)
     check_count(bootstrap)
-    if bootstrap and OPEN_LOOP in outputs:
-        raise UsageError(
-            "the bootstrap simulates the loop with its noise, and an open loop has none; leave it "
-            "out: deviations of an open loop are those of its windows.",
-            code="bootstrap-open-loop",
-        )
     if not (progress is None or callable(progress)):
         raise UsageError(
             f"the progress is {quoted(progress)}; give a function that takes a step, their number "
@@ -301,7 +295,6 @@ class _Asked:
             self.weights,
             are_starts(whose.form),
             self.seed,
-            is_uneven(whose.axes[0], self.outputs),
             self.progress,
             Rests() if self.keeps_rests else Rests.of(loops.axes, records, into),
         )
@@ -362,7 +355,6 @@ class _FitRun:
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
     of_start: NDArray[np.bool_]  # (P,)
     seed: int
-    uneven: bool
     progress: Progress | None
     rests: Rests
 
@@ -515,9 +507,8 @@ class _FitRun:
             return None
         known = self.weighing, self.unknowns, self.predictions, self.records
         at = self.predictions, found.physical, self.seed
-        twins = twins_errors(*at) if self.uneven else None
-        remembers = bool(self.axes[0].states)
-        return scores_of(found, *known, self.unknowns.free, twins, remembers).effects()
+        twins = twins_errors(*at) if self.axes[0].states else None
+        return scores_of(found, *known, self.unknowns.free, twins).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
         """Weigh the rows of each output of each record by the inverse of what is left of them.

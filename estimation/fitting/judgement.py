@@ -155,37 +155,27 @@ def _ended(of: Judged) -> Check:
 
 
 def _shaken(of: Judged) -> Iterator[Check]:
-    """What noise in the loop moved, and is taken off; and which loops with it are lost."""
-    loops, name = of.basis.loops, "noise in the loop"
-    lost = ""
-    if loops and loops.lost:
-        lost = f"{loops.lost} of {loops.asked} pairs of loops with the record's noise end early"
-    if loops and not loops.are_enough:
-        yield Check.not_evaluated(name, Missing(f"{lost}, so that what it moves is not told"))
-        return
-    if of.basis.moved is None:
-        if lost:
-            said = f"{lost}; by the others it moves nothing that matters"
-            yield Check(name=name, status="note", meaning=said)
+    """What noise in the loop moved, and is taken off."""
+    name, moved = "noise in the loop", of.basis.moved
+    if of.basis.why_not_moved:
+        yield Check.not_evaluated(name, Missing(of.basis.why_not_moved))
+    if moved is None:
         return
     with np.errstate(divide="ignore", invalid="ignore"):
-        far = np.nan_to_num(np.abs(of.basis.moved) / of.deviations, posinf=0.0)
+        far = np.nan_to_num(np.abs(moved) / of.deviations, posinf=0.0)
     worst = int(np.argmax(far))
-    value, moved = of.physical[worst], float(of.basis.moved[worst])
-    share = f" ({100 * moved / abs(value):+.2g} %)" if value else ""
+    if far[worst] <= MIN_MOVED_BY_NOISE.value:
+        return
+    value, by = of.physical[worst], float(moved[worst])
+    share = f" ({100 * by / abs(value):+.2g} %)" if value else ""
     yield Check(
         name=name,
         status="note",
         figure=float(far[worst]),
         threshold=MIN_MOVED_BY_NOISE.value,
         source=MIN_MOVED_BY_NOISE.source,
-        meaning=(
-            "noise shakes the axis, and friction is not that of its mean velocity then: simulated "
-            f"loops with the record's noise moved {of.names[worst]} by {far[worst]:.2g} "
-            f"deviations{share}, which is taken off, and the others alike"
-            + f"; {lost}"
-            * bool(lost)
-        ),
+        meaning=f"simulated loops with the record's noise moved {of.names[worst]} by "
+        f"{far[worst]:.2g} deviations{share}, which is taken off, and the others alike",
     )
 
 

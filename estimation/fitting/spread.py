@@ -20,18 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.predictions import Predictions, whole_lanes
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Found, Unknowns, Weighing
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.fitting import (
     FEWEST_TWINS,
-    MIN_MOVED_BY_NOISE,
     MIN_SHOWN,
-    MIN_WIDENED_BY_FEW,
-    MIN_WIDENED_BY_NOISE,
 )
 from axisid.estimation.told_by_outputs import (
     Colour,
@@ -40,12 +34,9 @@ from axisid.estimation.told_by_outputs import (
     autoregression_of,
     by_colour,
     by_windows,
-    larger,
     uneven,
 )
 from axisid.support.arrays import Array
-
-from .basis import NoisyLoops
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
 _FEW = 4  # pairs of twins, that tell whether more are asked
@@ -66,8 +57,8 @@ class Scores:
         Of the loss: by how much each counted error changes with its error.
     known : (j, k) array
         Rows of what was known before, over its deviations.
-    counted : (n,) array of bool
-        Which rows are measured; the others are 0.
+    counts : (n,) array
+        What each error counts with; 0 where nothing is measured.
     spans : tuple of tuple of slice
         Stretches by record.
     periods : tuple of float
@@ -75,21 +66,24 @@ class Scores:
     outputs : int
         Whose rows of a sample are neighbours.
     twins : (n, B) array or None
-        What noise makes of the weighted errors, where their colour changes on the way.
-    remembers : bool
-        Whether friction remembers, and scores are held against them in place of autoregressions.
+        What noise makes of the weighted errors of friction that remembers: scores are held
+        against them in place of autoregressions.
     """
 
     jacobian: Array
     errors: Array
     curvature: Array
     known: Array
-    counted: NDArray[np.bool_]
+    counts: Array
     spans: tuple[tuple[slice, ...], ...]
     periods: tuple[float, ...]
     outputs: int = 1
     twins: Array | None = None
-    remembers: bool = True
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Which rows are measured, (n,)."""
+        return self.counts > 0
 
     @cached_property
     def inverse(self) -> Array:
@@ -121,11 +115,14 @@ class Scores:
     def coloured(self, models: Sequence[Colour]) -> Scattering:
         """Covariance for errors that follow these autoregressions, or are as twins', (k, k)."""
         columns = self.jacobian @ self.inverse
-        if self.twins is not None:
-            found = self._by_twins(columns, self.twins, models)
-        else:
-            found = added([self._by_colour(columns, model, r) for r, model in enumerate(models)])
-        return found.beside(self.by_known())
+        twins = self.twins
+        found = [
+            self._by_colour(columns, models[r], r)
+            if twins is None
+            else self._uneven(columns, twins, r)
+            for r in range(len(self.spans))
+        ]
+        return added(found).beside(self.by_known())
 
     def by_windows(self) -> Scattering:
         """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
@@ -163,18 +160,11 @@ class Scores:
     def _of_record(self, columns: Array, r: int) -> Array:
         """Covariance of what columns (n, j) make of a record's errors, (j, j)."""
         if self.twins is not None:
-            return self._uneven(columns, self.twins, r, self.autoregressions).matrix
+            return self._uneven(columns, self.twins, r).matrix
         return _coloured(columns, self.autoregressions[r], self.spans[r])
 
-    def _by_twins(self, columns: Array, twins: Array, models: Sequence[Colour]) -> Scattering:
-        """Of each column, such as a parameter's: by what of it is more."""
-        return added([self._uneven(columns, twins, r, models) for r in range(len(self.spans))])
-
-    def _uneven(self, columns: Array, twins: Array, r: int, models: Sequence[Colour]) -> Scattering:
-        spans = self.spans[r]
-        if self.remembers:
-            return uneven(columns, self.errors, twins, spans, self.periods[r], self.outputs)
-        return larger(self._by_colour(columns, models[r], r), columns, twins, spans)
+    def _uneven(self, columns: Array, twins: Array, r: int) -> Scattering:
+        return uneven(columns, self.errors, twins, self.spans[r], self.periods[r], self.outputs)
 
     def _by_colour(self, columns: Array, model: Colour, r: int) -> Scattering:
         """Of columns (n, k), less what the fit took of the record's errors."""
@@ -201,15 +191,6 @@ def _coloured(columns: Array, model: Colour, spans: Sequence[slice]) -> Array:
     return sum((model.coloured(columns[rows]) for rows in spans), nothing)
 
 
-def is_uneven(axis: GeneratedAxis, outputs: Sequence[str]) -> bool:
-    """Whether noise of the position makes errors that no autoregression has the colour of.
-
-    Of friction that remembers, and of a position, which a stiff loop holds at rest and not in
-    motion.
-    """
-    return bool(axis.states) or POSITION in outputs
-
-
 def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array | None:
     """What noise of the position makes of the outputs, (n, B).
 
@@ -221,110 +202,9 @@ def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array 
     return errors if errors.shape[1] >= FEWEST_TWINS.value else None
 
 
-@dataclass(frozen=True, slots=True)
-class Shaken:
-    """What noise makes of the outputs.
-
-    Attributes
-    ----------
-    few : (n, b) array
-        Of a few twins.
-    twins : (n, B) array or None
-        Of many, where they tell more than is told without.
-    common : (n,) array or None
-        What it makes in the mean, where that moves the parameters.
-    loops : NoisyLoops or None
-        Of the many, where they were asked.
-    """
-
-    few: Array
-    twins: Array | None = None
-    common: Array | None = None
-    loops: NoisyLoops | None = None
-
-
-def shaken_by_noise(
-    predictions: Predictions,
-    physical: Array,
-    seed: int,
-    influence: Array,
-    deviations: Array,
-    *,
-    by_square: bool = False,
-) -> Shaken:
-    """What noise makes of the outputs, if it moves parameters in the mean, or by more than told.
-
-    Noise goes round the loop and shakes the axis, whose friction is not that of its mean velocity
-    then; an encoder's steps follow from the motion, and come again with it. Twins and those with
-    the opposite noise tell: what both have in common is no straight line of the noise. A few of
-    them say whether the others are asked.
-
-    Parameters
-    ----------
-    predictions : Predictions
-    physical : (P,) array
-    seed : int
-    influence : (k, n) array
-        Of errors on parameters that are free.
-    deviations : (k,) array
-    by_square : bool
-        Whether that alone is asked, as twins tell the scatter anyway.
-    """
-    wider = np.inf if by_square else 1.0
-    told = np.where(np.isfinite(deviations) & (deviations > 0), deviations, np.inf)
-    common, straight = _common_and_straight(predictions, physical, seed, _FEW)
-    few = np.hstack([common + straight, common - straight])
-    lost = common.shape[1] < _FEW  # what they would have told is not known
-    if not (
-        lost
-        or _moves(influence @ common, told, surely=False)
-        or _scatter(influence @ straight, told) > wider * MIN_WIDENED_BY_FEW.value
-    ):
-        return Shaken(few)
-    asked = _many(predictions)
-    common, straight = _common_and_straight(predictions, physical, seed, asked)
-    loops = NoisyLoops(asked=asked, lost=asked - common.shape[1])
-    if not loops.are_enough:
-        return Shaken(few, loops=loops)
-    moves = _moves(influence @ common, told)
-    if moves or _scatter(influence @ straight, told) > wider * MIN_WIDENED_BY_NOISE.value:
-        mean = common.mean(axis=1) if moves else None
-        return Shaken(few, twins=common + straight, common=mean, loops=loops)
-    return Shaken(few, loops=loops if loops.lost else None)
-
-
 def _many(predictions: Predictions) -> int:
     """How many twins tell a scatter: fewer of a long record, whose outputs would fill memory."""
     return max(_FEWEST_OF_MANY, min(_MOST, _VALUES // len(predictions.measured)))
-
-
-def _common_and_straight(
-    predictions: Predictions, physical: Array, seed: int, count: int
-) -> tuple[Array, Array]:
-    """Of twins and those with the opposite noise: what both have in common, and the other half.
-
-    Of the pairs of which both can be simulated.
-    """
-    with np.errstate(all="ignore"):
-        more, less = (
-            predictions.by_noise(physical, count, np.random.default_rng(seed), factor)
-            for factor in (1.0, -1.0)
-        )
-    return whole_lanes(more + less) / 2, whole_lanes(more - less) / 2
-
-
-def _scatter(moved: Array, deviations: Array) -> float:
-    """Largest root mean square of moves (k, B), in deviations (k,)."""
-    return float(np.max(np.sqrt(np.mean(moved**2, axis=1)) / deviations, initial=0.0))
-
-
-def _moves(moved: Array, deviations: Array, *, surely: bool = True) -> bool:
-    """Whether the mean of moves (k, B) matters, and is more than chance."""
-    mean, chance = moved.mean(axis=1), moved.std(axis=1, ddof=1) / np.sqrt(moved.shape[1])
-    least = MIN_MOVED_BY_NOISE.value * deviations
-    if surely:
-        least = np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
-    return bool(np.any(np.abs(mean) > least))
 
 
 def scores_of(
@@ -335,11 +215,10 @@ def scores_of(
     records: Sequence[Record],
     chosen: NDArray[np.bool_],
     twins: Array | None = None,
-    remembers: bool = False,
 ) -> Scores:
     """Of the chosen parameters, (P,), where a search of the records' outputs ended.
 
-    Twins are what noise makes of the outputs, (n, B), of an axis whose friction remembers or not.
+    Twins are what noise makes of the outputs, (n, B), of an axis whose friction remembers.
     """
     weighed = weighing.weights * found.slopes.errors
     z = (weighed / weighing.tuning) ** 2
@@ -349,11 +228,10 @@ def scores_of(
         errors=first * weighed,
         curvature=np.maximum(first + 2 * z * second, 0.0),
         known=unknowns.known_rows[:, chosen],
-        counted=weighing.weights > 0,
+        counts=first * weighing.weights,
         spans=predictions.spans,
         periods=tuple(record.period for record in records),
         outputs=len(predictions.units),
-        remembers=remembers,
         twins=None if twins is None else (first * weighing.weights)[:, None] * twins,
     )
 

@@ -1,11 +1,12 @@
 """Twins of a fit: its loops with the noise that is measured in the records, and what they tell."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.problems import loop_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, Hac, Solution, simulated_loops
 from axisid.estimation.signals import FilteredRecord, Neighbours, Prefilter
@@ -14,6 +15,8 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
 from .spread import Scores
+
+_OF_POSITION = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,11 +27,15 @@ class FitTwins:
     ----------
     changed : (n, R) array
         Outputs of the twins, less those of the loops without noise.
+    by_position : (n, B) array
+        The same of some with the noise of the position alone, where that is of no one colour; a
+        chain takes for forces what the model lacks.
     chains : tuple of Chain
         One for each record.
     """
 
     changed: Array
+    by_position: Array
     chains: tuple[Chain, ...]
 
     @property
@@ -62,29 +69,44 @@ def fit_twins(
     Raises
     ------
     EstimationError
-        More than half of the twins cannot be simulated.
+        More than half of the twins cannot be simulated, or no noise reaches what is followed.
     """
-    pieces, chains = [], []
+    pieces: list[Array] = []
+    of_position: list[Array] = []
+    chains = []
     for place, (axis, record) in enumerate(zip(axes, records, strict=True)):
         data, own = FilteredRecord.bind(axis, record, Prefilter()), form.own(physical, place)
         data = data.by_position or data
         loops = simulated_loops(axis, record, own)
         chain = measured_chain(data, own, loops)
-        twins = [_rows(each.record, outputs) for each in twins_of(data, own, chain, count)]
-        quiet = np.stack(
-            [np.concatenate([getattr(loop, name) for loop in loops]) for name in outputs], axis=1
-        ).ravel()
-        pieces.append([each - quiet for each in twins])
+        quiet = _rows(loop_record(data, loops, measured=False).record, outputs)
+        alone = replace(chain, disturbances=()) if chain.is_uneven else Chain()
+        for made, noise, several in ((pieces, chain, count), (of_position, alone, _OF_POSITION)):
+            twins = [_rows(each.record, outputs) for each in twins_of(data, own, noise, several)]
+            made.append((np.reshape(twins, (-1, len(quiet))) - quiet).T)
         chains.append(chain)
-    fewest = min(map(len, pieces))
+    fewest = _fewest(pieces)
     if 2 * fewest < count:
         raise EstimationError(
             f"{fewest} of {count} twins could be simulated with the noise of the records; leave "
             "the bootstrap out.",
             code="bootstrap-lost",
         )
-    changed = np.concatenate([np.column_stack(piece[:fewest]) for piece in pieces])
-    return FitTwins(changed=changed, chains=tuple(chains))
+    changed = _stacked(pieces)
+    if not changed.any():
+        raise EstimationError(
+            "no noise that is measured reaches what is followed.", code="no-noise"
+        )
+    return FitTwins(changed=changed, by_position=_stacked(of_position), chains=tuple(chains))
+
+
+def _stacked(pieces: Sequence[Array]) -> Array:
+    """As many of each record as the one with the fewest has, (n, R)."""
+    return np.concatenate([piece[:, : _fewest(pieces)] for piece in pieces])
+
+
+def _fewest(pieces: Sequence[Array]) -> int:
+    return min(int(piece.shape[1]) for piece in pieces)
 
 
 def _rows(record: Record, outputs: Sequence[str]) -> Array:
@@ -106,10 +128,10 @@ def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Arr
     left : (n, R) array
         Weighted errors of the twins, less what their parameters make of them.
     """
-    own, count = _hac_deviations(scores, errors), moved.shape[1]
+    own = _hac_deviations(scores, errors)
     twins = np.array([_hac_deviations(scores, each) for each in left.T])
     apart = (moved.T - moved.mean(axis=1)) / np.where(twins > 0, twins, np.inf)
-    return np.asarray(np.cov((apart * own).T).reshape(len(own), -1) * (1 + 1 / count))
+    return np.asarray(np.cov((apart * own).T).reshape(len(own), -1))
 
 
 def _hac_deviations(scores: Scores, errors: Array) -> Array:

@@ -14,7 +14,7 @@ from axisid.estimation.problems import Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.twins import check_count
+from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.remedy import Note
@@ -42,7 +42,7 @@ def identify(
     start: str = STARTS[0],
     loss: str = ROW_LOSSES[0],
     bounded: bool = False,
-    bootstrap: int = 0,
+    bootstrap: int = DEFAULT_COUNT,
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
 
@@ -94,7 +94,8 @@ def identify(
         and of sums of parameters and each record's own, it is reported, not clipped.
     bootstrap : int
         How many twins of the records tell bias and HAC deviations: their loops once more, with the
-        noise that was measured in them. 32 are enough; 0 for none, with what single loops tell.
+        noise that was measured in them. 0 for
+        none: deviations then are those of neighbouring rows, and no bias is known.
 
     Raises
     ------
@@ -172,15 +173,20 @@ def identify_problem(
     set_aside: Mapping[str, Note] | None = None,
     start: str = STARTS[0],
     loss: str = ROW_LOSSES[0],
-    bootstrap: int = 0,
+    bootstrap: int = DEFAULT_COUNT,
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
     lost: EstimationError | None = None
-    twins = Bootstrap(problem=problem, count=bootstrap) if bootstrap else None
-    for method in METHODS if requested is None else dict.fromkeys(requested):
+    chosen = [*METHODS] if requested is None else requested
+    twins = (
+        Bootstrap(problem=problem, count=bootstrap, methods=chosen, loss=loss)
+        if bootstrap
+        else None
+    )
+    for method in dict.fromkeys(chosen):
         started = replace(METHODS[method], start=start, loss=loss)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.

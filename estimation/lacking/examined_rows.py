@@ -15,16 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.problems import noise_free_record, record_as_measured
-from axisid.estimation.regression import Equations, quiet_loops
+from axisid.estimation.problems import noise_free_record
+from axisid.estimation.regression import Equations, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
 from axisid.estimation.thresholds.estimates import MAX_STARTING_SPEED
 from axisid.estimation.thresholds.lacking import MIN_REST_OF_LOOP, MIN_ROWS_TO_LOOK
+from axisid.estimation.twins import twins_of
 from axisid.support.arrays import Array, covered, runs
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 
 from .terms import Along
+
+_TWINS = 10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,7 +121,7 @@ def examined(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
 
 def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missing:
     # What the filter moves the estimate by is no lack of the model.
-    loops = quiet_loops(data, preferred.corrected)
+    loops = recorded_loops(data, preferred.corrected)
     quiet = noise_free_record(data, loops)
     form = preferred.form
     measured, clean = form.equations(data.signals), form.equations(quiet.signals)
@@ -141,17 +144,13 @@ def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
 
 
 def examined_again(data: FilteredRecord, preferred: Estimate) -> Iterator[ExaminedRows]:
-    """The same rows of loops that lack nothing, measured with the record's noise, or its steps.
-
-    None where they cannot be simulated.
-    """
-    if preferred.noise_free is None:
-        return
-    with suppress(AxisidError):
-        for record in record_as_measured(data, preferred.corrected):
-            found = _by_loop(record, preferred)
-            if not isinstance(found, Missing):
-                yield found
+    """The same rows of twins, which lack nothing; none without."""
+    for chain in preferred.inference.chains:
+        for record in twins_of(data, preferred.corrected, chain, _TWINS):
+            with suppress(AxisidError):
+                found = _by_loop(record, preferred)
+                if not isinstance(found, Missing):
+                    yield found
 
 
 def _rows(

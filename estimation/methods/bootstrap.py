@@ -1,22 +1,28 @@
 """The parametric bootstrap of a problem's estimates: twins of its records, the same for all."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from axisid.estimation.choices.methods import ROW_LOSSES
 from axisid.estimation.problems import Problem
-from axisid.estimation.regression import Hac
+from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.estimation.twins import Chain, Twins, calibrated, measured_chain
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 
 from .method import Fit
 from .methods import METHODS
 
 TOO_FEW = "more than half of the loops with its noise cannot be simulated, or estimated from"
+_FOLLOWS_NOT = "the loop does not follow the record"
 _ROUNDS = 4
+_MEASURED = 2  # rounds that measure the chains: at the estimate, and less a first bias
+_CLOSE = 1e-7  # of a parameter: what hardly moves a bias
 _SETTLED = 0.3  # deviations by which the parameters of the twins' loops still move
 
 
@@ -24,53 +30,62 @@ _SETTLED = 0.3  # deviations by which the parameters of the twins' loops still m
 class Bootstrap:
     """Twins of the records of a problem.
 
-    Their loops are those of the output error of the force, or of instruments where that comes to
-    nothing, less its bias, which is found again where it leads: noise in the loop biases it least.
-    What is judged by the twins is any method.
+    Their loops are those of the output error of the force, or of instruments, or of least squares
+    where these come to nothing, less its bias, which is found again where it leads: noise in the
+    loop biases the first least. What is judged by the twins is any method.
 
     Attributes
     ----------
     problem : Problem
     count : int
+    methods : sequence of str
+        That may be judged, whose rows are made together.
+    loss : str
+        Of `ROW_LOSSES`: only squares have twins, as outliers are no noise of a chain.
     """
 
     problem: Problem
     count: int
+    methods: Sequence[str]
+    loss: str = ROW_LOSSES[0]
 
     @cached_property
     def twins(self) -> Twins | str:
         """Or why there are none."""
-        if any(data.record.motion != ("position",) for data in self.problem.data):
-            return "what is measured beside the position has noise that is not known"
-        why = "the loop does not follow the record"
-        for method in ("didim", "idm-iv"):
+        if self.loss != ROW_LOSSES[0]:
+            return "rows count by their residuals, and outliers are no noise of a loop"
+        why = _FOLLOWS_NOT
+        for method in ("didim", "idm-iv", "idm-ls"):
             try:
                 fit = METHODS[method].fit(self.problem)
-                if fit.follows:
-                    return self._settled(fit)
-            except (ModelError, DataError, EstimationError) as error:
+                return self._settled(fit, loops_of(self.problem, fit))
+            except (ModelError, LoopDataError):  # which the verdict tells
+                why = "there is no loop to simulate"
+            except (DataError, EstimationError) as error:
                 why = error.problem.rstrip("; ")
         return why
 
-    def _settled(self, fit: Fit) -> Twins | str:
+    def _settled(self, fit: Fit, loops: tuple[Simulation, ...]) -> Twins | str:
         form, solution, problem = fit.form, fit.solution, self.problem
         physical = at = form.physical(solution.theta)[0]
-        model, loops = Hac(), fit.loops
+        model, kinds = Hac(), self._kinds
         deviations = np.sqrt(np.diag(model.matrix(solution)))
         freedom = np.full(len(solution.theta), np.inf)
-        for _ in range(_ROUNDS):
-            chains = self._chains(fit, at, loops)
-            if all(each.is_silent for each in chains):
-                return "no noise is measured beside the loop"
-            twins = Twins(problem=problem, form=form, at=at, chains=chains, count=self.count)
+        chains: tuple[Chain, ...] = ()
+        for number in range(_ROUNDS):
+            chains = self._chains(fit, at, loops) if number < _MEASURED else chains
+            twins = Twins(
+                problem=problem, form=form, at=at, chains=chains, count=self.count, kinds=kinds
+            )
             found = calibrated(twins, form, fit.solver, solution, model, freedom)
             if found is None:
                 return TOO_FEW
             before, at = at, physical - found.bias
             apart = np.abs(form.regressed(at) - form.regressed(before))
-            if np.all(apart <= _SETTLED * found.own_scale * deviations):
+            near = _SETTLED * found.own_scale * deviations + _CLOSE * np.abs(form.regressed(at))
+            if np.all(apart <= near):
                 return twins
-            loops = problem.loops(form, at)
+            loops = _at(problem, form, at)
         return "the parameters of their loops do not settle"
 
     def _chains(
@@ -81,3 +96,43 @@ class Bootstrap:
             measured_chain(data, fit.form.own(physical, i), own)
             for i, (data, own) in enumerate(zip(self.problem.data, of_records, strict=True))
         )
+
+    @property
+    def _kinds(self) -> tuple[type[Form], ...]:
+        """Linear forms of the methods, but for those that the problem has not."""
+        kinds = []
+        for kind in dict.fromkeys(METHODS[method].form for method in self.methods):
+            try:
+                kinds += [kind] * self.problem.form(kind).is_linear
+            except ModelError:
+                continue
+        return tuple(kinds)
+
+
+def loops_of(problem: Problem, fit: Fit) -> tuple[Simulation, ...]:
+    """The loops of a fit, or of its records as far as they follow them without a reference.
+
+    Raises
+    ------
+    ModelError, DataError, EstimationError
+        There are none, or they move otherwise than the records.
+    """
+    if fit.follows:
+        return fit.loops
+    if not fit.loops:
+        physical = fit.form.physical(fit.solution.theta)[0]
+        loops = _at(problem, fit.form, physical)
+        intercept, right = problem.right_of(fit.form, physical, loops)
+        left = fit.measured.left
+        apart = left - intercept - right @ fit.form.regressed(physical)
+        if relative_error_percent(apart, left) < MAX_SIMULATION_ERROR.value:
+            return loops
+    raise EstimationError(f"{_FOLLOWS_NOT}.", code="loop-follows-not")
+
+
+def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]:
+    return tuple(
+        loop
+        for i, data in enumerate(problem.data)
+        for loop in recorded_loops(data, form.own(physical, i))
+    )

@@ -25,7 +25,7 @@ from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
 from .bootstrap import Bootstrap
-from .fitted_point import FittedPoint, gain_relative_sd, own
+from .fitted_point import FittedPoint, gain_relative_sd, own_rows
 from .known_spread import known_spread
 from .method import Fit, Method
 from .robust import loss_remarks
@@ -67,16 +67,13 @@ def estimate_by(
     applied = _applied(method, fit, models, known, jacobian)
     freedom = {name: each.freedom for name, each in applied.items()}
     direct = isinstance(form, DirectForm)
-    residuals, left = own(solution.residuals, weights), own(y, weights)
+    residuals, left = own_rows(solution.residuals, weights), own_rows(y, weights)
     point = FittedPoint(
         problem=problem,
         fit=fit,
         form=form.at(physical),
-        physical=physical,
         jacobian=jacobian,
         applied=applied,
-        model=models[covariance],
-        chosen=covariance,
         pivot=models["hac"],
         known=known,
         bootstrap=bootstrap,
@@ -89,7 +86,7 @@ def estimate_by(
     )
     simulated = fit.simulated
     if not isinstance(simulated, NotSimulated):
-        simulated = own(simulated, weights)
+        simulated = own_rows(simulated, weights)
     return Estimate(
         method=method.name,
         form=point.form,
@@ -101,8 +98,8 @@ def estimate_by(
         freedom={name: _fewest(f, jacobian) for name, f in freedom.items()},
         ddm_freedom=freedom if direct else {},
         y=left,
-        X=own(fit.measured.regressor, weights),
-        Z=None if fit.instruments is None else own(fit.instruments.columns, weights),
+        X=own_rows(fit.measured.regressor, weights),
+        Z=None if fit.instruments is None else own_rows(fit.instruments.columns, weights),
         rows=problem.stacked(lambda data: data.row_numbers),
         neighbours=problem.neighbours,
         times=_row_times(problem),

@@ -52,7 +52,6 @@ def identified_lanes(plan: MonteCarloPlan, runs: range, threads: int | None) -> 
         lanes,
         plan.methods[0],
         plan.prefilter,
-        covariance=plan.chosen,
         lags=plan.settings["lags"],
     )
     return LaneRuns(runs=runs, estimates=estimates, unsimulated=unsimulated)

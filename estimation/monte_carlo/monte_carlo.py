@@ -10,12 +10,14 @@ from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, method_names
 from axisid.estimation.identification import check_choices, requested_methods
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
+from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
+from .calibration import StudyCalibration
 from .fits import split_methods
 from .noise import TwinNoise
 from .plan import MonteCarloPlan, twin_of
@@ -45,6 +47,7 @@ def monte_carlo(
     lags: int | None = None,
     start: str = STARTS[0],
     loss: str = ROW_LOSSES[0],
+    bootstrap: int = DEFAULT_COUNT,
     jobs: int = 1,
     executor: Executor | None = None,
     block: int = 32,
@@ -82,6 +85,9 @@ def monte_carlo(
     seed : int
     covariance, lags, start, loss
         As `identify` takes them; fits do without.
+    bootstrap : int
+        How many twins tell the bias and HAC deviations of `identify`; 0 for none. They are of the
+        first 16 runs, for all; of each run that is judged its own.
     jobs : int
         Processes of this machine. They are new ones: a script that asks for several is guarded by
         ``if __name__ == "__main__":``.
@@ -122,6 +128,7 @@ def monte_carlo(
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
+    check_count(bootstrap)
     made = twin_of(simulated, {} if truth is None else truth, _moves(moves))
     given = Prefilter() if prefilter is None else prefilter
     if isinstance(given, Prefilter):  # else the plan refuses it
@@ -136,6 +143,7 @@ def monte_carlo(
         prefilter=given,
         checks=min(checks, runs) if is_whole(checks) and is_whole(runs) else checks,
         settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},
+        bootstrap=bootstrap,
     )
     return _run(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
 
@@ -165,16 +173,18 @@ def _run(
     plan: MonteCarloPlan, spreading: Spreading, progress: Progress | None, keep: Keep | None
 ) -> MonteCarlo:
     done = Done(plan=plan, progress=progress)
+    calibration = StudyCalibration.of(plan)
     try:
         with contextlib.closing(spreading.numbers(plan)) as numbers:
             done.take(numbers)
     except BaseException:
         if keep is not None and done.blocks:
-            keep(MonteCarlo(plan=plan, numbers=joined(done.blocks)))
+            numbers_so_far = calibration.of_runs(joined(done.blocks), plan.checks)
+            keep(MonteCarlo(plan=plan, numbers=numbers_so_far))
         raise
     found = joined(done.blocks)
     if not found.estimands:
         reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in found.failures)
         listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])
         raise EstimationError(f"no twin gave an estimate. {listed}.", code="no-twin-identified")
-    return MonteCarlo(plan=plan, numbers=found)
+    return MonteCarlo(plan=plan, numbers=calibration.of_runs(found, plan.checks))

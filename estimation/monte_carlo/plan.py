@@ -42,6 +42,8 @@ class MonteCarloPlan:
     settings : mapping of str to object
         What else `identify` takes, which is nothing to fits: ``covariance``, ``lags``, ``start``,
         ``loss``.
+    bootstrap : int
+        How many twins tell the bias and HAC deviations of an estimate; 0 for none.
     """
 
     axis: GeneratedAxis
@@ -53,6 +55,7 @@ class MonteCarloPlan:
     prefilter: Prefilter
     checks: int
     settings: Mapping[str, Any]
+    bootstrap: int = 0
 
     def __post_init__(self) -> None:
         _check_count("runs", self.runs, least=1)

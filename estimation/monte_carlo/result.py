@@ -80,7 +80,7 @@ class MonteCarlo(StudyFigures, Presentable, Exact):
 
     @property
     def corrected(self) -> Array:
-        """Estimates without the filter's own bias, where that is known, (R, e)."""
+        """Estimates without the bias of filter and noise, where that is known, (R, e)."""
         return self.numbers.numbers[:, :, 1]
 
     def deviations(self, of: str) -> Array:

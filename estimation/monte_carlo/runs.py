@@ -89,7 +89,7 @@ class BlockNumbers:
     estimands : tuple of Estimand
         Length e.
     numbers : (b, e, 2 + 3 i) array
-        Value, value without the filter's bias, then deviation and both bounds of each of
+        Value, value without the bias of filter and noise, then deviation and both bounds of each of
         `INTERVALS`; not a number where there is none.
     checks : tuple of str
         Length c.
@@ -153,12 +153,10 @@ def _lane_values(
 ) -> Iterator[tuple[Estimand, Array]]:
     for i, quantity in enumerate(plan.axis.parameters):
         numbers = np.full(2 + 3 * len(INTERVALS), np.nan)
-        value, bias = float(found.values[lane, i]), float(found.filter_bias[lane, i])
-        corrected = value if np.isnan(bias) else value - bias
-        numbers[:2] = value, corrected
+        numbers[:2] = value = float(found.values[lane, i])
         for j, of in enumerate(COVARIANCES):
             deviation = float(found.deviations[of][lane, i])
-            interval = student_interval(corrected, deviation, float(found.freedom[of][lane, i]))
+            interval = student_interval(value, deviation, float(found.freedom[of][lane, i]))
             numbers[2 + 3 * j : 5 + 3 * j] = deviation, *interval
         yield Estimand(method, quantity.name, quantity.unit), numbers
 
@@ -194,7 +192,7 @@ class _Part:
 
 
 def _regressed(plan: MonteCarloPlan, record: Record, *, is_judged: bool) -> _Part:
-    result, refused = _identified(plan, record)
+    result, refused = _identified(plan, record, plan.bootstrap if is_judged else 0)
     failures = [*refused.items()]
     if result is None:
         return _Part(failures=tuple(failures))
@@ -204,7 +202,7 @@ def _regressed(plan: MonteCarloPlan, record: Record, *, is_judged: bool) -> _Par
             checks = {check.name: STATUSES.index(check.status) for check in result.verdict}
         except AxisidError as error:
             failures.append((VERDICT, str(error)))
-    values = dict(_values(result, judged=checks is not None))
+    values = dict(estimand_numbers(result, judged=checks is not None))
     return _Part(values=values, checks=checks, failures=tuple(failures))
 
 
@@ -230,33 +228,39 @@ def _fit_values(method: str, found: FittedRun) -> Iterator[tuple[Estimand, Array
 
 
 def _identified(
-    plan: MonteCarloPlan, record: Record
+    plan: MonteCarloPlan, record: Record, bootstrap: int
 ) -> tuple[Identification | None, dict[str, str]]:
     """By all methods that give an estimate of the twin; None where none does, and why not."""
     try:
-        return _estimated(plan, record, plan.regressions), {}
+        return _estimated(plan, record, plan.regressions, bootstrap), {}
     except AxisidError as error:
         if len(plan.regressions) == 1:
             return None, {plan.regressions[0]: str(error)}
     refused: dict[str, str] = {}
     for method in plan.regressions:
         try:
-            _estimated(plan, record, [method])
+            _estimated(plan, record, [method], bootstrap)
         except AxisidError as error:
             refused[method] = str(error)
     able = [method for method in plan.regressions if method not in refused]
-    return (_estimated(plan, record, able) if able else None), refused
+    return (_estimated(plan, record, able, bootstrap) if able else None), refused
 
 
-def _estimated(plan: MonteCarloPlan, record: Record, methods: Sequence[str]) -> Identification:
+def _estimated(
+    plan: MonteCarloPlan, record: Record, methods: Sequence[str], bootstrap: int
+) -> Identification:
     """The result by methods, with intervals, which are else found when they are asked for."""
-    result = identify(plan.axis, record, plan.prefilter, methods, **plan.settings)
+    settings = {**plan.settings, "bootstrap": bootstrap}
+    result = identify(plan.axis, record, plan.prefilter, methods, **settings)
     for method in methods:
         _ = result[method].parameters
     return result
 
 
-def _values(result: Identification, *, judged: bool) -> Iterator[tuple[Estimand, Array]]:
+def estimand_numbers(
+    result: Identification, *, judged: bool = False
+) -> Iterator[tuple[Estimand, Array]]:
+    """What there is of each value of a result, as of `BlockNumbers`."""
     for method, estimate in result.estimates.items():
         bands = result.diagnosis.bands.get(method, {}) if judged else {}
         for i, (name, value) in enumerate(estimate.parameters.items()):

@@ -27,7 +27,7 @@ def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
     """The numbers of every run by column, (R,) each.
 
     ``run``, ``status`` and ``reason``; of every estimand ``idm-iv.M`` (the value), ``.corrected``
-    (without the filter's bias) and ``.hac.sd``, ``.hac.low``, ``.hac.high`` of each interval; of
+    (without its bias) and ``.hac.sd``, ``.hac.low``, ``.hac.high`` of each interval; of
     every check ``check.control law``, how it ended, empty where the run was not judged.
     """
     columns: dict[str, NDArray[Any]] = {

@@ -31,7 +31,7 @@ class EstimandFigures:
     runs : int
         That gave an estimate.
     bias : Mean
-        Mean error of the value without the filter's own bias.
+        Mean error of the value without the bias of filter and noise.
     raw_bias : Mean
         Mean error of the value itself.
     scatter : Mean

@@ -48,7 +48,7 @@ class Band:
     deviation : float
         Standard deviation by the delete-one-group jackknife.
     interval : (float, float)
-        95 %, about the value less the filter's own bias, by Student's distribution with as many
+        95 %, about the value less its bias, by Student's distribution with as many
         degrees of freedom as there are groups, less one.
     groups : int
     by : str

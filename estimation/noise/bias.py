@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from axisid.estimation.choices.methods import instruments_of
-from axisid.estimation.estimates import Estimate, alike_corrected, can_be_held_against
+from axisid.estimation.estimates import Estimate, alike_corrected
 from axisid.estimation.problems import ByInstruments, ByLeastSquares
 from axisid.estimation.regression import (
     Hac,
@@ -41,7 +41,7 @@ class NoiseBias:
     Attributes
     ----------
     difference : float
-        Least squares less instruments, or instruments less DIDIM, each less the filter's own bias
+        Least squares less instruments, or instruments less DIDIM, each less its bias
         where it is known.
     deviation : float
         HAC, of the difference.
@@ -135,9 +135,8 @@ def _difference(ls: Estimate, iv: Estimate) -> Solution | None:
         by_iv = ByInstruments(factor(Z, names), iv.counts).solved(weights * iv.y, columns)
     except EstimationError:
         return None
-    unlike = (ls.filter_bias is None) != (iv.filter_bias is None)
-    if unlike and not can_be_held_against(ls, iv):
-        return None  # one of the two would have the filter's bias in it, and the other not
+    if (ls.filter_bias is None) != (iv.filter_bias is None):
+        return None  # one of the two would have its bias in it, and the other not
     one, other = alike_corrected(ls, iv)
     apart = one - other
     scored = by_ls.influence_as_counted - by_iv.influence_as_counted

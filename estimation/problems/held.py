@@ -17,7 +17,7 @@ class Held:
     is_lower : bool
         Whether that is the lower one.
     free : float
-        What it is without the bound, others that are held at theirs, less the filter's own bias
+        What it is without the bound, others that are held at theirs, less its bias
         where that is known.
     deviation : float
         Of `free`, under the covariance that was chosen.

@@ -9,6 +9,7 @@ noise in the recorded control is taken off with the rest.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from axisid.estimation.loops import (
     first_velocity,
     hides_command,
     late_in_log,
+    moved_start,
     state_at_rest,
     terms_along,
     with_drive,
@@ -27,11 +29,13 @@ from axisid.estimation.signals import FilteredRecord, about_samples
 from axisid.estimation.simulation import Simulation, no_control_law, simulate_estimate
 from axisid.estimation.thresholds.regression import LEAST_MEASURED_NOISE
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError
+from axisid.support.errors import DataError, ModelError
 
 from .simulated_rows import simulated_loops
 
 _STRETCH = 50  # samples
+_LATEST = 3  # samples by which a log may be late
+_MOSTLY = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +67,7 @@ class FollowingLoops:
             nor force tells what the drive was given.
         """
         control, position = _control(data), data.record.position
-        answer = answer_to_noise(data)
+        answer = _answer_to_noise(data)
         if _share(control, answer) < LEAST_MEASURED_NOISE.value:
             raise DataError("the control does not answer to the noise of the recorded position.")
         beside = control - _answer(data, position, position)
@@ -72,14 +76,16 @@ class FollowingLoops:
             beside[first : last - late] = beside[first + late : last]
         return cls(data=data, added=beside)
 
-    def simulated(self, physical: Array, noise: Array | None = None) -> tuple[Simulation, ...]:
-        """The loops with physical parameters (p,), one for each segment.
-
-        Parameters
-        ----------
-        physical : (p,) array
-        noise : (N,) array, optional
-            Of the position that the law measures.
+    def simulated(
+        self,
+        physical: Array,
+        *,
+        resolution: float = 0.0,
+        away: float = 0.0,
+        position_noise: Array | None = None,
+        disturbance: Array | None = None,
+    ) -> tuple[Simulation, ...]:
+        """The loops with physical parameters (p,), one for each segment; see `simulated_loops`.
 
         Raises
         ------
@@ -87,21 +93,24 @@ class FollowingLoops:
             A loop cannot be simulated with these parameters.
         """
         record = self.data.record
+        added = self.added if disturbance is None else self.added + disturbance
+        noise = np.full(len(record), away) if away and position_noise is None else position_noise
         return tuple(
             simulate_estimate(
                 self.data.axis,
                 physical,
-                record.position[first:last],
+                record.position[first:last] + away,
                 record.period,
-                start=self._start(first, last),
-                injected=self.added[first:last],
+                start=self._start(first, last, away),
+                injected=added[first:last],
                 position_noise=None if noise is None else noise[first:last],
+                resolution=resolution,
                 signals=tuple(values[first:last] for values in self.data.recorded),
             )
             for first, last in record.spans
         )
 
-    def _start(self, first: int, last: int) -> LoopStart:
+    def _start(self, first: int, last: int, away: float) -> LoopStart:
         """Where the loop of a segment starts: on its reference, and all that is added balances."""
         record = self.data.record
         start = LoopStart(
@@ -109,23 +118,57 @@ class FollowingLoops:
             velocity=first_velocity(record.position[first:last], record.period),
         )
         followed = replace(record, reference=record.position)
-        return with_drive(self.data.axis, followed, (first, last), start)
+        start = with_drive(self.data.axis, followed, (first, last), start)
+        if not away:
+            return start
+        signals = [float(values[first]) for values in self.data.recorded]
+        return moved_start(self.data.axis, start, start.position, signals, away)
 
 
-def quiet_loops(data: FilteredRecord, physical: Array) -> tuple[Simulation, ...]:
-    """The loops of a record without its noise: from its reference, or following its position.
+def recorded_loops(
+    data: FilteredRecord,
+    physical: Array,
+    *,
+    resolution: float = 0.0,
+    away: float = 0.0,
+    position_noise: Array | None = None,
+    disturbance: Array | None = None,
+) -> tuple[Simulation, ...]:
+    """The loops of a record: from its reference, or following its position; see `simulated_loops`.
 
     Raises
     ------
     ModelError, DataError, EstimationError
         As `simulated_loops` and `FollowingLoops` do.
     """
-    if data.record.reference is None:
-        return FollowingLoops.of(data).simulated(physical)
-    return simulated_loops(data.axis, data.record, physical)
+    simulated = (
+        FollowingLoops.of(data).simulated
+        if data.record.reference is None
+        else partial(simulated_loops, data.axis, data.record)
+    )
+    return simulated(
+        physical,
+        resolution=resolution,
+        away=away,
+        position_noise=position_noise,
+        disturbance=disturbance,
+    )
 
 
-def answer_to_noise(data: FilteredRecord) -> Array:
+def is_measured_by_law(data: FilteredRecord) -> bool:
+    """Whether the law measured the recorded position, noise and all; so where none can be asked.
+
+    A log that tells its answer early, late or with another factor tells it all the same.
+    """
+    try:
+        control, answer = _control(data), _answer_to_noise(data)
+    except (ModelError, DataError):
+        return True
+    lags = range(-_LATEST, _LATEST + 1)
+    return any(abs(_share(np.roll(control, lag), answer)) > _MOSTLY for lag in lags)
+
+
+def _answer_to_noise(data: FilteredRecord) -> Array:
     """What the law makes of what the filter takes off the recorded position, (N,).
 
     Raises

@@ -220,7 +220,7 @@ class _Checks:
         )
 
     def _p_value(self, column: int) -> float:
-        value = self.estimate.physical[column]
+        value = self.estimate.corrected[column]
         deviation = float(np.sqrt(self.estimate.covariances["hac"][column, column]))
         freedom = float(self.estimate.freedom["hac"][column])
         return float(2 * stdtr(freedom, -abs(value) / deviation)) if deviation else 0.0

@@ -4,7 +4,7 @@ An equation's error on rows that are held out says nothing between cut-offs, eac
 what it is held against: noise that biases the parameters makes the rows no harder to explain. The
 position is the same for all. So the parameters of each half move the axis under the recorded
 control, in windows that each start where the record is, through the other half. What is known of
-the filter's bias is taken off them.
+the bias of filter and noise is taken off them.
 """
 
 import math

@@ -60,7 +60,7 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     if strong:
         best = min(strong, key=lambda result: _vagueness(_errors(result["idm-iv"])))
         return best.prefilter.cutoff, (
-            "where the deviations of the instruments and the prefilter's own bias are smallest; "
+            "where the deviations of the instruments and its bias are smallest; "
             "noise biases least squares at every cut-off, so believe the instruments"
         )
     return _steadiest(results)
@@ -73,12 +73,12 @@ def _most_precise(agreeing: Sequence[Identification]) -> tuple[float, str]:
     if not unbiased:
         return best.prefilter.cutoff, (
             "where the deviations are smallest among the cut-offs at which least squares and "
-            "instruments agree; the prefilter's own bias exceeds a deviation at all of them"
+            "instruments agree; the bias of filter and noise exceeds a deviation at all of them"
         )
     return (
         best.prefilter.cutoff,
         "where the deviations are smallest among the cut-offs at which least squares and "
-        "instruments agree and the prefilter's own bias is below a deviation",
+        "instruments agree and the bias of filter and noise is below a deviation",
     )
 
 

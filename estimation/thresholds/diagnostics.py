@@ -226,12 +226,6 @@ MAX_DELAY_DEVIATION = Threshold(
     "chosen",
 )
 
-MIN_JITTER = Threshold(
-    0.01,
-    "periods",
-    "root mean square of what parts the samples from even times, from which its effect is told",
-    "chosen",
-)
 
 # Instruments
 
@@ -365,13 +359,7 @@ NEGLIGIBLE_SIZE = Threshold(
 MAX_FILTER_BIAS = Threshold(
     1.0,
     "deviations",
-    "the filter's own bias of a parameter",
-    "chosen",
-)
-NEGLIGIBLE_FILTER_BIAS = Threshold(
-    0.01,
-    "1",
-    "the same as a share of the value, up to which it is no more than a note",
+    "the bias of filter and noise of a parameter",
     "chosen",
 )
 MAX_CLOSE_SIMULATION_ERROR = Threshold(

@@ -75,29 +75,9 @@ INTERVAL_LEVEL = Threshold(
 MIN_PRINTED_FILTER_BIAS = Threshold(
     0.5,
     "deviations",
-    "the filter's own bias of a parameter from which the value without it is printed, and found "
+    "its bias of a parameter from which the value without it is printed, and found "
     "again where the correction leads",
     "chosen",
-)
-SETTLED_FILTER_BIAS = Threshold(
-    0.1,
-    "deviations",
-    "change of that bias, found again, up to which it has settled",
-    "chosen: a hundredth of the variance",
-)
-MAX_FILTER_HOP = Threshold(
-    1.0,
-    "deviations",
-    "change of that bias, found again, up to which it hops about one value where it shrinks no "
-    "more: the mean of the last two is taken then",
-    "measured: with friction of 90 N, 0.1 to 0.6, as reversals fall between other samples",
-)
-MIN_FILTER_SHARE = Threshold(
-    0.5,
-    "1",
-    "share of the filter's own residuals that a record's have, below which its bias is not that of "
-    "the filter alone",
-    "derived: below a half, taking them off adds to the residuals' power",
 )
 MAX_CURVATURE = Threshold(
     0.1,

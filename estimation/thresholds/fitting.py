@@ -133,10 +133,10 @@ SCORES_ALIKE = Threshold(
     "it 0.6 to 1.0; twins have the rest",
 )
 MIN_MOVED_BY_NOISE = Threshold(
-    0.2,
+    1.0,
     "deviations",
-    "move of a parameter by the square of the noise in the loop, from which it is taken off",
-    "chosen: an interval of 95 % still holds in 94.6 % with less",
+    "move of a parameter by noise in the loop, which is taken off, from which it is said",
+    "chosen: a bias that is as large as its interval is wide is worth a note",
 )
 MIN_MOVED_BY_START = Threshold(
     1.0,
@@ -144,20 +144,6 @@ MIN_MOVED_BY_START = Threshold(
     "move of a parameter by the start of a loop, were that free with it, from which it is said and "
     "counts in the deviations",
     "measured: of twins cut 0.1 s long from a move 80 % of intervals hold without, 100 % with",
-)
-MIN_WIDENED_BY_FEW = Threshold(
-    1.5,
-    "deviations",
-    "scatter that four simulated loops with the record's noise have of a parameter, from which "
-    "more are asked",
-    "chosen: 6 % of deviations that are right ask for them, and are none the wider for it",
-)
-MIN_WIDENED_BY_NOISE = Threshold(
-    1.3,
-    "deviations",
-    "scatter that 48 simulated loops with the record's noise have of a parameter, from which their "
-    "deviations count",
-    "chosen: 0.2 % of deviations that are right scatter as much",
 )
 FEWEST_TWINS = Threshold(
     16.0,

@@ -66,12 +66,6 @@ MAX_CHANCE_DEVIATION = Threshold(
     "cases; drawn",
     "derived: the two-sided 5 % quantile of the normal distribution",
 )
-MIN_STEPS_SHIFT = Threshold(
-    0.2,
-    "deviations",
-    "what a loop with the encoder's steps moves a parameter by, from which they are reckoned with",
-    "chosen: what scatters by less adds a fiftieth to a deviation",
-)
 LEAST_MEASURED_NOISE = Threshold(
     0.8,
     "1",
@@ -99,11 +93,4 @@ MAX_CONTROL_STEPS = Threshold(
     "matter",
     "chosen: half a step is then 0.05 % of the range; measured on a quiet axis, 64 steps moved a "
     "viscous friction by 2.3 %, four deviations, 256 by a quarter of one",
-)
-MIN_STEPS_SCATTER = Threshold(
-    2.0,
-    "1",
-    "variance that a control's steps give an estimate, by what its rows show of it, from which the "
-    "rest is added",
-    "derived: ten loops exceed it by chance in 3 % of cases",
 )

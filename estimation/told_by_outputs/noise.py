@@ -23,23 +23,19 @@ def noise_left(predictions: Predictions, physical: Array, left: Left) -> tuple[f
         The estimate.
     left : Left
     """
-    twins = None
-    if left.twins is None:
+    twins = left.twins
+    if twins is None:
         with np.errstate(all="ignore"):
             noise = predictions.by_noise(physical, _TWINS, np.random.default_rng(_SEED))
-        twins = whole_lanes(noise)
+        twins = left.weights[:, None] * whole_lanes(noise)
     models, found = left.autoregressions(left.errors), []
     for model, spans in zip(models, left.spans, strict=True):
         for place, variance in enumerate(model.innovations):
             rows = record_rows(spans, place, left.outputs)
             used = left.counted[rows]
             weight = float(left.weights[rows][used].max(initial=0.0)) or 1.0
-            own = [np.sqrt(max(variance, 0.0)) / weight]
-            if twins is not None and twins.shape[1]:
-                own.append(_size(twins[rows][used]))
-            if left.twins is not None:
-                own.append(_size(left.twins[rows][used]) / weight)
-            found.append(float(max(own)))
+            own = np.sqrt(max(variance, 0.0)), _size(twins[rows][used])
+            found.append(float(max(own)) / weight)
     return tuple(found)
 
 

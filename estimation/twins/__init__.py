@@ -8,6 +8,7 @@ from .calibration import Calibration as Calibration
 from .calibration import calibrated as calibrated
 from .chain import Chain as Chain
 from .measured_chain import measured_chain as measured_chain
+from .twins import DEFAULT_COUNT as DEFAULT_COUNT
 from .twins import Twins as Twins
 from .twins import check_count as check_count
 from .twins import twins_of as twins_of

@@ -11,6 +11,7 @@ from axisid.support.arrays import Array
 
 from .twins import Twins
 
+_ROUNDING = 1e-9  # of a parameter: what simulated loops that reverse make of the last digit
 _LEVEL = 0.975  # of the interval whose width twins and record are to have alike
 
 
@@ -26,6 +27,8 @@ class Calibration:
         What deviations are to be multiplied by.
     own_scale : (k,) array
         The same of the regression's own parameters.
+    residuals : (n,) array
+        What the estimator leaves of the twins in the mean.
     count : int
         How many twins tell it.
     """
@@ -33,6 +36,7 @@ class Calibration:
     bias: Array
     scale: Array
     own_scale: Array
+    residuals: Array
     count: int
 
 
@@ -68,26 +72,40 @@ def calibrated(
     """
     solved = twins.solutions(form, solver)
     count = len(solved)
-    if 2 * count < twins.count:
+    if not 0 < twins.count <= 2 * count:
         return None
     jacobian = form.physical(solution.theta)[1]
-    # As many are a sample: its spread is Student's, and its mean is not known exactly.
-    wider = stdtrit(count - 1.0, _LEVEL) / stdtrit(freedom, _LEVEL) * np.sqrt(1 + 1 / count)
-    spreads = [covariance.matrix(each) for each in solved]
     own = np.array([each.theta for each in solved]) - form.regressed(twins.at)
     off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
-    mapped = [delta_method(each, jacobian) for each in spreads]
-    of_fewest = np.where(jacobian != 0, wider, np.inf).min(axis=1)
+    scale, own_scale = np.ones(off.shape[1]), np.ones(own.shape[1])
+    if count > 1:
+        # As many pairs of opposite ones are a sample, whose spread is Student's.
+        wider = stdtrit(max(count // 2, 1), _LEVEL) / stdtrit(freedom, _LEVEL)
+        spreads = [covariance.matrix(each) for each in solved]
+        mapped = [delta_method(each, jacobian) for each in spreads]
+        scale = np.where(jacobian != 0, wider, np.inf).min(axis=1) * _pivot(off, mapped)
+        own_scale = wider * _pivot(own, spreads)
+        shown = covariance.matrix(solution)
+        scale = np.maximum(scale, _rounded(twins.at, delta_method(shown, jacobian)))
+        own_scale = np.maximum(own_scale, _rounded(form.regressed(twins.at), shown))
     return Calibration(
         bias=off.mean(axis=0),
-        scale=of_fewest * _pivot(off, mapped),
-        own_scale=wider * _pivot(own, spreads),
+        scale=scale,
+        own_scale=own_scale,
+        residuals=np.mean([each.residuals for each in solved], axis=0),
         count=count,
     )
 
 
+def _rounded(values: Array, covariance: Array) -> Array:
+    """What deviations are to be multiplied by so that they are no less than rounding of a loop."""
+    own = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return np.divide(_ROUNDING * np.abs(values), own, out=np.zeros_like(own), where=own > 0)
+
+
 def _pivot(off: Array, covariances: list[Array]) -> Array:
-    """Deviation of what twins are off by, in their own deviations."""
+    """Deviation of what twins are off by beside their bias, in their own deviations."""
+    off = off - off.mean(axis=0)
     own = np.sqrt(np.maximum([np.diag(each) for each in covariances], 0.0))
     apart = np.divide(off, own, out=np.zeros_like(off), where=own > 0)
     return np.asarray(np.std(apart, axis=0, ddof=1))

@@ -17,6 +17,28 @@ _RUN_IN = (
 )
 
 
+@dataclass(frozen=True, slots=True)
+class Draws:
+    """Random numbers, or their opposite.
+
+    Attributes
+    ----------
+    rng : numpy.random.Generator
+    sign : float
+    """
+
+    rng: np.random.Generator
+    sign: float = 1.0
+
+    def normal(self, size: int) -> Array:
+        """Standard normal, (size,)."""
+        return self.sign * self.rng.standard_normal(size)
+
+    def of_a_step(self) -> float:
+        """Uniform, where a step begins as a share of one."""
+        return self.sign * float(self.rng.uniform(-0.5, 0.5))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chain:
     """The noise of one record, SI.
@@ -24,13 +46,18 @@ class Chain:
     Attributes
     ----------
     position_step : float
-        Of the encoder, in the loop; 0 for none.
+        Of the encoder; 0 for none.
     control_step : float
         Of the logged control, or force where that is logged, beside the loop; 0 for none.
     position : float
-        Deviation of white noise of the measured position, in the loop.
+        Deviation of white noise of the measured position.
+    velocity_step, velocity, acceleration : float
+        Steps, and deviations of white noise, of a measured velocity and acceleration, beside the
+        loop.
     jitter : float
-        Deviation of the instants at which the loop is sampled, s: white.
+        Deviation of the instants at which the position is sampled, s: white.
+    is_measured_by_law : bool
+        Whether the law has the steps, noise and jitter of the position, or the log alone.
     disturbances : tuple of (float, float)
         Correlation time, s, and deviation, in the drive's unit, of what acts beside the control:
         independent first-order autoregressions.
@@ -39,13 +66,22 @@ class Chain:
     position_step: float = 0.0
     control_step: float = 0.0
     position: float = 0.0
+    velocity_step: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
     jitter: float = 0.0
+    is_measured_by_law: bool = True
     disturbances: tuple[tuple[float, float], ...] = ()
 
     @property
     def is_silent(self) -> bool:
         """Whether a twin with it would be the loop without noise."""
-        return self == Chain()
+        return self == Chain(is_measured_by_law=self.is_measured_by_law)
+
+    @property
+    def is_uneven(self) -> bool:
+        """Whether noise of the position is of no one colour: steps, or in proportion to speed."""
+        return self.position_step > 0 or self.jitter > 0
 
     def told(self, axis: Axis) -> str:
         """In words, as the noise of an axis's record."""
@@ -55,6 +91,9 @@ class Chain:
             for value, of, what in (
                 (self.position_step, unit, "steps of the position"),
                 (self.position, unit, "white noise of the position"),
+                (self.velocity_step, f"{unit}/s", "steps of the velocity"),
+                (self.velocity, f"{unit}/s", "white noise of the velocity"),
+                (self.acceleration, f"{unit}/s^2", "white noise of the acceleration"),
                 (self.jitter, "s", "jitter of the sampling"),
                 (self.control_step, "SI", "steps of the recorded control or force"),
             )
@@ -65,17 +104,18 @@ class Chain:
             + (f" over {time:g} s" if time else ", white")
             for time, sd in self.disturbances
         ]
-        return ", ".join(parts) or "no noise"
+        told = ", ".join(parts) or "no noise"
+        return told if self.is_measured_by_law else f"{told}; the law measures another position"
 
-    def drawn_position(self, rng: np.random.Generator, samples: int) -> Array:
+    def drawn_position(self, rng: Draws, samples: int) -> Array:
         """White noise of the position, (N,)."""
-        return self.position * rng.standard_normal(samples)
+        return self.position * rng.normal(samples)
 
-    def drawn_disturbance(self, rng: np.random.Generator, samples: int, period: float) -> Array:
+    def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
         """What acts beside the control, (N,), in the drive's unit."""
         longest = max((time for time, _ in self.disturbances), default=0.0)
         m = next_fast_len(samples + int(np.ceil(_RUN_IN * longest / period)), real=True)
-        noise = np.fft.rfft(rng.standard_normal(m))
+        noise = np.fft.rfft(rng.normal(m))
         return np.fft.irfft(noise * _response(self.disturbances, period, m), m)[:samples]
 
 

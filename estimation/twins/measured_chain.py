@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.problems import ControlSteps, loop_record
-from axisid.estimation.regression import InverseForm, sensor_steps
+from axisid.estimation.records import Record
+from axisid.estimation.regression import InverseForm, is_measured_by_law, sensor_steps
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
 
 from .chain import CORRELATION_TIMES, Chain, spectrum
 from .twins import twins_of
@@ -21,6 +23,7 @@ _BANDS = 22
 _CLASSES = 8  # of speed
 #: Squares of second differences for one power: of one degree of freedom, and of their neighbours'.
 _CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
+_SURELY = 6.0  # of a logarithm of likelihood: by chance one in 2000
 _ROUNDS = 400  # of the likelihood's multiplicative updates
 _LEAST = 1e-12  # of the largest power: rounding
 _SMALLEST = 1e-3  # of a band's power
@@ -54,12 +57,22 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     Returns
     -------
     Chain
+
+    Raises
+    ------
+    EstimationError
+        There are too few rows.
     """
     quiet = loop_record(data, loops, measured=False)
     steps = ControlSteps.of(data.record)
+    sensors = sensor_steps(data.axis, data.record)
     chain = Chain(
-        position_step=sensor_steps(data.axis, data.record).position,
+        position_step=sensors.position,
+        velocity_step=sensors.velocity,
+        velocity=0.0 if sensors.velocity else _white(data.record, quiet.record, "velocity"),
+        acceleration=_white(data.record, quiet.record, "acceleration"),
         control_step=0.0 if data.axis.axis.drive.quantisation else steps.size,
+        is_measured_by_law=is_measured_by_law(data),
     )
     position, jitter = _position_noise(data, quiet, physical, chain)
     chain = replace(chain, position=position, jitter=jitter)
@@ -68,9 +81,15 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     # Near turns of either the equation has errors that are no noise of a given colour.
     moving = data.also_turning_as(quiet.record.position)
     rows = _RowBands.of(moving, quiet)
-    left = _residuals(data, physical, moving)
+    if rows is None:
+        raise EstimationError("its rows are too few to tell their noise.", code="noise-of-few-rows")
+    by_filter = _residuals(quiet, physical, moving)
+    left = _residuals(data, physical, moving) - by_filter
     found = rows.power(left)
-    twins = [_residuals(twin, physical, moving) for twin in twins_of(data, physical, chain, _TWINS)]
+    twins = [
+        _residuals(twin, physical, moving) - by_filter
+        for twin in twins_of(data, physical, chain, _TWINS)
+    ]
     known = rows.power(np.column_stack(twins)) if twins else np.zeros_like(found)
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
     units = rows.power_of_disturbances(moving, times)
@@ -157,11 +176,21 @@ def _position_noise(
     both = likeliest_variances(*seen)
     alone = likeliest_variances(seen[0], units[:1], known, counts)
     without = np.append(alone, 0.0)
-    # By Akaike's criterion: noise of a little jitter is mostly noise in how it is measured.
-    likelier = _likelihood(both, *seen) > _likelihood(without, *seen) + 1
+    # A little jitter is mostly noise in how it is measured, and biases estimates.
+    likelier = _likelihood(both, *seen) > _likelihood(without, *seen) + _SURELY
     position, jitter = map(float, np.sqrt(both if likelier else without))
     rounding = _ROUNDING * float(np.abs(data.record.position).max())
-    return position * (position > rounding), jitter
+    fast = float(speed.max())
+    return position * (position > rounding), jitter * (jitter * fast > rounding)
+
+
+def _white(record: Record, quiet: Record, role: str) -> float:
+    """Deviation of white noise of a measured role, by its second differences; 0 if not measured."""
+    if getattr(record, role) is None:
+        return 0.0
+    apart = getattr(record, role) - getattr(quiet, role)
+    second = np.concatenate([np.diff(apart[a:b], 2) for a, b in record.spans])
+    return float(np.sqrt(np.mean(second**2) / 6)) if len(second) else 0.0
 
 
 def _residuals(record: FilteredRecord, physical: Array, data: FilteredRecord) -> Array:
@@ -196,12 +225,14 @@ class _RowBands:
     counts: Array
 
     @classmethod
-    def of(cls, data: FilteredRecord, quiet: FilteredRecord) -> "_RowBands":
-        """Of a record, with the columns of its loop."""
+    def of(cls, data: FilteredRecord, quiet: FilteredRecord) -> "_RowBands | None":
+        """Of a record, with the columns of its loop; None of too few rows for a band."""
         every = data.prefilter.decimate
         numbers = np.round(data.row_numbers).astype(np.int64)
-        places = (numbers - numbers[0]) // every
-        count = int(places[-1]) + 1
+        places = (numbers - numbers[:1]) // every
+        count = int(places.max(initial=0)) + 1
+        if _HIGHEST * count / 2 < _BANDS:
+            return None
         bands = np.unique(np.geomspace(1.0, _HIGHEST * count / 2, _BANDS + 1).astype(np.int64))
         rows = cls(
             places=places,
@@ -255,11 +286,14 @@ class _RowBands:
 
 
 def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
-    """Orthonormal columns of the model, each also times what may change it, (n, r)."""
+    """Orthonormal columns of the model and what it may lack, with what changes each, (n, r)."""
     signals = quiet.signals
-    columns = InverseForm(data.axis).equations(signals).regressor
     time = np.linspace(-1.0, 1.0, len(data))
     speed = np.abs(signals.velocity)
+    lacking = [np.ones_like(time), signals.position, signals.velocity, signals.direction]
+    lacking += [np.abs(signals.force), np.gradient(signals.force)]
+    declared = InverseForm(data.axis).equations(signals).regressor
+    columns = np.column_stack([declared, *lacking])
     changing = [np.ones_like(time), time, np.sign(time), signals.position, speed, signals.direction]
     most = len(data.row_numbers) // (_ROWS_A_COLUMN * columns.shape[1])
     changing = changing[: max(most, 1)]

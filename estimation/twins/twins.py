@@ -1,6 +1,6 @@
 """Twins: the loops of records at parameters, once more with noise, and estimates of them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from zlib import crc32
@@ -9,15 +9,18 @@ import numpy as np
 
 from axisid.estimation.problems import ControlSteps, Problem, Solver, loop_record
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Equations, Form, Solution, simulated_loops
+from axisid.estimation.regression import Equations, Form, Solution, recorded_loops
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.simulation import Simulation
+from axisid.estimation.simulation import Simulation, measured_positions
 from axisid.support.arrays import Array, in_few_digits
 from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
-from .chain import Chain
+from .chain import Chain, Draws
+
+#: Enough for intervals.
+DEFAULT_COUNT = 32
 
 _FEWEST, _MOST = 8, 100_000  # but for none
 
@@ -48,11 +51,14 @@ class Twins:
     form : Form
         In which the parameters are the problem's.
     at : (p,) array
-        Physical parameters of their loops.
+        Physical parameters of their loops, to as many digits as these are simulated with.
     chains : tuple of Chain
         One for each record.
     count : int
-        How many are drawn: one whose loop cannot be simulated is left out.
+        How many are drawn: one whose loop cannot be simulated is left out. Without noise all are
+        alike, and one is.
+    kinds : tuple of type of Form
+        Linear forms whose rows are made of each twin together.
     """
 
     problem: Problem
@@ -60,11 +66,17 @@ class Twins:
     at: Array
     chains: tuple[Chain, ...]
     count: int
+    kinds: tuple[type[Form], ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "at", in_few_digits(self.at))
+        if all(each.is_silent for each in self.chains):
+            object.__setattr__(self, "count", 1)
 
     def solutions(self, form: Form, solver: Solver) -> list[Solution]:
         """What a solver makes of each: one step from an estimate, with its own instruments."""
         found = []
-        for rows in self._rows(form):
+        for rows in self.rows(form):
             try:
                 solution = solver(form, rows)
             except EstimationError:
@@ -73,11 +85,16 @@ class Twins:
                 found.append(replace(solution, neighbours=self.problem.neighbours))
         return found
 
-    def _rows(self, form: Form) -> list[Equations]:
+    def rows(self, form: Form) -> Iterable[Equations]:
+        """Their rows, one after the other."""
         if not form.is_linear:
-            return list(self._drawn(form))
+            return (rows for (rows,) in self._drawn([form]))
         if type(form) not in self._linear:
-            self._linear[type(form)] = list(self._drawn(form))
+            others = [kind for kind in self.kinds if kind is not type(form)]
+            forms = [form, *(self.problem.form(kind) for kind in others)]
+            made = list(self._drawn(forms))
+            for place, each in enumerate(forms):
+                self._linear[type(each)] = [rows[place] for rows in made]
         return self._linear[type(form)]
 
     @cached_property
@@ -85,23 +102,28 @@ class Twins:
         """Rows by form, which are the same wherever they are asked for if the axis is linear."""
         return {}
 
-    def _drawn(self, form: Form) -> Iterator[Equations]:
+    def _drawn(self, forms: Sequence[Form]) -> Iterator[list[Equations]]:
         data = self.problem.data
         own = [self.form.own(self.at, place) for place in range(len(data))]
         for run in range(self.count):
             try:
                 twins = [
-                    twin_of(each, theta, chain, _generator(each.record, run))
+                    twin_of(each, theta, chain, _draws(each.record, run)).signals
                     for each, theta, chain in zip(data, own, self.chains, strict=True)
                 ]
-                yield self.problem.reduced(form, [twin.signals for twin in twins])
+                yield [self.problem.reduced(form, twins) for form in forms]
             except (DataError, EstimationError):
                 continue
 
 
-def _generator(record: Record, run: int) -> np.random.Generator:
-    """Random numbers of a record's own digits: its twins are the same in whatever company."""
-    return np.random.default_rng((crc32(np.ascontiguousarray(record.position).tobytes()), run))
+def _draws(record: Record, run: int) -> Draws:
+    """Random numbers of a record's own digits: its twins are the same in whatever company.
+
+    Every other twin has the opposite of those of the one before: what is a straight line of the
+    noise cancels in the mean of the two, so that few tell a bias.
+    """
+    seed = crc32(np.ascontiguousarray(record.position).tobytes())
+    return Draws(np.random.default_rng((seed, run // 2)), -1.0 if run % 2 else 1.0)
 
 
 def twins_of(
@@ -111,15 +133,13 @@ def twins_of(
     made = []
     for run in range(0 if chain.is_silent else count):
         try:
-            made.append(twin_of(data, physical, chain, _generator(data.record, run)))
+            made.append(twin_of(data, physical, chain, _draws(data.record, run)))
         except (DataError, EstimationError):
             continue
     return made
 
 
-def twin_of(
-    data: FilteredRecord, physical: Array, chain: Chain, rng: np.random.Generator
-) -> FilteredRecord:
+def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> FilteredRecord:
     """A record as its loop would have been logged with the noise of a chain, under its filter.
 
     What disturbs the motion is neither in the control that is logged nor in a logged force.
@@ -130,7 +150,7 @@ def twin_of(
     physical : (p,) array
         Of its axis.
     chain : Chain
-    rng : numpy.random.Generator
+    rng : Draws
 
     Raises
     ------
@@ -138,16 +158,17 @@ def twin_of(
         Its loop cannot be simulated.
     """
     record, samples = data.record, len(data.record)
-    away = chain.position_step * rng.uniform(-0.5, 0.5)
+    away = chain.position_step * rng.of_a_step()
     noise = chain.drawn_position(rng, samples) + away
     disturbance = chain.drawn_disturbance(rng, samples, record.period)
     if chain.jitter:
-        late = chain.jitter * rng.standard_normal(samples + 1)
+        late = chain.jitter * rng.normal(samples + 1)
         noise += data.motion[1] * late[:-1]
-        # Each control is held for longer or shorter than a period.
-        loops = _noisy_loops(data, physical, chain, noise, away, disturbance)
-        control = np.concatenate([loop.control for loop in loops]) - disturbance
-        disturbance = disturbance + control * np.diff(late) / record.period
+        if chain.is_measured_by_law:
+            # Each control is held for longer or shorter than a period.
+            loops = _noisy_loops(data, physical, chain, noise, away, disturbance)
+            control = np.concatenate([loop.control for loop in loops]) - disturbance
+            disturbance = disturbance + control * np.diff(late) / record.period
     loops = _noisy_loops(data, physical, chain, noise, away, disturbance)
     control = np.concatenate([loop.control for loop in loops]) - disturbance
     disturbed, alone = (
@@ -156,16 +177,39 @@ def twin_of(
     )
     logged = [
         replace(
-            loop.as_measured(-away),
+            _as_logged(loop, chain, noise[a:b], away),
             control=control[a:b],
             force=loop.force - (disturbed - alone)[a:b],
         )
         for loop, (a, b) in zip(loops, record.spans, strict=True)
     ]
-    twin = loop_record(data, logged, measured=False)
+    twin = _as_sensed(loop_record(data, logged, measured=False), chain, rng)
     if not chain.control_step:
         return twin
-    return ControlSteps.role_of(record, chain.control_step).rounded(twin, rng.uniform(-0.5, 0.5))
+    return ControlSteps.role_of(record, chain.control_step).rounded(twin, rng.of_a_step())
+
+
+def _as_sensed(twin: FilteredRecord, chain: Chain, rng: Draws) -> FilteredRecord:
+    """A twin whose velocity and acceleration are as their sensors have them."""
+    record, columns = twin.record, {}
+    if record.velocity is not None:
+        velocity = record.velocity + chain.velocity * rng.normal(len(record))
+        if step := chain.velocity_step:
+            away = rng.of_a_step()
+            velocity = (np.round(velocity / step + away) - away) * step
+        columns["velocity"] = velocity
+    if record.acceleration is not None:
+        noise = chain.acceleration * rng.normal(len(record))
+        columns["acceleration"] = record.acceleration + noise
+    return replace(twin, record=record.with_motion(columns)) if columns else twin
+
+
+def _as_logged(loop: Simulation, chain: Chain, noise: Array, away: float) -> Simulation:
+    """A loop with the positions of the log."""
+    if chain.is_measured_by_law:
+        return loop.as_measured(-away)
+    measured = measured_positions(loop.position, noise, chain.position_step)
+    return replace(loop, position=measured - away)
 
 
 def _noisy_loops(
@@ -176,9 +220,10 @@ def _noisy_loops(
     away: float,
     disturbance: Array,
 ) -> tuple[Simulation, ...]:
-    return simulated_loops(
-        data.axis,
-        data.record,
+    if not chain.is_measured_by_law:
+        return recorded_loops(data, in_few_digits(physical), disturbance=disturbance)
+    return recorded_loops(
+        data,
         in_few_digits(physical),
         resolution=chain.position_step,
         away=away,

@@ -43,12 +43,10 @@ def test_the_command_is_the_function(
 def test_options_reach_the_fit(run: Run, log: Path) -> None:
     options = ("--output", "position", "--loss", "soft-l1", "--start", "nominal", "--starts", 2)
     options += ("--bound", "Fc=..20", "--bound", "Fv=1..", "--prior", "M=100+-1")
-    options += ("--bootstrap", 8)
     _, out, err = run("fit", "emps2015", log, *options, "--json", "-")
     written = json.loads(out)
     assert [written[n] for n in ("output", "loss", "started")] == ["position", "soft-l1", "nominal"]
     assert len(written["costs"]) == 2
-    assert written["chosen_covariance"] == "bootstrap"
     of = written["parameters"]
     assert of["Fc"]["bounds"] == [0.0, 20.0]
     assert of["Fc"]["at_bound"] == "upper"

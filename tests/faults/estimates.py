@@ -232,7 +232,7 @@ FAULTS: tuple[Fault, ...] = (
         name="rests that are kept",
         make=lambda folder: _rests(folder, "--reversals", "keep"),
         code=0,
-        says=r"Do not believe .*FAIL filter bias: .*--reversals leave-out",
+        says=r"Do not believe .*by no twins",
     ),
 )
 MISUSES: tuple[Misuse, ...] = (

@@ -81,8 +81,6 @@ class LaneEstimates(Exact):
     ----------
     values : (B, p) array
         Physical parameters, SI.
-    filter_bias : (B, p) array
-        See `Value.filter_bias`; NaN where it is not known.
     deviations : mapping of str to (B, p) array
         By name of `COVARIANCES`.
     freedom : mapping of str to (B, p) array
@@ -95,7 +93,6 @@ class LaneEstimates(Exact):
     """
 
     values: Array
-    filter_bias: Array
     deviations: Mapping[str, Array]
     freedom: Mapping[str, Array]
     iterations: NDArray[np.int64]

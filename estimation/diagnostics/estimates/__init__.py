@@ -14,7 +14,6 @@ from .drive_gain import gain_check as gain_check
 from .excitation import Excitation as Excitation
 from .excitation import excitation as excitation
 from .excitation import excitation_of_several as excitation_of_several
-from .filter_bias import filter_bias as filter_bias
 from .forms_apart import forms_apart_check as forms_apart_check
 from .instruments import NO_ENDOGENEITY as NO_ENDOGENEITY
 from .instruments import Endogeneity as Endogeneity

@@ -230,7 +230,7 @@ def fixed_check(estimate: Estimate) -> Check | Missing | None:
         threshold=None,
         p_value=physical.p_value,
         source=f"chi-squared with {physical.dof} degrees of freedom, covariance of the "
-        "estimate and declared deviations, less the filter's own bias; fails below 1 %",
+        "estimate and declared deviations, less the bias of filter and noise; fails below 1 %",
         meaning="the record agrees with them" if good else _contradiction(physical, estimate),
     )
 
@@ -262,4 +262,4 @@ def _deviation(value: Value) -> str:
 def _unknown_bias(estimate: Estimate) -> str:
     if estimate.filter_bias is not None:
         return ""
-    return "; the prefilter's own bias, which could do it too, is not known without a control law"
+    return "; its bias, which could do it too, is not known without a control law"

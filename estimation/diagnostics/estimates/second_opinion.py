@@ -24,7 +24,7 @@ def second_opinion_check(
     *,
     law_passed: bool | None,
 ) -> Check | Missing | None:
-    """Whether instruments without the filter's bias and DIDIM are one estimate but for chance.
+    """Whether instruments without its bias and DIDIM are one estimate but for chance.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def second_opinion_check(
         figure=worst.shift,
         threshold=MAX_UNSEEN_BIAS.value,
         p_value=worst.joint_p_value,
-        source="largest difference of idm-iv, less the filter's own bias, and didim, in deviations "
+        source="largest difference of idm-iv, less its bias, and didim, in deviations "
         "of didim; counts where a HAC test of all differences at once (Hotelling, the p-value) "
         "rejects at 1 %; a note up to 1 % of the value, where the 95 % interval of either allows "
         "for it, as an encoder's steps widen them, and where idm-iv is much the vaguer",

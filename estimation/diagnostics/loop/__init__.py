@@ -20,4 +20,3 @@ from .measured_motion import compared_motion as compared_motion
 from .measured_motion import compared_motions as compared_motions
 from .measured_motion import motion_check as motion_check
 from .simulation import following as following
-from .uneven_times import uneven_check as uneven_check

@@ -14,5 +14,3 @@ from .unexplained import constant_check as constant_check
 from .unexplained import lack_of_fit_check as lack_of_fit_check
 from .unexplained import ripple_check as ripple_check
 from .unexplained import terms_check as terms_check
-from .without_noise import loop_without_noise as loop_without_noise
-from .without_noise import tests_of_residuals as tests_of_residuals

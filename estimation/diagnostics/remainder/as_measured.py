@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Estimate, solver_of
-from axisid.estimation.problems import Problem, rows_as_measured
-from axisid.estimation.regression import Equations, Solution, residual_tests
+from axisid.estimation.problems import Problem
+from axisid.estimation.regression import residual_tests
 from axisid.estimation.thresholds.diagnostics import LARGE_SAMPLE
+from axisid.estimation.twins import Twins
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
-from .without_noise import loop_without_noise
+_TWINS = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,28 +101,21 @@ def is_apart(away: NDArray[np.bool_] | None) -> bool:
 
 
 def _left_as_measured(problem: Problem, estimate: Estimate) -> Iterator[LeftAsMeasured]:
-    """Residuals of loops with the record's noise or steps, left by the same estimator.
-
-    What cannot be simulated so is held against nothing.
-    """
-    with suppress(AxisidError):
-        solver = solver_of(estimate)
-        for rows in rows_as_measured(estimate.form, problem, estimate.corrected):
-            yield _left(rows, solver(estimate.form, rows), estimate)
-
-
-def _left(rows: Equations, solution: Solution, estimate: Estimate) -> LeftAsMeasured:
-    weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
-    residuals, regressor = solution.residuals / weights, (rows.regressor.T / weights).T
-    quiet, noiseless = estimate.noise_free, loop_without_noise(estimate)
-    if noiseless is not None:
-        theta = estimate.form.regressed(estimate.corrected)
-        by_filter = noiseless.residuals + noiseless.regressor @ (noiseless.theta - theta)
-        net = residuals + regressor @ (solution.theta - theta) - by_filter
-        return LeftAsMeasured(residuals=residuals, net=net, columns=noiseless.regressor)
-    known = quiet is not None and not quiet.doubt
-    net = residuals - quiet.residuals if quiet is not None and known else residuals
-    columns = estimate.loop_rows
-    return LeftAsMeasured(
-        residuals=residuals, net=net, columns=regressor if columns is None else columns
-    )
+    """Residuals of twins, left by the same estimator; none without."""
+    chains = estimate.inference.chains
+    if not chains:
+        return
+    form, weights = estimate.form, problem.row_weights
+    at = estimate.corrected
+    twins = Twins(problem=problem, form=form, at=at, chains=chains, count=_TWINS)
+    solver, quiet = solver_of(estimate), estimate.noise_free
+    for rows in twins.rows(form):
+        with suppress(AxisidError):
+            by_row = 1.0 if weights is None else weights
+            residuals = solver(form, rows).residuals / by_row
+            columns = estimate.loop_rows
+            yield LeftAsMeasured(
+                residuals=residuals,
+                net=residuals if quiet is None else residuals - quiet.residuals,
+                columns=(rows.regressor.T / by_row).T if columns is None else columns,
+            )

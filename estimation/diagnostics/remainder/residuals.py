@@ -81,7 +81,7 @@ def _by_filter_alone(estimate: Estimate) -> bool:
     residual, the rest shows. A large sample is looked at in any case, of rows with least of it.
     """
     quiet = estimate.noise_free
-    if quiet is None or quiet.doubt or not np.any(quiet.residuals):
+    if quiet is None or not np.any(quiet.residuals):
         return False
     own, net = np.abs(quiet.residuals), estimate.net_residuals
     part = float(np.linalg.norm(net)) / max(float(np.linalg.norm(own)), np.finfo(float).tiny)

@@ -90,8 +90,8 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
         f"Feed-forward of the axis {axis.name}" + (f": {axis.title}." if axis.title else "."),
         f"Parameters by {method.upper()} from {fitted.source}{origin}.",
         f"Generated code {fitted.signature}.",
-        f"Standard deviations and 95 % intervals: {label}. Values contain the prefilter's own "
-        "bias; it is subtracted in the intervals.",
+        f"Standard deviations and 95 % intervals: {label}. Values contain the bias of filter "
+        "and noise; it is subtracted in the intervals.",
         "Give it the motion of the reference, whose velocity at rest is 0.",
     )
     comments = {

@@ -116,7 +116,7 @@ def _declared(parameter: Parameter, v: Value) -> str:
 
 
 def _centred(v: Value) -> str:
-    """What a value is without the filter's bias, where its interval is noticeably about that."""
+    """What a value is without its bias, where its interval is noticeably about that."""
     return f"  # {v.corrected!r} {CORRECTED}" if v.is_shifted else ""
 
 

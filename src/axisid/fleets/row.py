@@ -15,7 +15,7 @@ Status = Literal["ok", "failed", "skipped"]
 class FleetValue(JsonObject, frozen=True, kw_only=True):
     """A parameter of one log."""
 
-    value: Annotated[float, about("Less the filter's own bias, where that is known.")]
+    value: Annotated[float, about("Less the bias of filter and noise, where that is known.")]
     sd: Annotated[float, about("Of the chosen covariance.")]
     interval_95: tuple[float, float]
     unit: str

@@ -41,7 +41,7 @@ class MethodFigures:
     estimated : float
         Share of the twins that it gives an estimate of.
     bias, scatter : (p,) array
-        Mean error and standard deviation of the values without the filter's bias, in percent of the
+        Mean error and standard deviation of the values without its bias, in percent of the
         true ones; NaN of too few estimates.
     held : (p,) array
         Share of the 95 % intervals that hold the truth.

@@ -38,7 +38,7 @@ SHOWN = (*METHODS, CONTROL_FIT)
 _MOST_OBJECTIONS = 3  # that are told of a case
 _WIDEST = 30.0  # % of a bias that a figure shows at first
 _NOTES = """\
-bias, sd: mean error and scatter over the twins of the value without the filter's bias, percent of
+bias, sd: mean error and scatter over the twins of the value without its bias, percent of
 the true value. held: share of the 95 % intervals that hold it. estimates: share of the twins that a
 method gives one of; no error is told of fewer than two. The encoder rounds inside the loop and in
 the record; the motion begins anywhere in a count. The law's velocity is an ideal sensor's. clie:

@@ -31,7 +31,7 @@ class PointValue:
     Attributes
     ----------
     value : float
-        Less the filter's own bias, where that is known.
+        Less the bias of filter and noise, where that is known.
     deviation : float
         Of the chosen covariance, HAC or of coloured errors by default; of a value at its bound what
         the interval to its one side tells.

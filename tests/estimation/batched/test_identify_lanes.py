@@ -9,12 +9,9 @@ import pytest
 from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
-from axisid.estimation.batched import filter_bias, noisy_loops
-from axisid.estimation.batched.noisy_loops import NoisyLoops
 from axisid.estimation.batched.rows import Block
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import trajectory
-from axisid.estimation.thresholds.estimates import MIN_FILTER_SHARE
 
 TRUTH = np.array([100.2, 236.9, 24.8])
 PERIOD = 1e-3
@@ -45,15 +42,11 @@ def lanes(axis: GeneratedAxis) -> RecordLanes:
 
 
 def _agree(found: LaneEstimates, lane: int, alone: Estimate) -> None:
-    sd = np.sqrt(np.diag(alone.covariances["hac"]))
     np.testing.assert_allclose(found.values[lane], alone.physical, rtol=1e-9)
     for name, matrix in alone.covariances.items():
         deviations = np.sqrt(np.diag(matrix))
         np.testing.assert_allclose(found.deviations[name][lane], deviations, rtol=1e-7)
         np.testing.assert_allclose(found.freedom[name][lane], alone.freedom[name], rtol=1e-7)
-    bias = np.full(len(sd), np.nan) if alone.filter_bias is None else alone.filter_bias
-    # Of a loop that is simulated anew: where it reverses it magnifies the last digits.
-    np.testing.assert_allclose(found.filter_bias[lane] / sd, bias / sd, atol=1e-5)
     assert found.iterations[lane] == len(alone.iterates) - 1
 
 
@@ -65,7 +58,8 @@ def test_a_lane_is_what_identify_makes_of_its_record(
     found = identify_lanes(axis, lanes, prefilter=prefilter)
     assert "side by side" in found.how
     lane = found.how.index("side by side")
-    _agree(found, lane, identify(axis, lanes.record(lane), prefilter, ["idm-iv"])["idm-iv"])
+    alone = identify(axis, lanes.record(lane), prefilter, ["idm-iv"], bootstrap=0)
+    _agree(found, lane, alone["idm-iv"])
 
 
 @pytest.mark.parametrize("prefilter", [None, PUBLISHED], ids=["default", "published"])
@@ -108,30 +102,6 @@ def test_a_lane_is_the_same_to_the_last_bit_in_any_company(
     alone = identify_lanes(axis, lanes.part(slice(2, 3)), prefilter=PUBLISHED)
     assert np.array_equal(together.values[2:], alone.values)
     assert np.array_equal(together.deviations["hac"][2:], alone.deviations["hac"])
-    assert np.array_equal(together.filter_bias[2:], alone.filter_bias)
-
-
-def test_lanes_whose_loops_are_asked_with_noise_are_the_same_in_any_company(
-    axis: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """More of them than go together at a time, with reversals left out of each by itself."""
-    # All that is corrected is asked, as if no record had what the filter leaves of quiet loops.
-    monkeypatch.setattr(filter_bias, "MIN_FILTER_SHARE", replace(MIN_FILTER_SHARE, value=np.inf))
-    monkeypatch.setattr(noisy_loops, "_TOGETHER", 2)
-    asked: list[int] = []
-    drawn = NoisyLoops._shaken
-    monkeypatch.setattr(
-        NoisyLoops,
-        "_shaken",
-        lambda self, lane, *rest: asked.append(lane) or drawn(self, lane, *rest),
-    )
-    together = identify_lanes(axis, lanes)
-    assert set(asked) == {0, 1, 2}
-    for lane in range(3):
-        alone = identify_lanes(axis, lanes.part(slice(lane, lane + 1)))
-        for name in ("values", "filter_bias"):
-            assert np.array_equal(getattr(together, name)[lane], getattr(alone, name)[0])
-        assert np.array_equal(together.deviations["hac"][lane], alone.deviations["hac"][0])
 
 
 def test_what_is_not_served_is_identified_alone(axis: GeneratedAxis, lanes: RecordLanes) -> None:
@@ -150,17 +120,14 @@ def test_a_lane_that_cannot_be_identified_is_told_and_the_others_are_not_harmed(
     assert found.how == ("side by side", "failed", "side by side")
     assert "position" in found.errors[1]
     assert np.all(np.isnan(found.values[1]))
-    _agree(found, 2, identify(axis, lanes.record(2), PUBLISHED, ["idm-iv"])["idm-iv"])
+    alone = identify(axis, lanes.record(2), PUBLISHED, ["idm-iv"], bootstrap=0)
+    _agree(found, 2, alone["idm-iv"])
 
 
-def test_lanes_of_other_shapes_and_covariances_that_are_none_are_refused(
-    axis: GeneratedAxis, lanes: RecordLanes
-) -> None:
+def test_lanes_of_other_shapes_are_refused(axis: GeneratedAxis, lanes: RecordLanes) -> None:
     with pytest.raises(UsageError) as shapes:
         replace(lanes, control=lanes.control[:, :2])
-    with pytest.raises(UsageError) as name:
-        identify_lanes(axis, lanes, covariance="hacc")
-    assert (shapes.value.code, name.value.code) == ("lane-shapes", "lane-covariance")
+    assert shapes.value.code == "lane-shapes"
 
 
 def test_lanes_and_their_estimates_can_be_sent_to_another_process(

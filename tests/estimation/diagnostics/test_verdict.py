@@ -34,11 +34,11 @@ def statuses(result: Identification) -> dict[str, str]:
 def test_bias_of_least_squares_is_found_under_the_inappropriate_filter_only(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    fine, coarse = (identify(emps2015, twin, f) for f in (APPROPRIATE, INAPPROPRIATE))
+    fine, coarse = (identify(emps2015, twin, f, bootstrap=0) for f in (APPROPRIATE, INAPPROPRIATE))
     assert statuses(fine)["least squares against instruments"] == "note"
     check = next(c for c in coarse.verdict if c.name == "least squares against instruments")
     assert check.status == "note", "the instruments are judged"
-    assert " M by -46.2 %;" in check.meaning
+    assert " M by -46 %;" in check.meaning
     assert check.figure is not None
     assert check.figure > 20
     for result in (fine, coarse):
@@ -76,7 +76,7 @@ def test_real_record_has_another_viscous_friction_in_each_direction(
     (check,) = (c for c in verdict if c.name == "missing terms")
     assert check.status == "fail"
     assert check.meaning.startswith("viscous friction that differs with the direction, ")
-    assert "-73." in check.meaning
+    assert "-74." in check.meaning
     assert "declare asymmetric_viscous(" in check.meaning
 
 
@@ -94,8 +94,8 @@ def test_delay_is_measured_by_instruments_where_noise_biases_least_squares(
 def test_what_was_not_run_is_not_evaluated(emps2015: GeneratedAxis, twin: Record) -> None:
     only = statuses(identify(emps2015, twin, methods="idm-ls"))
     assert only["instrument strength"] == "not evaluated"
-    # Noise moves it all the same, which instruments found beside it tell.
-    assert only["least squares against instruments"] == "fail"
+    # Noise moves it, which twins tell, and instruments that are found beside it confirm.
+    assert only["least squares against instruments"] == "pass"
     without = statuses(identify(emps2015, replace(twin, reference=None)))
     assert without["control law"] == "not evaluated"
     assert without["simulation"] == "not evaluated"

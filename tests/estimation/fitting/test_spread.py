@@ -1,9 +1,7 @@
 """Deviations of estimates whose errors follow one another."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 import pytest
@@ -13,10 +11,8 @@ from scipy.stats import binom
 from axisid import build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import student_interval
-from axisid.estimation.fitting.basis import NoisyLoops
 from axisid.estimation.fitting.ended import cut_interval
-from axisid.estimation.fitting.spread import Scores, Shaken, shaken_by_noise
-from axisid.estimation.predictions import Predictions
+from axisid.estimation.fitting.spread import Scores
 from axisid.estimation.records import Record
 from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
 from axisid.support.arrays import Array
@@ -45,7 +41,7 @@ def _scores(J: Array, e: Array) -> Scores:
         errors=e,
         curvature=np.ones(len(e)),
         known=nothing,
-        counted=np.ones(len(e), dtype=bool),
+        counts=np.ones(len(e)),
         spans=((rows,),),
         periods=(1e-3,),
     )
@@ -79,7 +75,7 @@ def test_what_was_known_before_counts_as_rows() -> None:
         errors=e,
         curvature=np.ones(100),
         known=np.array([[10.0]]),
-        counted=np.ones(100, dtype=bool),
+        counts=np.ones(100),
         spans=((rows,),),
         periods=(1e-3,),
     )
@@ -142,7 +138,7 @@ def test_masked_errors_are_none(rng: np.random.Generator) -> None:
     scatter = (errors @ J / (J.T @ J)).std()
     claimed, white = [], []
     for e in errors[:10]:
-        scores = replace(_scores(J, e), counted=counted)
+        scores = replace(_scores(J, e), counts=counted.astype(float))
         claimed.append(float(scores.coloured(scores.autoregressions).matrix[0, 0]))
         white.append(float(scores.independent()[0, 0] * (J.T @ J)[0, 0]))
     assert np.sqrt(np.mean(claimed)) == pytest.approx(scatter, rel=0.2)
@@ -180,12 +176,14 @@ def test_an_interval_at_a_bound_is_on_the_side_that_is_allowed(rng: np.random.Ge
         assert cut_interval(0.0, -centre, 1.0, 1) == pytest.approx((-high, 0.0))
 
 
-def test_noise_moves_an_axis_of_linear_friction_by_nothing(
+def test_noise_moves_an_axis_of_linear_friction_by_next_to_nothing(
     emps2015: GeneratedAxis,
 ) -> None:
     found = fit(emps2015, twin_record(emps2015, seed=5))
-    assert found.basis.moved is None
-    np.testing.assert_array_equal(found.physical, found.basis.best.physical)
+    assert found.basis.moved is not None
+    deviations = [value.deviation for value in found.values.values()]
+    # As many twins tell a mean to a sixth of a deviation.
+    assert np.all(np.abs(found.basis.moved) < 0.6 * np.array(deviations))
 
 
 @pytest.mark.slow
@@ -197,7 +195,7 @@ def test_a_parameter_at_any_bound_has_loops_with_noise(
     bounded = tuple(replace(p, upper=23.1) if p.name == "Fc" else p for p in declared)
     found = fit(build(replace(emps2015.axis, parameters=bounded)), twin)
     assert found.at_bound == {"Fc": "upper"}
-    assert "noise in the loop" not in {check.name for check in found.checks}
+    assert not found.basis.why_not_moved
 
 
 @pytest.mark.slow
@@ -213,7 +211,6 @@ def test_what_noise_in_the_loop_moves_falling_friction_by_is_taken_off() -> None
         before.append((found.basis.best.physical - truth) / deviations)
         after.append((found.physical - truth) / deviations)
     told = {check.name: check.status for check in found.checks}
-    assert told["noise in the loop"] == "note"
     assert "fail" not in told.values()
     sizes = [np.sqrt(np.mean(np.square(each))) for each in (before, after)]
     assert sizes[1] < sizes[0]
@@ -258,54 +255,6 @@ def test_what_noise_moves_across_a_bound_is_at_it_and_from_it_is_free() -> None:
     assert np.count_nonzero(freed.basis.best.at_bound) == 1
     assert freed.at_bound == {}
     assert np.all(np.abs(freed.physical - found.physical) < 0.1 * deviations)
-
-
-class _Shaking:
-    """Outputs that noise moves by its square, of which some twins cannot be simulated."""
-
-    measured = np.zeros(200)
-
-    def __init__(self, lost: Sequence[int]) -> None:
-        self._lost = lost
-
-    def by_noise(
-        self, _: Array, count: int, random: np.random.Generator, factor: float = 1.0
-    ) -> Array:
-        noise = factor * random.standard_normal((200, count))
-        found = noise + 0.1 * noise**2
-        found[100:, [k for k in self._lost if k < count and factor > 0]] = np.nan
-        return found
-
-
-def test_pairs_of_loops_with_noise_that_are_left_tell_what_it_moves() -> None:
-    influence, deviations = np.full((1, 200), 1 / 200), np.array([0.05])
-
-    def told(lost: Sequence[int]) -> Shaken | None:
-        shaking = cast("Predictions", _Shaking(lost))
-        return shaken_by_noise(shaking, np.zeros(1), 0, influence, deviations)
-
-    whole, some, few = told(()), told((2, 5)), told(range(140))
-    assert whole is not None
-    assert some is not None
-    assert few is not None
-    assert whole.loops == NoisyLoops(asked=144, lost=0)
-    assert some.loops == NoisyLoops(asked=144, lost=2)
-    assert whole.common is not None
-    assert some.common is not None
-    assert some.twins is not None
-    assert some.twins.shape == (200, 142)
-    assert float(np.mean(some.common)) == pytest.approx(0.1, rel=0.1)
-    assert (few.common, few.twins, few.loops.are_enough) == (None, None, False)
-
-
-def test_loops_with_noise_that_are_lost_are_said(emps2015: GeneratedAxis) -> None:
-    found = fit(emps2015, twin_record(emps2015, seed=5))
-    said = []
-    for loops in (NoisyLoops(asked=48, lost=3), NoisyLoops(asked=48, lost=40)):
-        basis = replace(found.basis, loops=loops)
-        checks = {check.name: check for check in replace(found, basis=basis).checks}
-        said.append(checks["noise in the loop"].status)
-    assert said == ["note", "not evaluated"]
 
 
 @pytest.mark.slow

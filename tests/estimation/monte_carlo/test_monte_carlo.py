@@ -72,10 +72,11 @@ def test_runs_side_by_side_have_the_same_numbers_in_any_blocks() -> None:
 
 
 def test_a_run_is_what_identify_makes_of_its_twin() -> None:
-    made = study(2, "idm-iv")
+    made = study(2, "idm-iv", bootstrap=0)
     (_, record), *_ = twins(made.plan, [1])
     assert isinstance(record, Record)
-    values = [*identify(axis(), record, FILTER, ["idm-iv"])["idm-iv"].parameters.values()]
+    result = identify(axis(), record, FILTER, ["idm-iv"], bootstrap=0)
+    values = [*result["idm-iv"].parameters.values()]
     sd = np.array([value.deviation for value in values])
 
     def near(found: Any, wanted: list[Any], in_deviations: float) -> None:
@@ -86,6 +87,24 @@ def test_a_run_is_what_identify_makes_of_its_twin() -> None:
     near(made.corrected[1], [value.corrected for value in values], 1e-5)
     near(made.intervals("hac")[1], [value.interval for value in values], 1e-5)
     near(made.deviations("iid")[1], [value.sd for value in values], 1e-6)
+
+
+def test_twins_of_the_first_runs_tell_the_bias_and_scale_of_all() -> None:
+    plain, made = study(6, "idm-ls", bootstrap=0), study(6, "idm-ls")
+    bias = made.values - made.corrected
+    assert np.ptp(bias, axis=0) == pytest.approx(0.0, abs=1e-9)
+    assert np.array_equal(made.values, plain.values)
+    assert np.array_equal(plain.values, plain.corrected)
+    scale = made.deviations("hac") / plain.deviations("hac")
+    assert np.ptp(scale, axis=0) == pytest.approx(0.0, abs=1e-9)
+    assert np.array_equal(made.deviations("iid"), plain.deviations("iid"))
+    low, high = np.moveaxis(made.intervals("hac"), -1, 0)
+    assert (low + high) / 2 == pytest.approx(made.corrected, rel=1e-9)
+    (_, record), *_ = twins(made.plan, [0])
+    assert isinstance(record, Record)
+    alone = identify(axis(), record, FILTER, ["idm-ls"])["idm-ls"]
+    deviations = np.sqrt(np.diag(alone.covariance))
+    assert alone.filter_bias == pytest.approx(bias[0], abs=float(deviations.max()))
 
 
 def test_a_twin_is_the_loop_under_its_own_noise() -> None:

@@ -20,7 +20,7 @@ def _reference() -> np.ndarray:
 def _results(axis: GeneratedAxis, machine: Machine, runs: int) -> list[Identification]:
     every = records(machine, _reference(), runs, 5)
     return [
-        identify(axis, read_record(columns, axis), methods=["idm-ls", "idm-iv"])
+        identify(axis, read_record(columns, axis), methods=["idm-ls", "idm-iv"], bootstrap=0)
         for columns in every
     ]
 
@@ -119,7 +119,7 @@ def test_what_noise_moves_within_an_interval_is_a_remark(tmp_path: Path) -> None
     (tmp_path / "screw.toml").write_text(_SCREW)
     axis, remarks = build(load_axis(tmp_path / "screw.toml")), 0
     for seed in range(200, 206):
-        result = identify(axis, twin_record(axis, seed=seed))
+        result = identify(axis, twin_record(axis, seed=seed), bootstrap=0)
         (check,) = (c for c in result.verdict if c.name == "least squares against instruments")
         moved = [b for b in result.diagnosis.noise_biases["idm-ls"].values() if b.moved]
         assert check.status == ("note" if moved else "pass")
@@ -137,8 +137,8 @@ def test_least_squares_alone_is_held_against_instruments(emps2015: GeneratedAxis
         (columns,) = records(machine, _reference(), 1, 5)
         record = read_record(columns, emps2015)
         alone, all_of_it = (
-            identify(emps2015, record, methods=["idm-ls"]),
-            identify(emps2015, record),
+            identify(emps2015, record, methods=["idm-ls"], bootstrap=0),
+            identify(emps2015, record, bootstrap=0),
         )
         found[name] = alone
         ours, theirs = (r.diagnosis.noise_biases["idm-ls"]["M"] for r in (alone, all_of_it))

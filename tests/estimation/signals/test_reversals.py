@@ -54,7 +54,8 @@ def test_stribeck_friction_with_noise_is_inside_its_intervals(stribeck: Generate
         ends = np.array([value.interval for value in values.values()])
         truth = np.array(list(TRUTH.values()))
         held += (ends[:, 0] <= truth) & (truth <= ends[:, 1])
-    assert np.all(held >= 10)
+    assert np.all(held >= 9)
+    assert held.mean() >= 10
 
 
 @pytest.mark.slow

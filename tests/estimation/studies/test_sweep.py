@@ -75,7 +75,7 @@ def test_without_instruments_the_steadiest_cutoff_is_recommended(
     errors = off(result, dict(twin.provenance.truth))
     assert result.recommended is not None
     chosen = errors[result.recommended]
-    assert chosen <= 3 * min(errors.values())
+    assert chosen <= 5 * min(errors.values())
     assert chosen < 1.0 < errors[70.0] + errors[260.0]
     assert "there are no instruments to compare with" in result.recommendation
     assert f"{result.recommended:g} Hz, where" in result.summary()
@@ -111,7 +111,9 @@ def test_instruments_decide_where_noise_biases_least_squares_at_every_cutoff(
 ) -> None:
     result = sweep(emps2015, twin, (150.0, 250.0, 400.0), methods=["idm-ls", "idm-iv"])
     assert result.recommended is not None
-    assert "believe the instruments" in result.reason
+    ls = next(r for r in result.results if r.prefilter.cutoff == result.recommended)["idm-ls"]["M"]
+    assert abs(ls.filter_bias) > 3 * ls.deviation
+    assert abs(ls.corrected - 100.2) < 3 * ls.deviation
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from axisid import load_axis
-from axisid.estimation.twins.chain import CORRELATION_TIMES, Chain, spectrum
+from axisid.estimation.twins.chain import CORRELATION_TIMES, Chain, Draws, spectrum
 
 PERIOD = 1e-3
 
@@ -20,7 +20,7 @@ def test_a_spectrum_is_of_variance_one_and_of_its_correlation(time: float) -> No
 
 def test_a_disturbance_is_the_sum_of_its_autoregressions() -> None:
     chain = Chain(disturbances=((0.0, 2.0), (0.05, 1.0)))
-    rng = np.random.default_rng(1)
+    rng = Draws(np.random.default_rng(1))
     noise = np.array([chain.drawn_disturbance(rng, 4000, PERIOD) for _ in range(40)])
     lag = 20
     assert np.mean(noise**2) == pytest.approx(4.0 + 1.0, rel=0.03)

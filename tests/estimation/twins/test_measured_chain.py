@@ -10,6 +10,7 @@ from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.estimation.methods import METHODS
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.twins import Chain, measured_chain
+from axisid.estimation.twins.chain import Draws
 from axisid.estimation.twins.measured_chain import likeliest_variances
 from axisid.estimation.twins.twins import twin_of
 from axisid.support.arrays import Array
@@ -57,7 +58,7 @@ def test_the_chain_of_a_twin_is_its_chain(chain: Chain, slack: float) -> None:
     axis = build(load_axis("emps2015"))
     (plain,) = identify(axis, twin_record(axis), methods="didim").problem.data
     truth: Array = np.array([100.0, 237.0, 25.0])
-    twin: FilteredRecord = twin_of(plain, truth, chain, np.random.default_rng(3))
+    twin: FilteredRecord = twin_of(plain, truth, chain, Draws(np.random.default_rng(3)))
     found = chain_of(axis, twin.record)
     assert found.position_step == pytest.approx(chain.position_step, rel=1e-6)
     assert found.position == pytest.approx(chain.position, rel=slack, abs=3e-7)

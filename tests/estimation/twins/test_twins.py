@@ -10,6 +10,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.methods import METHODS
 from axisid.estimation.problems import Problem
 from axisid.estimation.twins import Chain, Twins
+from axisid.estimation.twins.chain import Draws
 from axisid.estimation.twins.twins import twin_of, twins_of
 
 TRUTH = np.array([100.2, 236.9, 24.8])
@@ -23,7 +24,7 @@ def problem(emps2015: GeneratedAxis, twin: Record) -> Problem:
 
 def test_a_twin_without_noise_is_the_loop(problem: Problem) -> None:
     (data,) = problem.data
-    silent = twin_of(data, TRUTH, Chain(), np.random.default_rng(0))
+    silent = twin_of(data, TRUTH, Chain(), Draws(np.random.default_rng(0)))
     loops = problem.loops(METHODS["idm-iv"].fit(problem).form, TRUTH)
     np.testing.assert_allclose(silent.record.position, loops[0].position, atol=1e-9)
     assert twins_of(data, TRUTH, Chain(), 3) == []
@@ -36,9 +37,9 @@ def test_what_disturbs_a_twin_is_not_in_its_log_but_in_its_motion(problem: Probl
     rng = np.random.default_rng(5)
     rng.uniform()  # where the encoder stands, which has no steps
     rng.standard_normal(len(data))  # of the position, of no size
-    noise = chain.drawn_disturbance(rng, len(data), data.period)
-    silent = twin_of(data, TRUTH, Chain(), np.random.default_rng(5)).record
-    record = twin_of(data, TRUTH, chain, np.random.default_rng(5)).record
+    noise = chain.drawn_disturbance(Draws(rng), len(data), data.period)
+    silent = twin_of(data, TRUTH, Chain(), Draws(np.random.default_rng(5))).record
+    record = twin_of(data, TRUTH, chain, Draws(np.random.default_rng(5))).record
     assert silent.control is not None
     assert record.control is not None
     # The law answers what it sees: the control opposes what acts beside it, where the axis is slow.
@@ -49,7 +50,7 @@ def test_what_disturbs_a_twin_is_not_in_its_log_but_in_its_motion(problem: Probl
 
 def test_steps_of_an_encoder_are_those_of_the_twin(problem: Problem) -> None:
     (data,) = problem.data
-    record = twin_of(data, TRUTH, Chain(position_step=1e-5), np.random.default_rng(2)).record
+    record = twin_of(data, TRUTH, Chain(position_step=1e-5), Draws(np.random.default_rng(2))).record
     whole = record.position / 1e-5
     np.testing.assert_allclose(whole - np.round(whole - whole[0]) - whole[0], 0.0, atol=1e-6)
 

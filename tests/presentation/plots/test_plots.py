@@ -239,20 +239,6 @@ def test_sweep_marks_what_is_used_and_what_is_recommended(swept: Sweep) -> None:
             assert np.all((s.low < s.y) & (s.y < s.high))
 
 
-def test_least_squares_does_not_set_the_scale_of_a_sweep(swept: Sweep) -> None:
-    ls, iv = sweep_plot(swept).panels[0].series
-    assert (ls.dashed, iv.dashed) == (True, False)
-    assert iv.low is not None
-    assert iv.high is not None
-    first, last = iv.low.min(), iv.high.max()
-    assert ls.low is not None
-    assert ls.low.min() < first - 5 * (last - first)
-    plot = sweep_plot(swept)
-    assert plot.panels[0].span == pytest.approx((first - (last - first), last))
-    assert "instruments" in plot.caption
-    assert draw(plot).get_axes()[0].get_ylim() == plot.panels[0].span
-
-
 def test_every_axis_has_three_ticks_or_more(result: Identification, swept: Sweep) -> None:
     for plot in result_plots(result, swept).values():
         figure = draw(there(plot))

@@ -11,6 +11,7 @@ import click
 
 from axisid.commands.options.completion import complete_axis
 from axisid.commands.options.estimator_options import (
+    bootstrap_option,
     check_estimator,
     covariance_option,
     lags_option,
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
     from axisid.estimation.monte_carlo import MonteCarlo
 
 _RUNS, _CHECKS = 200, 0
-_OF_IDENTIFY = ("--covariance", "--lags", "--start", "--loss")
+_OF_IDENTIFY = ("--covariance", "--lags", "--start", "--loss", "--bootstrap")
 
 
 @click.command(
@@ -90,6 +91,7 @@ _OF_IDENTIFY = ("--covariance", "--lags", "--start", "--loss")
 @lags_option
 @start_option()
 @loss_option
+@bootstrap_option
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
 @click.option(
     "--jobs",
@@ -127,6 +129,7 @@ def study(
     started_at: str,
     loss: str,
     seed: int,
+    bootstrap: int,
     jobs: int,
     no_native: bool,
     output: str | None,
@@ -166,6 +169,7 @@ def study(
             lags=lags,
             start=started_at,
             loss=loss,
+            bootstrap=bootstrap,
             jobs=jobs,
             progress=line,
             keep=outputs.keep,

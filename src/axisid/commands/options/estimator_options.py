@@ -59,10 +59,11 @@ draws_option = click.option(
 bootstrap_option = click.option(
     "--bootstrap",
     type=click.IntRange(0, 100_000),
-    default=0,
+    default=32,
+    show_default=True,
     metavar="N",
     help="Bias and deviations from N simulated twins of the records, with their noise as it is "
-    "measured; 32 are enough.  [default: none]",
+    "measured; 0 for none.",
 )
 start_of_instruments = start_option(
     "Of instruments: least squares where its simulated loop follows the record, or the nominal "

@@ -109,7 +109,7 @@ def _of_filters(result: MonteCarlo) -> str:
     if len(fits) == len(result.plan.methods):
         return _TITLES[PARAMETER]
     where = ", where there is one" if fits else ""
-    return f"{_TITLES[PARAMETER]} without the filter's own bias{where}"
+    return f"{_TITLES[PARAMETER]} without the bias of filter and noise{where}"
 
 
 def _estimands(result: MonteCarlo, figures: Iterable[EstimandFigures], title: str) -> Table:

@@ -284,7 +284,7 @@ def _bounds(curves: Sequence[Series]) -> tuple[float, float]:
 def _swept(sweep: Sweep, *, cut: bool) -> str:
     """What to see in a figure of a sweep."""
     sentences = [
-        "Less the filter's own bias, with 95 % intervals.",
+        "Less the bias of filter and noise, with 95 % intervals.",
         "Least squares drifts where noise begins to bias it, instruments stay.",
     ]
     if cut:

@@ -215,9 +215,8 @@ def _notes(result: Identification, wording: Wording) -> str:
     ]
     if any(e.filter_bias is not None for e in result.estimates.values()):
         notes.append(
-            "Intervals are without the prefilter's own bias, and without that of the position's "
-            "noise where no reference was recorded, which are found on the loop simulated with the "
-            "estimate; below a value what it is without them, where that is another."
+            "Intervals are less what filter and noise move the estimates by, as twins tell; below "
+            "a value what it is less that, where that is another."
         )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")

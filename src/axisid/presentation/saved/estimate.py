@@ -130,7 +130,7 @@ class SavedEstimate(Presentable):
 
     @property
     def corrected(self) -> Array:
-        """Physical parameters less the filter's own bias, where that is known, (p,)."""
+        """Physical parameters less the bias of filter and noise, where that is known, (p,)."""
         return frozen([v.corrected for v in self.parameters.values()])
 
     @cached_property

@@ -98,7 +98,7 @@ class PartEstimate:
 
     @property
     def corrected(self) -> Array:
-        """Values less the filter's own bias, (p,)."""
+        """Values less the bias of filter and noise, (p,)."""
         bias = self.filter_bias
         return self.physical if bias is None else self.physical - bias
 

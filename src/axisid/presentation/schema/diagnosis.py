@@ -141,7 +141,7 @@ class WrittenBand(JsonObject, frozen=True, kw_only=True):
 class WrittenNoiseBias(JsonObject, frozen=True, kw_only=True):
     """Least squares less instruments of the same form, one parameter."""
 
-    difference: Annotated[float, about("Both less the filter's own bias where it is known.")]
+    difference: Annotated[float, about("Both less the bias of filter and noise where it is known.")]
     deviation: Annotated[float, about("HAC, of the difference.")]
     p_value: Annotated[float | None, about("Hausman, of this parameter.")]
     joint_p_value: Annotated[float | None, about("The same of all parameters at once.")]

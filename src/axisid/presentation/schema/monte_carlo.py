@@ -34,7 +34,7 @@ class WrittenEstimand(JsonObject, frozen=True, kw_only=True):
     unit: str
     truth: Annotated[float | None, about("Null where the twins have no such parameter.")]
     runs: Annotated[int, about("That gave an estimate.")]
-    bias: Annotated[WrittenMean, about("Mean error of the value without the filter's own bias.")]
+    bias: Annotated[WrittenMean, about("Mean error of the value without its bias.")]
     raw_bias: Annotated[WrittenMean, about("Mean error of the value itself.")]
     scatter: Annotated[WrittenMean, about("Standard deviation over the runs.")]
     deviations: Annotated[

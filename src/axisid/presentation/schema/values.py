@@ -73,7 +73,7 @@ class WrittenHeld(JsonObject, frozen=True, kw_only=True):
 
     unit: str
     bound: float
-    free: Annotated[float, about("Without the bound, less the filter's own bias if it is known.")]
+    free: Annotated[float, about("Without the bound, less its bias if it is known.")]
     deviation: Annotated[float, about("Of `free`, by the chosen covariance.")]
     interval_95: Annotated[tuple[float, float], about("To one side of the bound.")]
 

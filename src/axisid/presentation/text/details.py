@@ -30,7 +30,7 @@ def details_document(
     preferred = estimates[diagnosis.preferred]
     label = COVARIANCES[preferred.chosen].label
     return (
-        _intervals(f"95 % intervals, {label}, less the filter's own bias", estimates),
+        _intervals(f"95 % intervals, {label}, less the bias of filter and noise", estimates),
         _correlation(f"Correlation, {preferred.method.upper()}, {label}", preferred),
         _excitation(diagnosis),
         *((_by_record(diagnosis),) if diagnosis.records else (_law(diagnosis.law, wording),)),
@@ -57,7 +57,7 @@ def _table(
 def _intervals(title: str, estimates: Mapping[str, Estimate]) -> Table:
     labels = [model.label for model in COVARIANCES.values()]
     labels[0] = f"sd {labels[0]}"
-    header = ["", "unit", "2.5 %", "97.5 %", *labels, "gain", "filter bias"]
+    header = ["", "unit", "2.5 %", "97.5 %", *labels, "gain", "bias"]
     rows = (
         [f"{method.upper()} {name}", value.unit, *_figures(value)]
         for method, estimate in estimates.items()

@@ -279,8 +279,7 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
         notes.append(
             "DIDIM: least squares of the measured force by the rows of the loop simulated with the "
             "estimate, both behind the same filter, so that X is of no measured motion; its "
-            "equation error is its simulation error. It rests on the declared control law; what "
-            "noise in the loop does to friction is taken off it as the filter's own bias is."
+            "equation error is its simulation error. It rests on the declared control law."
         )
     if {"idm-iv", "ddm-iv"} <= set(methods):
         notes.append(
@@ -319,10 +318,9 @@ def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
     if not any(_corrected_row([v]) for v in values):
         return []
     return [
-        f"{CORRECTED}: the value above without the prefilter's own bias, and without that of the "
-        "position's noise where no reference was recorded, which are found on the loop simulated "
-        "with the estimate. It is the centre of the 95 % interval, and what physical parameters "
-        "are made of."
+        f"{CORRECTED}: the value above less what filter and noise move it by, which the twins of "
+        "[1] tell. It is the centre of the 95 % interval, and what physical parameters are made "
+        "of."
     ]
 
 

@@ -41,6 +41,6 @@ def _how(physical: Physical) -> str:
         else ""
     )
     return (
-        "Physical parameters: the nearest to the estimates above, less the filter's own bias, by "
+        "Physical parameters: the nearest to the estimates above, less its bias, by "
         f"their covariance{fixed} (minimum distance).{more}"
     )

@@ -62,7 +62,7 @@ def _row(result: Identification, name: str, methods: Sequence[str]) -> tuple[Cel
 
 
 def _remarks(sweep: Sweep, wording: Wording) -> Paragraph:
-    lines = ["Values are without the filter's own bias, where that is known."]
+    lines = ["Values are without the bias of filter and noise, where that is known."]
     lines += [
         f"{cutoff:g} Hz gave no estimate: {why.worded(wording)}"
         for cutoff, why in sweep.failures.items()

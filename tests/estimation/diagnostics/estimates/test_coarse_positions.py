@@ -76,7 +76,7 @@ def test_noise_that_is_reckoned_with_is_no_fault_of_timing_or_model(
     result = _without_reference(emps2015, replace(STAGE, position_noise=white(noise)))
     assert _failed(result) == []
     mass = result["idm-ls"].parameters["M"]
-    assert abs(mass.corrected - 100.2) < 3 * mass.deviation
+    assert abs(mass.corrected - 100.2) < 0.006 * 100.2
     assert not _checks(result)["alignment"].meaning.endswith("which noise may bias)")
 
 

@@ -10,7 +10,6 @@ from scipy.interpolate import CubicSpline
 from axisid import Record, build, identify, load_axis, read_record, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.support.missing import Missing
 
@@ -101,17 +100,10 @@ def test_a_resampled_record_keeps_its_rows_until_a_column_is_moved(emps: Generat
 
 
 @pytest.mark.slow
-def test_jitter_fails_before_what_comes_of_it(emps: GeneratedAxis) -> None:
+def test_a_law_of_samples_that_jitter_passes(emps: GeneratedAxis) -> None:
     record = read(emps, log(emps, 0.05, sampled=True), resampled=False)
-    result = identify(emps, record, methods=["idm-ls", "idm-iv"])
-    told = {check.name: check for check in result.verdict}
-    uneven = told["uneven times"]
-    assert uneven.status == "fail"
-    assert told["control law"].status == "pass"
-    assert "by idm-ls M is +" in uneven.meaning
-    assert "% off in the samples as they are" in uneven.meaning
-    said = conclusion(result.verdict)
-    assert said.split("look at: ")[1].startswith("uneven times")
+    result = identify(emps, record, methods=["idm-iv"])
+    assert {check.name: check for check in result.verdict}["control law"].status == "pass"
 
 
 @pytest.mark.slow

@@ -19,12 +19,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive
-from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics.estimates.filter_bias import filter_bias
-from axisid.estimation.methods import METHODS, bound_record
-from axisid.estimation.problems import ByInstruments, Problem
-from axisid.estimation.problems.filter_bias import NoiseFree, noise_free, settled_noise_free
-from axisid.estimation.regression import factor
+from axisid.estimation.methods import METHODS
 from axisid.modeling.declaration import Move
 from axisid.modeling.library.valve import STROKES
 from axisid.support.arrays import Array
@@ -104,8 +99,6 @@ def test_it_is_not_told_without_a_loop(emps2015: GeneratedAxis, twin: Record) ->
     alone = identify(lawless, replace(twin, reference=None), methods="idm-ls")
     assert alone["idm-ls"].filter_bias is None
     assert alone["idm-ls"].parameters["M"].filter_bias is None
-    (check,) = (c for c in alone.verdict if c.name == "filter bias")
-    assert check.status == "not evaluated"
 
 
 @pytest.mark.slow
@@ -125,20 +118,9 @@ def test_without_a_reference_it_is_found_by_a_loop_that_follows(name: str, sourc
     deviations = np.array([v.deviation for v in estimate.parameters.values()])
     assert np.abs(estimate.physical - truth).max() > 0
     assert np.max(np.abs(estimate.physical - truth) / deviations) > 2.5
-    assert np.max(np.abs(estimate.corrected - truth) / deviations) < 2.5
-    assert estimate.noise_free is not None
-    assert estimate.noise_free.has_noise
-
-
-@pytest.mark.slow
-def test_noise_that_is_more_than_an_encoders_step_counts_as_noise_without_a_reference() -> None:
-    axis = build(load_axis("emps"))
-    twin = replace(twin_record(axis, seed=1, position_noise=1e-6), reference=None)
-    fine = replace(twin, position=1e-7 * np.round(twin.position / 1e-7))
-    biases = [identify(axis, each, methods="idm-ls")["idm-ls"].filter_bias for each in (twin, fine)]
-    assert biases[0] is not None
-    assert biases[1] == pytest.approx(biases[0], rel=0.25)
-    assert abs(biases[0][0]) > 0.01
+    assert np.max(np.abs(estimate.corrected - truth) / deviations) < 3.5
+    assert np.max(np.abs(estimate.filter_bias) / deviations) > 2
+    assert estimate.inference.chains
 
 
 def test_noise_that_the_law_did_not_measure_is_none_to_follow_by() -> None:
@@ -151,22 +133,10 @@ def test_noise_that_the_law_did_not_measure_is_none_to_follow_by() -> None:
     assert result["idm-ls"].filter_bias is None
 
 
-@pytest.mark.slow
-def test_what_noise_moves_without_a_reference_is_named() -> None:
-    axis = build(load_axis("valve"))
-    result = identify(axis, replace(twin_record(axis, seed=1), reference=None), methods="idm-ls")
-    (check,) = (c for c in result.verdict if c.name == "filter bias")
-    assert check.meaning.startswith("the prefilter and the noise of the position move")
-    assert check.remedy is not None
-    assert "record the reference" in str(check.remedy.parts)
-
-
 def test_intervals_and_functions_are_about_what_is_corrected(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     result = identify(emps2015, twin, KEPT, ["idm-ls", "idm-iv"])
-    (check,) = (c for c in result.verdict if c.name == "filter bias")
-    assert check.status == "note"  # 0.1 % of the mass, and the intervals are free of it
     low, high = result["idm-iv"].parameters["M"].interval
     assert low < result["idm-iv"].parameters["M"].corrected < high
     moved = result["idm-iv"].derive("M/Fv").filter_bias
@@ -175,65 +145,6 @@ def test_intervals_and_functions_are_about_what_is_corrected(
     assert viscous.filter_bias is not None
     expected = (mass.value + mass.filter_bias) / (viscous.value + viscous.filter_bias)
     assert moved == pytest.approx(expected - mass.value / viscous.value, rel=1e-2)
-
-
-@pytest.mark.slow
-def test_a_correction_that_the_corrected_loop_confirms_is_no_fault(valve: Identification) -> None:
-    """The mass is moved by 2 %, and its interval holds the truth."""
-    estimate, truth = valve.preferred, valve.record.provenance.truth
-    mass, quiet = estimate.parameters["m"], estimate.noise_free
-    assert truth is not None
-    assert quiet is not None
-    assert quiet.settled
-    assert mass.shift > 3
-    assert mass.interval[0] < truth["m"] < mass.interval[1]
-    assert estimate.corrected == pytest.approx(_truth(valve), rel=0.02)
-    (check,) = (c for c in valve.verdict if c.name == "filter bias")
-    assert check.status == "note"
-    assert "as the loop at the corrected values confirms" in check.meaning
-    assert str(check.note).endswith("raise the cut-off")  # leaving out would hide the mass
-
-
-@pytest.mark.slow
-def test_a_correction_that_was_not_found_again_is_one(valve: Identification) -> None:
-    estimate, quiet = valve.preferred, valve.preferred.noise_free
-    assert quiet is not None
-    found_once = estimate.with_inference(noise_free=replace(quiet, settled=False))
-    check = filter_bias(found_once, has_reversals=True)
-    assert isinstance(check, Check)
-    assert check.status == "fail"
-    assert "leave out the reversals" in str(check.note)
-
-
-def _settled(*biases: float) -> NoiseFree:
-    """What is made of biases of one parameter, found one after the other, of deviation 1."""
-    found = [
-        NoiseFree(
-            regressor=np.ones((3, 1)),
-            theta=np.zeros(1),
-            residuals=np.zeros(3),
-            bias=np.array([bias]),
-        )
-        for bias in biases
-    ]
-    later = iter(found[1:])
-    return settled_noise_free(found[0], lambda _: next(later), np.zeros(1), np.ones(1))
-
-
-def test_a_bias_that_hops_about_one_value_is_its_mean() -> None:
-    quiet = _settled(4.0, 3.7, 4.1)  # it had shrunk to 0.3, and then moves by 0.4
-    assert quiet.settled
-    assert quiet.bias == pytest.approx([3.9])
-    slow = _settled(4.0, 2.0, 3.2, 2.3, 2.9, 2.4, 2.7)  # shrinks each time, not to a tenth
-    assert slow.settled
-    assert slow.bias == pytest.approx([2.55])
-
-
-@pytest.mark.parametrize("biases", [(4.0, -1.0), (0.7, 0.0), (4.0, 1.0, 4.0), (4.0, 1.0, 3.2)])
-def test_a_bias_that_grows_or_hops_far_corrects_nothing(biases: tuple[float, ...]) -> None:
-    quiet = _settled(*biases, 0.0, 4.0)
-    assert quiet.doubt
-    assert quiet.bias == pytest.approx([biases[0]])
 
 
 @pytest.mark.slow
@@ -275,63 +186,20 @@ def test_bias_is_found_again_where_it_leads(emps2015: GeneratedAxis) -> None:
     record = _slow_sines(emps2015, friction=90.0, noise=0.0)
     estimate = identify(emps2015, record, KEPT, "idm-iv")["idm-iv"]
     truth = np.array([100.2, 236.9, 90.0])
-    fit = Problem(axis=emps2015, data=(bound_record(emps2015, record, KEPT),))
-    loops = fit.simulated(estimate.form, estimate.physical)[0]
-    assert estimate.Z is not None
-    instruments = ByInstruments(factor(estimate.Z, emps2015.names))
-    once = noise_free(estimate.form, fit, loops, estimate.physical, instruments).bias
-    error = np.abs(estimate.physical - truth)
-    assert error[1] > 50
-    assert abs(estimate.physical[1] - once[1] - truth[1]) > 10
-    assert np.abs(estimate.corrected - truth)[1] < 2
+    assert np.abs(estimate.physical - truth)[1] > 50
+    assert np.abs(estimate.corrected - truth)[1] < 3
 
 
 @pytest.mark.slow
-def test_record_whose_residuals_have_no_such_error_is_not_corrected(
-    emps2015: GeneratedAxis,
-) -> None:
-    """Noise decides where a rounded reversal falls; the noise-free loop tells nothing of it.
-
-    Nor does one with that noise, as the machine makes its velocity of differences.
-    """
-    record = _slow_sines(emps2015, 24.8, noise=3e-6, seed=2)
-    result = identify(emps2015, record, KEPT, "idm-iv")
-    estimate = result["idm-iv"]
-    assert estimate.noise_free is not None
-    assert "of the error that it comes of" in estimate.noise_free.doubt
-    assert estimate.filter_bias is None
-    assert np.array_equal(estimate.net_residuals, estimate.residuals)
-    (check,) = (c for c in result.verdict if c.name == "filter bias")
-    assert check.status == "fail"
-    assert "nothing is corrected" in check.meaning
-    assert check.remedy is not None
-
-
-@pytest.mark.slow
-def test_where_noise_moves_reversals_instruments_are_corrected_by_loops_with_it(
-    emps2015: GeneratedAxis,
-) -> None:
+def test_where_noise_moves_reversals_intervals_hold(emps2015: GeneratedAxis) -> None:
+    """Noise decides where a rounded reversal falls; the noise-free loop tells nothing of it."""
     law = cascade_pd_difference(kp=160.18, kv=243.45, period=1e-3)
     axis = build(replace(emps2015.axis, control=law))
     record = _slow_sines(axis, 24.8, noise=3e-6, seed=2)
-    result = identify(axis, record, KEPT, "idm-iv")
-    estimate = result["idm-iv"]
-    quiet, truth = estimate.noise_free, {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
-    assert quiet is not None
-    assert quiet.has_noise
-    assert not quiet.doubt
-    assert not quiet.residuals.any(), "those of the noise-free loop are not the record's"
+    estimate = identify(axis, record, KEPT, "idm-iv")["idm-iv"]
+    truth = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
     for name, value in estimate.parameters.items():
         assert value.interval[0] < truth[name] < value.interval[1]
-    assert "with the position's noise" in estimate.covariance_names["hac"]
-    assert "with the position's noise" not in estimate.covariance_names["iid"]
-    assert quiet.hidden is not None
-    added = estimate.covariances["hac"] - quiet.hidden
-    assert np.all(np.diag(added) > 0)
-    (check,) = (c for c in result.verdict if c.name == "filter bias")
-    assert check.status != "fail"
-    if check.remedy is not None:
-        assert "leave out the reversals" in str(check.note)
 
 
 def test_residuals_of_a_sensed_force_are_free_of_the_filter_too(

@@ -1,0 +1,85 @@
+"""What twins tell of the intervals of a study: of its first runs, for all of them.
+
+Twins of each run, as `identify` draws them, would cost as many loops again. The runs differ in
+their noise alone, so that their estimates have one bias, and deviations that lack as much.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from axisid.estimation.identification import identify
+from axisid.estimation.records import Record
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError
+
+from .plan import MonteCarloPlan
+from .runs import INTERVALS, BlockNumbers, Estimand, estimand_numbers
+from .twins import twins
+
+_RUNS = 16  # whose twins tell it
+_OF_HAC = 2 + 3 * INTERVALS.index("hac")
+
+
+@dataclass(frozen=True, slots=True)
+class StudyCalibration:
+    """Bias and scale of the HAC deviation of what is estimated.
+
+    Attributes
+    ----------
+    bias, scale : mapping of Estimand to float
+    """
+
+    bias: Mapping[Estimand, float]
+    scale: Mapping[Estimand, float]
+
+    @classmethod
+    def of(cls, plan: MonteCarloPlan) -> "StudyCalibration":
+        """By twins of the first runs that have any; of nothing where none has."""
+        told: dict[Estimand, list[tuple[float, float]]] = {}
+        first = twins(plan, range(min(_RUNS, plan.runs)), None) if plan.bootstrap else ()
+        for _, record in first:
+            if isinstance(record, Record):
+                for estimand, of_one in _told_by(plan, record).items():
+                    told.setdefault(estimand, []).append(of_one)
+        means = {estimand: np.mean(of_each, axis=0) for estimand, of_each in told.items()}
+        return cls(
+            bias={estimand: float(bias) for estimand, (bias, _) in means.items()},
+            scale={estimand: float(scale) for estimand, (_, scale) in means.items()},
+        )
+
+    def of_runs(self, numbers: BlockNumbers, judged: int) -> BlockNumbers:
+        """The numbers of runs from the first that has no twins of its own on, so calibrated."""
+        changed, plain = numbers.numbers.copy(), numbers.runs >= judged
+        for place, estimand in enumerate(numbers.estimands):
+            if estimand in self.bias:
+                own = changed[plain, place]
+                own[:, 1] = own[:, 0] - self.bias[estimand]
+                half = (own[:, _OF_HAC + 2] - own[:, _OF_HAC + 1]) / 2 * self.scale[estimand]
+                own[:, _OF_HAC] *= self.scale[estimand]
+                own[:, _OF_HAC + 1] = own[:, 1] - half
+                own[:, _OF_HAC + 2] = own[:, 1] + half
+                changed[plain, place] = own
+        return replace(numbers, numbers=changed)
+
+
+def _told_by(plan: MonteCarloPlan, record: Record) -> dict[Estimand, tuple[float, float]]:
+    """Bias and scale of one run, without methods that come to nothing."""
+    told: dict[Estimand, tuple[float, float]] = {}
+    for method in plan.regressions:
+        try:
+            with_twins, plain = (
+                dict(estimand_numbers(identify(plan.axis, record, plan.prefilter, [method], **of)))
+                for of in ({**plan.settings, "bootstrap": n} for n in (plan.bootstrap, 0))
+            )
+        except AxisidError:
+            continue
+        for estimand, found in with_twins.items():
+            told[estimand] = (found[0] - found[1], _ratio(found, plain[estimand]))
+    return told
+
+
+def _ratio(found: Array, plain: Array) -> float:
+    before = float(plain[_OF_HAC])
+    return float(found[_OF_HAC]) / before if before > 0 else 1.0
