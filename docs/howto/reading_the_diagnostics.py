@@ -114,13 +114,11 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | instrument strength | the first-stage F of a column, given the others, is below 10 | the simulated loop does not move like the axis, or the motion is too poor |
 # | least squares against instruments | they differ by more than 3 deviations, or by more than 10 % where Durbin-Wu-Hausman rejects, or by more than chance and the interval of least squares; a note where that holds the instruments' value, and where another method is judged: the column is marked | lower the cut-off, or believe the instruments |
 # | second opinion | IDM-IV without the bias of filter and noise and DIDIM differ by more than chance (all differences at once, 1 %), half a deviation and 1 % of the value, beyond the interval of either; a note where less, or where IDM-IV is three times as vague | the sentence says which to believe: DIDIM where the control law passes its check, else the instruments |
-# | excitation | columns nearly repeat each other | another motion; the sentence says what it lacks |
 # | precision | a parameter's deviation exceeds 30 % of it, unless it is known to be small wherever the axis was | the sentence says why the record does not show it; `--leave-out` does without it |
 # | bounds | a value is outside its declared bounds | signs and units |
 # | nominal values | a note: a value, with its whole interval, is more than 5 times its nominal one, or less than a fifth | units of the columns, the drive's gain |
 # | coarse positions | without a reference, where the control does not answer to the steps of the logged position: they move a value by more than half a deviation; a note up to 1 % of the value | log the position as finely as the drive measures it, or record the reference |
 # | fixed values | what was fixed contradicts the record | the fixed value, or the model |
-# | delta method | the map from the direct model bends within the uncertainty | `--draws 10000` |
 # | simulation | the simulated loop leaves half of the force unexplained, or cannot be simulated with the estimate | law, signs, units; or the record is mostly noise |
 # | residuals against the motion | something in the motion explains them, more than the loop's own noise or steps do | a missing term, a delay, or the filter at reversals; a note where another check names it |
 # | normal residuals | heavy tails; a note where another check names what makes them, and with 100 rows or more, unless a few rows decide, of the noise, of all that is left, and away from reversals, more than in loops with the same noise or steps | outliers |
@@ -128,7 +126,6 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | force against control | in what is slow against a current loop the force column is more than 20 % off the gain times the control, later than 5 ms, or off by a factor beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
 # | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note where the force is measured | record what the drive applies; the limit, the unit |
 # | constant force | a constant beside the model's terms is more than 1 % of the force, and three deviations; a note where a missing term is named, which may make it; named before the simulation where it is more than 10 % | declare the `offset` that is proposed, or mend the converter |
-# | ripple | one frequency, over time or position, is 15 % of the residuals' power or more; a note | the cut-off that is proposed, or `cogging` with the period |
 #
 # `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).
 # [The DFKI pendulum](../dfki_pendulum) shows what they are worth on a difficult real record.

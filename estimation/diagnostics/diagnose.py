@@ -14,8 +14,6 @@ import numpy as np
 from axisid.estimation.checks import Check, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
-    conditioning,
-    delta_method_check,
     endogeneity_of,
     forms_apart_check,
     forms_check,
@@ -43,7 +41,6 @@ from axisid.estimation.diagnostics.remainder import (
     lack_of_fit_check,
     normality,
     residuals_against_motion,
-    ripple_check,
     signals_check,
     tails_as_measured,
     terms_check,
@@ -138,10 +135,6 @@ def _second_opinion(case: Case) -> Check | Missing | None:
     return second_opinion_check(case.second_opinion, iv, didim, law_passed=law_passed)
 
 
-def _excitation(case: Case) -> Check:
-    return conditioning(case.preferred.X)
-
-
 def _precision(case: Case) -> Check:
     return precision(case.preferred, case.excitation)
 
@@ -154,10 +147,6 @@ def _nominal_values(case: Case) -> Check | None:
     values = case.preferred.parameters
     declared = [p for p in case.preferred.form.declared if p.name in values]
     return nominal_check((p, values[p.name].corrected, values[p.name].interval) for p in declared)
-
-
-def _delta_method(case: Case) -> Check | Missing:
-    return delta_method_check(case.direct)
 
 
 def _simulation(case: Case) -> Check | Missing:
@@ -242,11 +231,6 @@ def _constant(case: Case) -> Check | Missing:
     return constant_check(case.preferred, case.data.weights, case.law, case.lacking)
 
 
-def _ripple(case: Case) -> Check | Missing:
-    measured = next((role for role in case.data.record.motion if role != "position"), "")
-    return ripple_check(case.preferred, case.data.signals, case.data.prefilter, measured)
-
-
 def _missing_terms(case: Case) -> Check | Missing:
     lacking = case.lacking
     if isinstance(lacking, tuple) and _fails(_alignment(case)):  # which says how late
@@ -304,11 +288,9 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="coarse positions", check=_coarse_positions, rank=9),
         Diagnostic(name="inverse against direct", check=_forms, rank=5, grave=True),
         Diagnostic(name="second opinion", check=_second_opinion, rank=8),
-        Diagnostic(name="excitation", check=_excitation, rank=11),
         Diagnostic(name="precision", check=_precision, rank=13),
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
         Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
-        Diagnostic(name="delta method", check=_delta_method),
         Diagnostic(name="simulation", check=_simulation, rank=2, grave=True, by_record=True),
         Diagnostic(name="residuals against the motion", check=_residuals_against_motion, rank=14),
         Diagnostic(name="normal residuals", check=_normality),
@@ -331,7 +313,6 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(name="control against limit", check=_limit, rank=6, grave=True, by_record=True),
         Diagnostic(name="constant force", check=_constant, by_record=True),
-        Diagnostic(name="ripple", check=_ripple, by_record=True),
         Diagnostic(name="missing terms", check=_missing_terms, rank=8, by_record=True),
         Diagnostic(name="changes in time", check=_changes_in_time, rank=8, by_record=True),
         Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),

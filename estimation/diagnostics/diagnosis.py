@@ -197,11 +197,6 @@ class Case:
         """The method of that estimate."""
         return self.choice.method
 
-    @property
-    def direct(self) -> Estimate | None:
-        """The estimate of a direct model, by instruments where there is one."""
-        return self.estimates.get("ddm-iv") or self.estimates.get("ddm-ls")
-
     @cached_property
     def law(self) -> LawCheck | Missing:
         """The control law against the record, or why it cannot be checked."""

@@ -43,9 +43,8 @@ class Value:
     sd_gain : float
         What the declared deviation of the drive gain adds, in no other figure.
     filter_bias : float or None
-        What the prefilter alone moves the value by, found on the loop that is simulated with the
-        estimate; of a record without a reference, what the noise of its position moves it by too.
-        The value contains it, the interval does not. None where it was not found.
+        What filter and noise move the value by, as twins of the record tell. The value contains
+        it, the interval does not. None without twins.
     chosen : str
         Of `COVARIANCES`: the one that `deviation` and `interval` are of.
     """
@@ -150,7 +149,7 @@ class EstimateLike(Protocol):
 
     @property
     def filter_bias(self) -> Array | None:
-        """What the prefilter alone moves them by, (p,), where it is known."""
+        """What filter and noise move them by, (p,), as twins tell."""
 
     @property
     def chosen(self) -> str:

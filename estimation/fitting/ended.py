@@ -325,7 +325,7 @@ class Ended:
     def _uneven_errors(twins: FitTwins, scores: Scores) -> Array | None:
         """Weighted errors of twins whose noise no colour describes, (n, B)."""
         changed = twins.by_position
-        return scores.counts[:, None] * changed if changed.shape[1] else None
+        return scores.counts[:, None] * changed if changed.any() else None
 
     @property
     def by_start(self) -> MovedByStart:

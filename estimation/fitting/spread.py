@@ -39,7 +39,6 @@ from axisid.estimation.told_by_outputs import (
 from axisid.support.arrays import Array
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
-_FEW = 4  # pairs of twins, that tell whether more are asked
 _FEWEST_OF_MANY, _MOST, _VALUES = 48, 144, 5_000_000  # a deviation is known to 10 or 6 % then
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.problems import loop_record
+from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, Hac, Solution, simulated_loops
 from axisid.estimation.signals import FilteredRecord, Neighbours, Prefilter
@@ -79,11 +79,14 @@ def fit_twins(
         data = data.by_position or data
         loops = simulated_loops(axis, record, own)
         chain = measured_chain(data, own, loops)
-        quiet = _rows(loop_record(data, loops, measured=False).record, outputs)
+        quiet = _rows(noise_free_record(data, loops).record, outputs)
         alone = replace(chain, disturbances=()) if chain.is_uneven else Chain()
         for made, noise, several in ((pieces, chain, count), (of_position, alone, _OF_POSITION)):
-            twins = [_rows(each.record, outputs) for each in twins_of(data, own, noise, several)]
-            made.append((np.reshape(twins, (-1, len(quiet))) - quiet).T)
+            twins = twins_of(data, own, noise, several, paired=True)
+            rows = [_rows(each.record, outputs) for each in twins]
+            if noise.is_silent:
+                rows = [quiet] * several
+            made.append((np.reshape(rows, (-1, len(quiet))) - quiet).T)
         chains.append(chain)
     fewest = _fewest(pieces)
     if 2 * fewest < count:

@@ -37,7 +37,7 @@ class ExaminedRows:
     Attributes
     ----------
     residuals : (n,) array
-        Less what the filter alone leaves, where that is known.
+        Less what the estimator leaves of its loop, where that is known.
     left : (n,) array
         The force.
     regressor : (n, k) array

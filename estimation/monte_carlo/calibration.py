@@ -56,26 +56,30 @@ class StudyCalibration:
             if estimand in self.bias:
                 own = changed[plain, place]
                 own[:, 1] = own[:, 0] - self.bias[estimand]
-                half = (own[:, _OF_HAC + 2] - own[:, _OF_HAC + 1]) / 2 * self.scale[estimand]
+                own[:, 3::3] -= self.bias[estimand]
+                own[:, 4::3] -= self.bias[estimand]
                 own[:, _OF_HAC] *= self.scale[estimand]
-                own[:, _OF_HAC + 1] = own[:, 1] - half
-                own[:, _OF_HAC + 2] = own[:, 1] + half
+                ends = own[:, _OF_HAC + 1 : _OF_HAC + 3]
+                ends[:] = own[:, 1:2] + (ends - own[:, 1:2]) * self.scale[estimand]
                 changed[plain, place] = own
         return replace(numbers, numbers=changed)
 
 
 def _told_by(plan: MonteCarloPlan, record: Record) -> dict[Estimand, tuple[float, float]]:
-    """Bias and scale of one run, without methods that come to nothing."""
+    """Bias and scale of one run, without methods that have no twins."""
     told: dict[Estimand, tuple[float, float]] = {}
     for method in plan.regressions:
         try:
-            with_twins, plain = (
-                dict(estimand_numbers(identify(plan.axis, record, plan.prefilter, [method], **of)))
+            with_twins, without = (
+                identify(plan.axis, record, plan.prefilter, [method], **of)
                 for of in ({**plan.settings, "bootstrap": n} for n in (plan.bootstrap, 0))
             )
         except AxisidError:
             continue
-        for estimand, found in with_twins.items():
+        if with_twins[method].filter_bias is None:
+            continue
+        plain = dict(estimand_numbers(without))
+        for estimand, found in estimand_numbers(with_twins):
             told[estimand] = (found[0] - found[1], _ratio(found, plain[estimand]))
     return told
 

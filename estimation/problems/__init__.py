@@ -9,7 +9,6 @@ from .even_times import evenly as evenly
 from .even_times import jitter_of as jitter_of
 from .held import Held as Held
 from .noise_free import NoiseFree as NoiseFree
-from .noise_free import loop_record as loop_record
 from .noise_free import noise_free as noise_free
 from .noise_free import noise_free_record as noise_free_record
 from .noise_free import slopes_by_gain as slopes_by_gain

@@ -87,14 +87,7 @@ def slopes_by_gain(
 
 
 def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
-    """The record as its simulated loops have it, under the same filter."""
-    return loop_record(data, loops, measured=False)
-
-
-def loop_record(
-    data: FilteredRecord, loops: Sequence[Simulation], *, measured: bool
-) -> FilteredRecord:
-    """The same, with the position as the loops' law measured it or as it is.
+    """The record as its simulated loops have it, under the same filter.
 
     A column that was recorded is made of the loops as its sensor would see them.
     """
@@ -102,7 +95,7 @@ def loop_record(
     jumps = data.axis.axis.jumps
     sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
     made: dict[str, Callable[[Simulation], Array]] = {
-        "position": lambda s: s.measured_position if measured else s.position,
+        "position": lambda s: s.position,
         "velocity": lambda s: s.velocity,
         "acceleration": lambda s: about_samples(s.acceleration, [0]) if jumps else s.acceleration,
         "control": lambda s: logged_control(data.axis, s),

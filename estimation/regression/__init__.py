@@ -45,7 +45,6 @@ from .residual_tests import excess_kurtosis as excess_kurtosis
 from .residual_tests import residual_tests as residual_tests
 from .sensor_steps import SensorSteps as SensorSteps
 from .sensor_steps import sensor_steps as sensor_steps
-from .sensor_steps import undithered_step as undithered_step
 from .simulated_rows import LoopDataError as LoopDataError
 from .simulated_rows import lacking_law as lacking_law
 from .simulated_rows import lacking_loop as lacking_loop

@@ -45,11 +45,11 @@ def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
 def _steps_of(record: Record, fewest: int) -> SensorSteps:
     return SensorSteps(
         position=0.0 if record.integrated else quantum_of(record.position, fewest),
-        velocity=0.0 if record.velocity is None else undithered_step(record.velocity, fewest),
+        velocity=0.0 if record.velocity is None else _undithered_step(record.velocity, fewest),
     )
 
 
-def undithered_step(values: Array, fewest: int) -> float:
+def _undithered_step(values: Array, fewest: int) -> float:
     """What values are rounded to, unless their noise is of that size: then that averages out."""
     step = quantum_of(values, fewest)
     changing = np.abs(np.diff(values)) > step / 2

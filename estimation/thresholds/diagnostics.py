@@ -284,12 +284,6 @@ MAX_IDENTITY_ERROR = Threshold(
 
 # Excitation and precision
 
-MAX_CONDITION_NUMBER = Threshold(
-    100.0,
-    "1",
-    "condition number of the regressor with unit columns",
-    "convention: common for exciting trajectories",
-)
 MAX_VARIANCE_INFLATION = Threshold(
     10.0,
     "1",
@@ -389,7 +383,7 @@ MAX_EXCESS_KURTOSIS = Threshold(
     "measured: at most 6.9 on right models with an encoder of 5 um",
 )
 
-# Constant force and ripple
+# Constant force
 
 MAX_GAIN_RATIO = Threshold(
     2.0,
@@ -403,36 +397,6 @@ SAME_CONSTANT = Threshold(
     "1",
     "relative difference of a constant force from one in the recorded control, below which they "
     "are the same",
-    "chosen",
-)
-MIN_RIPPLE_POWER = Threshold(
-    0.15,
-    "1",
-    "share of the residuals' power that one frequency has, from which it is a ripple",
-    "chosen",
-)
-MAX_RIPPLE_CHANCE = Threshold(
-    1e-4,
-    "1",
-    "chance of such a line beside its neighbours up to which it is told",
-    "chosen",
-)
-MIN_RIPPLE_FREQUENCY = Threshold(
-    8.0,
-    "1",
-    "frequency, in the rate of reversals, from which it is not the motion's",
-    "chosen",
-)
-RIPPLE_CUTOFF = Threshold(
-    0.8,
-    "1",
-    "cut-off that is proposed against a ripple, as a share of its frequency",
-    "chosen",
-)
-MIN_SPECTRUM_ROWS = Threshold(
-    100,
-    "rows",
-    "rows below which no ripple is looked for",
     "chosen",
 )
 

@@ -75,8 +75,7 @@ INTERVAL_LEVEL = Threshold(
 MIN_PRINTED_FILTER_BIAS = Threshold(
     0.5,
     "deviations",
-    "its bias of a parameter from which the value without it is printed, and found "
-    "again where the correction leads",
+    "bias of a parameter from which the value without it is printed",
     "chosen",
 )
 MAX_CURVATURE = Threshold(

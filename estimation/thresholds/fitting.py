@@ -136,7 +136,7 @@ MIN_MOVED_BY_NOISE = Threshold(
     1.0,
     "deviations",
     "move of a parameter by noise in the loop, which is taken off, from which it is said",
-    "chosen: a bias that is as large as its interval is wide is worth a note",
+    "chosen",
 )
 MIN_MOVED_BY_START = Threshold(
     1.0,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.problems import ControlSteps, loop_record
+from axisid.estimation.problems import ControlSteps, noise_free_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import InverseForm, is_measured_by_law, sensor_steps
 from axisid.estimation.signals import FilteredRecord
@@ -63,7 +63,7 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     EstimationError
         There are too few rows.
     """
-    quiet = loop_record(data, loops, measured=False)
+    quiet = noise_free_record(data, loops)
     steps = ControlSteps.of(data.record)
     sensors = sensor_steps(data.axis, data.record)
     chain = Chain(
@@ -164,14 +164,16 @@ def _position_noise(
         second[1:-1] = np.diff(apart, 2) ** 2
         return np.array([second[each].mean() for each in classes])
 
-    steps = [power(each) for each in twins_of(data, physical, chain, _TWINS)]
+    several = _TWINS if chain.position_step else 0
+    steps = [power(each) for each in twins_of(data, physical, chain, several)]
     known = np.mean(steps, axis=0) if steps else np.zeros(len(classes))
     squares = np.array([np.mean(speed[each] ** 2) for each in classes])
     units = 6 * np.stack([np.ones(len(classes)), squares])  # 1, -2, 1
     counts = np.array([len(each) for each in classes]) / _CORRELATED
     if steps:  # whose errors come again with the motion, and are not independent
         scatter = np.var(steps, axis=0, ddof=1)
-        counts = np.minimum(counts, known**2 / np.where(scatter > 0, scatter, np.inf))
+        told = np.divide(known**2, scatter, out=np.full_like(known, np.inf), where=scatter > 0)
+        counts = np.minimum(counts, told)
     seen = power(data), units, known, counts
     both = likeliest_variances(*seen)
     alone = likeliest_variances(seen[0], units[:1], known, counts)

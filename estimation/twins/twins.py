@@ -1,13 +1,14 @@
 """Twins: the loops of records at parameters, once more with noise, and estimates of them."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from zlib import crc32
 
 import numpy as np
 
-from axisid.estimation.problems import ControlSteps, Problem, Solver, loop_record
+from axisid.estimation.problems import ControlSteps, Problem, Solver, noise_free_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Equations, Form, Solution, recorded_loops
 from axisid.estimation.signals import FilteredRecord
@@ -105,15 +106,18 @@ class Twins:
     def _drawn(self, forms: Sequence[Form]) -> Iterator[list[Equations]]:
         data = self.problem.data
         own = [self.form.own(self.at, place) for place in range(len(data))]
-        for run in range(self.count):
+        for runs in _paired(self.count):
+            made = []
             try:
-                twins = [
-                    twin_of(each, theta, chain, _draws(each.record, run)).signals
-                    for each, theta, chain in zip(data, own, self.chains, strict=True)
-                ]
-                yield [self.problem.reduced(form, twins) for form in forms]
+                for run in runs:
+                    twins = [
+                        twin_of(each, theta, chain, _draws(each.record, run)).signals
+                        for each, theta, chain in zip(data, own, self.chains, strict=True)
+                    ]
+                    made.append([self.problem.reduced(form, twins) for form in forms])
             except (DataError, EstimationError):
-                continue
+                continue  # one alone would not cancel
+            yield from made
 
 
 def _draws(record: Record, run: int) -> Draws:
@@ -126,16 +130,25 @@ def _draws(record: Record, run: int) -> Draws:
     return Draws(np.random.default_rng((seed, run // 2)), -1.0 if run % 2 else 1.0)
 
 
+def _paired(count: int) -> list[range]:
+    """Runs of opposite noise together."""
+    return [range(first, min(first + 2, count)) for first in range(0, count, 2)]
+
+
 def twins_of(
-    data: FilteredRecord, physical: Array, chain: Chain, count: int
+    data: FilteredRecord, physical: Array, chain: Chain, count: int, *, paired: bool = False
 ) -> list[FilteredRecord]:
-    """Some twins of one record, but for those that cannot be simulated; none of a silent chain."""
-    made = []
-    for run in range(0 if chain.is_silent else count):
-        try:
-            made.append(twin_of(data, physical, chain, _draws(data.record, run)))
-        except (DataError, EstimationError):
-            continue
+    """Some twins of one record, but for those that cannot be simulated; none of a silent chain.
+
+    They are independent of each other, or `paired` with those of the opposite noise, which tell
+    nothing new of what does not change its sign with the noise.
+    """
+    if chain.is_silent:
+        return []
+    made: list[FilteredRecord] = []
+    for runs in _paired(count) if paired else [range(2 * run, 2 * run + 1) for run in range(count)]:
+        with suppress(DataError, EstimationError):
+            made += [twin_of(data, physical, chain, _draws(data.record, run)) for run in runs]
     return made
 
 
@@ -183,7 +196,7 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
         )
         for loop, (a, b) in zip(loops, record.spans, strict=True)
     ]
-    twin = _as_sensed(loop_record(data, logged, measured=False), chain, rng)
+    twin = _as_sensed(noise_free_record(data, logged), chain, rng)
     if not chain.control_step:
         return twin
     return ControlSteps.role_of(record, chain.control_step).rounded(twin, rng.of_a_step())

@@ -166,7 +166,6 @@ def test_a_tachometers_ripple_is_no_delay_of_the_force(emps: GeneratedAxis) -> N
     rippled = replace(record, velocity=ripple * np.asarray(record.velocity))
     checks = {check.name: check for check in identify(emps, rippled, methods="idm-iv").verdict}
     assert checks["alignment"].status == checks["measured velocity"].status == "pass"
-    assert "the measured velocity may have it" in checks["ripple"].meaning
 
 
 @pytest.mark.slow

@@ -4,7 +4,6 @@ In: estimates. Out: measured findings, each with a `Check`.
 Knows nothing of the recorded loop.
 """
 
-from .agreement import delta_method_check as delta_method_check
 from .agreement import fixed_check as fixed_check
 from .agreement import forms_check as forms_check
 from .agreement import ls_against_iv as ls_against_iv
@@ -24,7 +23,6 @@ from .instruments import endogeneity_of as endogeneity_of
 from .instruments import instrument_tests as instrument_tests
 from .instruments import strength_check as strength_check
 from .instruments import tests_of_instruments as tests_of_instruments
-from .motion import conditioning as conditioning
 from .motion import precision as precision
 from .motion import precision_check as precision_check
 from .nominal import NOMINAL_VALUES as NOMINAL_VALUES

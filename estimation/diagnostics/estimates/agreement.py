@@ -21,15 +21,11 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_UNSEEN_BIAS,
     NOTICEABLE_BIAS,
 )
-from axisid.estimation.thresholds.estimates import MAX_CURVATURE
 from axisid.modeling.declaration import known_text
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy, Setting
 
 from .forms_apart import TOLD_BY_OPEN_LOOP
 from .instruments import Endogeneity, biased_parameters
-
-_DRAWN = Remedy.of("take intervals from draws (", Setting("draws", "10000"), ")")
 
 
 def ls_against_iv(
@@ -188,30 +184,6 @@ def _unseen(iv: Estimate) -> float:
     """Percent of bias that both rules would let pass, on the parameter known best."""
     relative = min(v.sd / abs(v.value) for v in iv.parameters.values() if v.value)
     return 100 * min(MAX_BIAS_DISTANCE.value * relative, NOTICEABLE_BIAS.value)
-
-
-def delta_method_check(direct: Estimate | None) -> Check | Missing:
-    """How straight the map of a direct model's estimate is within its uncertainty."""
-    if direct is None:
-        return Missing("no direct model was regressed")
-    curvatures = direct.curvatures
-    worst = float(curvatures.max())
-    linear = worst <= MAX_CURVATURE.value
-    nonlinear = [
-        n for n, c in zip(direct.parameters, curvatures, strict=True) if c > MAX_CURVATURE.value
-    ]
-    return Check(
-        name="delta method",
-        status=passed(linear),
-        figure=worst if np.isfinite(worst) else None,
-        threshold=MAX_CURVATURE.value,
-        source="second-order part of a mapped parameter's deviation against the first",
-        meaning="the map to the physical parameters is straight within the uncertainty"
-        if linear
-        else f"the map from the direct model to {', '.join(nonlinear)} bends within the "
-        "uncertainty: ",
-        remedy=None if linear else _DRAWN,
-    )
 
 
 def fixed_check(estimate: Estimate) -> Check | Missing | None:

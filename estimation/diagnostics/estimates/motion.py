@@ -6,36 +6,15 @@ import numpy as np
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, Value
-from axisid.estimation.regression import condition_number
 from axisid.estimation.thresholds.diagnostics import (
-    MAX_CONDITION_NUMBER,
     MAX_RELATIVE_DEVIATION,
     NEGLIGIBLE_FORCE,
     NEGLIGIBLE_PEAK_FORCE,
     NEGLIGIBLE_SIZE,
 )
 from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
-from axisid.support.arrays import Array
 
 from .excitation import Excitation
-
-
-def conditioning(X: Array) -> Check:
-    """Condition number of the regressor with unit columns; infinite where one is zero."""
-    sizes = np.linalg.norm(X, axis=0)
-    condition = condition_number(X / np.where(sizes > 0, sizes, 1.0))
-    excited = condition <= MAX_CONDITION_NUMBER.value
-    return Check(
-        name="excitation",
-        status=passed(excited),
-        figure=condition,
-        threshold=MAX_CONDITION_NUMBER.value,
-        source="condition number of unit columns below 100, common for exciting trajectories",
-        meaning="the motion tells the parameters apart"
-        if excited
-        else "the motion hardly tells some parameters apart; record reversals, several speeds and "
-        "acceleration",
-    )
 
 
 def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:

@@ -12,5 +12,4 @@ from .residuals import residuals_against_motion as residuals_against_motion
 from .unexplained import changes_check as changes_check
 from .unexplained import constant_check as constant_check
 from .unexplained import lack_of_fit_check as lack_of_fit_check
-from .unexplained import ripple_check as ripple_check
 from .unexplained import terms_check as terms_check

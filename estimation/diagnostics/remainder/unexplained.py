@@ -1,15 +1,12 @@
 """What the residuals are made of where they are no noise.
 
-A constant force, a ripple, a term that is missing, a parameter that changes: each comes with what
-to do about it, the element to declare or the cut-off to take.
+A constant force, a term that is missing, a parameter that changes: each comes with what to do about
+it, as the element to declare.
 """
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis
@@ -19,14 +16,9 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking import Lack, change_sentence, is_named, term_sentence
 from axisid.estimation.moves import LackOfFit
 from axisid.estimation.regression import factor, instrumental_variables, least_squares
-from axisid.estimation.signals import Prefilter, Signals, drive_force
+from axisid.estimation.signals import drive_force
 from axisid.estimation.thresholds.diagnostics import (
-    MAX_RIPPLE_CHANCE,
-    MIN_RIPPLE_FREQUENCY,
-    MIN_RIPPLE_POWER,
-    MIN_SPECTRUM_ROWS,
     NEGLIGIBLE_FORCE,
-    RIPPLE_CUTOFF,
     SAME_CONSTANT,
 )
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
@@ -36,24 +28,13 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 
-_CONSTANT, _RIPPLE = "constant force", "ripple"
+_CONSTANT = "constant force"
 _TERMS, _CHANGES = "missing terms", "changes in time"
 _TOLD = (
     "percent of the force, root mean square; fails where Wald's test tells it from zero among all "
     "that is looked for (a false-discovery rate of 0.1 %, Benjamini-Yekutieli), the score test at "
     "1 % too, and it takes 5 % or more of the residuals' power"
 )
-_NEIGHBOURS, _OWN = 41, 3  # frequencies that a line is held against, and that are its own
-_MOST_ROWS, _MOST_CYCLES = 2000, 400  # over the positions
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """A line in a spectrum: its frequency, its amplitude, its part of the power."""
-
-    frequency: float
-    amplitude: float
-    share: float
 
 
 def constant_check(
@@ -95,37 +76,6 @@ def constant_check(
         if good
         else f"a constant force of {said} is left in the residuals: "
         + ("the missing term may make it" if terms else _whose(preferred, force, law)),
-    )
-
-
-def ripple_check(
-    preferred: Estimate, signals: Signals, prefilter: Prefilter, measured: str = ""
-) -> Check | Missing:
-    """Whether one frequency, over time or over the position, stands out of the residuals.
-
-    A `measured` velocity or acceleration, if there is one, may ripple itself.
-    """
-    if len(preferred.y) < MIN_SPECTRUM_ROWS.value:
-        return Missing(f"{len(preferred.y)} rows are too few for a spectrum")
-    residuals = preferred.residuals - np.mean(
-        preferred.residuals
-    )  # a constant has a check of its own
-    time = _over_time(preferred, signals, residuals)
-    place = _over_position(preferred, signals, residuals)
-    line = max((each for each in (time, place) if each), key=lambda line: line.share, default=None)
-    return Check(
-        name=_RIPPLE,
-        status=passed(line is None, matters=False),
-        figure=None if line is None else 100 * line.share,
-        threshold=100 * MIN_RIPPLE_POWER.value,
-        source="percent of the residuals' power that one frequency has, over time beyond eight "
-        "times the rate of reversals, or over the position; it stands out of its neighbours but "
-        "for a chance of 1e-4",
-        meaning="no frequency stands out of the residuals"
-        if line is None
-        else _by_position(line, preferred, measured=measured)
-        if line is place
-        else _by_time(line, preferred, prefilter),
     )
 
 
@@ -270,81 +220,3 @@ def _is_made_of(axis: GeneratedAxis, control: float, force: float) -> bool:
     recorded = [np.ones(1) for _ in axis.axis.signals]
     made = drive_force(axis, np.array([control]), np.zeros(1), np.zeros(1), recorded)[0]
     return bool(abs(made - force) < SAME_CONSTANT.value * abs(force))
-
-
-def _over_time(preferred: Estimate, signals: Signals, residuals: Array) -> Line | None:
-    rows = preferred.rows.astype(int)
-    values = preferred.neighbours.with_zeros(residuals)
-    size = 2 * len(values)
-    power = np.abs(np.fft.rfft(values, size)) ** 2
-    frequencies = np.arange(len(power)) / (size * preferred.row_period)
-    turns = np.count_nonzero(np.diff(np.sign(signals.velocity[rows])))
-    lasting = (len(values) - 1) * preferred.row_period
-    return _line(frequencies, power, residuals, MIN_RIPPLE_FREQUENCY.value * turns / (2 * lasting))
-
-
-def _over_position(preferred: Estimate, signals: Signals, residuals: Array) -> Line | None:
-    rows = preferred.rows.astype(int)
-    chosen = rows[:: max(len(rows) // _MOST_ROWS, 1)]
-    position = signals.position[chosen]
-    apart = float(np.median(np.abs(signals.velocity[chosen])) * preferred.row_period)
-    travel = float(np.ptp(position))
-    most = min(2 * _MOST_CYCLES, int(travel / max(apart, travel / (2 * _MOST_CYCLES))))
-    frequencies = np.arange(1, most) / (2 * travel)
-    values = residuals[:: max(len(rows) // _MOST_ROWS, 1)]
-    power = np.abs(_transform(values, position / (2 * travel), most)[1:]) ** 2
-    return _line(frequencies, power, values, MIN_RIPPLE_FREQUENCY.value / travel)
-
-
-def _transform(values: Array, places: Array, count: int) -> NDArray[np.complex128]:
-    """``sum_n v_n exp(-2 pi i k x_n)`` for k = 0 to before a count, of places x in any order.
-
-    With ``k = a K + b`` the wave is one of a times one of b: about two roots of the count of
-    exponentials a place, in place of the count.
-    """
-    coarse = math.isqrt(max(count - 1, 0)) + 1
-    by_a = np.exp(-2j * np.pi * np.outer(np.arange(-(-count // coarse)) * coarse, places))
-    by_b = np.exp(-2j * np.pi * np.outer(np.arange(coarse), places))
-    return np.asarray(((by_a * values) @ by_b.T).ravel()[:count], dtype=np.complex128)
-
-
-def _line(frequencies: Array, power: Array, values: Array, lowest: float) -> Line | None:
-    """The strongest frequency beyond the lowest, if it stands out of its neighbours."""
-    beyond = frequencies >= lowest
-    if beyond.sum() < _NEIGHBOURS:
-        return None
-    best = int(np.argmax(np.where(beyond, power, 0.0)))
-    first = max(best - _NEIGHBOURS // 2, 0)
-    around = np.r_[first : max(best - _OWN, 0), best + _OWN + 1 : best + _NEIGHBOURS // 2 + 1]
-    background = float(np.median(power[around[around < len(power)]]))
-    total = float(values @ values)
-    share = min(2 * float(power[best]) / (len(values) * total), 1.0)
-    chance = len(frequencies) * 0.5 ** (float(power[best]) / background) if background else 0.0
-    if share < MIN_RIPPLE_POWER.value or chance > MAX_RIPPLE_CHANCE.value:
-        return None
-    return Line(float(frequencies[best]), float(np.sqrt(2 * share * total / len(values))), share)
-
-
-def _by_time(line: Line, preferred: Estimate, prefilter: Prefilter) -> str:
-    unit = "" if preferred.ddm_quantities else f" {preferred.form.axis.axis.coordinate.force_unit}"
-    cutoff = RIPPLE_CUTOFF.value * line.frequency
-    return (
-        f"a ripple of {line.frequency:.3g} Hz is {100 * line.share:.0f} % of the residuals' power, "
-        f"with an amplitude of {line.amplitude:.2g}{unit}: a cut-off of "
-        f"{cutoff:.2g} Hz (it is {prefilter.cutoff:g} Hz) leaves it out, if the "
-        "motion is slow against that; otherwise find what vibrates, or the mains"
-    )
-
-
-def _by_position(line: Line, preferred: Estimate, *, measured: str) -> str:
-    q, period = preferred.form.axis.axis.coordinate, 1 / line.frequency
-    given = f"(a, b, {q.name}, period={period:.3g})"
-    return (
-        f"a ripple over the position, every {period:.3g} {q.unit}, is {100 * line.share:.0f} % of "
-        f"the residuals' power: declare cogging{given}, or periodic_coulomb{given} where it "
-        "changes with the direction"
-        + (
-            f"; the measured {measured} may have it, which shows without that column"
-            * bool(measured)
-        )
-    )

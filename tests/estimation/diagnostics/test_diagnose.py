@@ -35,7 +35,7 @@ def check(name: str, status: Status) -> Check:
             "Nothing that was checked speaks against these numbers.",
         ),
         (
-            (check("control law", "not evaluated"), check("delta method", "not evaluated")),
+            (check("control law", "not evaluated"), check("precision", "not evaluated")),
             "Nothing that was checked speaks against these numbers; not checked: control law.",
         ),
         (

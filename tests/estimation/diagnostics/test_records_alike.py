@@ -137,7 +137,7 @@ def test_a_direct_model_alone_cannot_be_asked(plain: GeneratedAxis) -> None:
     assert alike_check(found, ["a", "b"]) is found
 
 
-PASSED = Check(name="ripple", status="pass", meaning="nothing", figure=1.0, threshold=2.0)
+PASSED = Check(name="lack of fit", status="pass", meaning="nothing", figure=1.0, threshold=2.0)
 FAILED = replace(PASSED, status="fail", meaning="there is one: ", remedy=Remedy.of("go on"))
 
 
@@ -157,7 +157,7 @@ def test_other_records_that_fail_otherwise_are_named_too() -> None:
 
 def test_what_passes_everywhere_passes_and_what_cannot_be_told_says_so() -> None:
     assert joined([PASSED, PASSED], "ab") == PASSED
-    missing = Check.not_evaluated("ripple", Missing("there is none"))
+    missing = Check.not_evaluated("lack of fit", Missing("there is none"))
     half = joined([PASSED, missing], "ab")
     assert isinstance(half, Check)
     assert half.meaning == "nothing (not evaluated of b)"

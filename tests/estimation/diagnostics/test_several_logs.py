@@ -95,10 +95,10 @@ def test_check_that_faults_is_told_and_the_estimates_stand(
     emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch, by_record: bool
 ) -> None:
     monkeypatch.delenv("AXISID_DEBUG", raising=False)
-    broken = Diagnostic(name="excitation", check=_broken, by_record=by_record)
-    monkeypatch.setitem(DIAGNOSTICS, "excitation", broken)
+    broken = Diagnostic(name="precision", check=_broken, by_record=by_record)
+    monkeypatch.setitem(DIAGNOSTICS, "precision", broken)
     result = identify(emps2015, twin, methods="idm-ls")
-    found = next(check for check in result.verdict if check.name == "excitation")
+    found = next(check for check in result.verdict if check.name == "precision")
     assert found.status == "fail"
     assert "by a fault (ValueError: matmul): please report" in found.meaning
     assert "M" in result["idm-ls"].parameters

@@ -143,7 +143,7 @@ def numbers(values: np.ndarray[Any, Any], half: float) -> MonteCarlo:
         runs=np.arange(len(values)),
         estimands=(Estimand("idm-iv", "M", "kg"),),
         numbers=block,
-        checks=("excitation",),
+        checks=("precision",),
         statuses=np.array([[2], [0], [-1], [-1]], dtype=np.int8)[: len(values)],
         judged=np.array([True, True, False, False])[: len(values)],
         failures=(FailedRun(run=3, of="idm-iv", reason="singular"),),
@@ -231,7 +231,7 @@ def test_intervals_of_every_kind_are_there_and_truths_of_both_models() -> None:
     assert np.isfinite(made.deviations("model")[0]).any()  # of the run that is judged
     assert np.isnan(made.deviations("model")[1:]).all()
     assert made.judged == 1
-    assert "excitation" in {check.name for check in made.checks}
+    assert "precision" in {check.name for check in made.checks}
 
 
 @pytest.mark.slow

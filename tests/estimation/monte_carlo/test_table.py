@@ -41,7 +41,7 @@ def test_columns_are_named_for_method_parameter_and_interval() -> None:
     assert set(columns["status"]) == {"ok"}
     assert columns["idm-iv.M"].tolist() == judged().values[:, 6].tolist()
     assert {"ddm-ls.direct.theta1", "idm-iv.Fv.corrected", "idm-iv.Fc.hac.low"} <= columns.keys()
-    assert columns["check.excitation"].tolist() == ["pass", *[""] * 9]
+    assert columns["check.precision"].tolist() == ["pass", *[""] * 9]
 
 
 @pytest.mark.parametrize("name", ["runs.csv", "runs"])

@@ -1,4 +1,4 @@
-"""What the prefilter alone does to an estimate, found on the simulated loop."""
+"""What filter and noise do to an estimate, found on simulated loops."""
 
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Curvature of the parameter map and draws through it, against closed forms."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,6 @@ from axisid import Identification, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.regression.propagation import root
-from axisid.support.remedy import Setting
 from tests.refusals import refuses
 
 
@@ -109,18 +106,6 @@ def test_misuse_is_explained(
 ) -> None:
     with refuses(code):
         result["ddm-ls"].propagate(**{"function": "M", **arguments})  # type: ignore[arg-type]
-
-
-def test_bent_map_fails_its_check_and_offers_draws(
-    emps2015: GeneratedAxis, result: Identification
-) -> None:
-    wide = replace(result, estimates={"ddm-iv": widened(result["ddm-iv"], 200.0)})
-    (check,) = (c for c in wide.verdict if c.name == "delta method")
-    assert check.status == "fail"
-    assert "M" in check.meaning
-    assert check.remedy is not None
-    assert check.remedy.settings == (Setting("draws", "10000"),)
-    del emps2015
 
 
 def test_root_of_a_singular_covariance_is_one() -> None:

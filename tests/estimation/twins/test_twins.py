@@ -66,7 +66,7 @@ def test_one_step_from_the_estimate_is_a_whole_estimate(
         steps = np.array([each.theta for each in twins.solutions(fit.form, fit.solver)])
         whole = [
             identify(emps2015, each.record, methods=method)[method].physical
-            for each in twins_of(data, TRUTH, NOISE, 6)
+            for each in twins_of(data, TRUTH, NOISE, 6, paired=True)
         ]
         np.testing.assert_allclose(
             steps.mean(axis=0), np.mean(whole, axis=0), atol=0.3 * steps.std(axis=0).max()

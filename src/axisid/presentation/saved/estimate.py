@@ -124,7 +124,7 @@ class SavedEstimate(Presentable):
 
     @property
     def filter_bias(self) -> Array | None:
-        """What the prefilter alone moves the physical parameters by, (p,), where it is known."""
+        """What filter and noise move the physical parameters by, (p,), as twins tell."""
         biases = [v.filter_bias for v in self.parameters.values()]
         return None if None in biases else frozen([b for b in biases if b is not None])
 

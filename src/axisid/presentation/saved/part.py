@@ -92,7 +92,7 @@ class PartEstimate:
 
     @property
     def filter_bias(self) -> Array | None:
-        """What the prefilter alone moves `physical` by, (p,), where that is known."""
+        """What filter and noise move `physical` by, (p,), as twins tell."""
         bias = self.whole.filter_bias
         return None if bias is None else np.asarray(self._slopes @ bias)
 

@@ -20,7 +20,7 @@ class WrittenFitted(JsonObject, frozen=True, kw_only=True):
     deviations: Annotated[
         Mapping[str, float | None],
         about(
-            "By covariance: coloured errors, independent ones; where twins were asked for, "
+            "By covariance: coloured errors, independent ones; where there are twins, "
             "bootstrap by them."
         ),
     ]

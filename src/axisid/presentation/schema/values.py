@@ -34,9 +34,8 @@ class WrittenValue(JsonObject, frozen=True, kw_only=True):
     filter_bias: Annotated[
         float | None,
         about(
-            "What the prefilter alone moves the value by, and without a reference the noise of "
-            "the position too; the value contains it, the interval does not; null where the "
-            "loop could not be simulated."
+            "What filter and noise move the value by, as twins of the record tell; the value "
+            "contains it, the interval does not; null without twins."
         ),
     ]
     deviations: Annotated[

@@ -9,7 +9,6 @@ from axisid import Identification, Record, fix, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks.check import Check
 from axisid.estimation.diagnostics.estimates.agreement import (
-    delta_method_check,
     fixed_check,
     ls_against_iv,
 )
@@ -103,22 +102,6 @@ def test_a_bias_of_a_tenth_counts_within_three_deviations_if_the_test_rejects(
 def test_nothing_is_compared_without_both_estimates_or_with_weak_instruments(iv: Estimate) -> None:
     for ls, other, weak in ((None, iv, False), (iv, None, False), (iv, iv, True)):
         assert isinstance(ls_against_iv(ls, other, SURE, weak=weak), Missing)
-
-
-@pytest.mark.parametrize(("relative", "status"), [(0.01, "pass"), (0.9, "fail")])
-def test_the_map_from_a_direct_model_is_straight_within_small_deviations_only(
-    result: Identification, relative: float, status: str
-) -> None:
-    direct = result["ddm-iv"]
-    spread = np.diag((relative * direct.theta_ddm) ** 2)
-    wide = direct.with_inference(ddm_covariances=dict.fromkeys(direct.ddm_covariances, spread))
-    check = delta_method_check(wide)
-    assert isinstance(check, Check)
-    assert check.status == status
-    assert check.figure is not None
-    assert check.threshold is not None
-    assert (check.figure > check.threshold) is (status == "fail")
-    assert isinstance(delta_method_check(None), Missing)
 
 
 @pytest.mark.parametrize(("deviations", "status"), [(1.0, "pass"), (4.0, "fail")])

@@ -1,15 +1,13 @@
-"""What is left in the residuals: a constant force, a ripple; nothing where the model is right."""
+"""What is left in the residuals: a constant force; nothing where the model is right."""
 
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import sympy
 
 from axisid import Identification, Parameter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.elements import cogging
 from axisid.estimation.checks.check import Check
 
 GAIN = 35.15
@@ -79,46 +77,12 @@ def test_a_model_with_an_offset_has_none_left(emps: GeneratedAxis) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hertz", [12.0, 25.0, 33.0])
-def test_a_ripple_is_told_with_its_frequency_and_a_cut_off(
-    emps2015: GeneratedAxis, twin: Record, hertz: float
-) -> None:
-    assert twin.control is not None
-    wave = 5 / GAIN * np.sin(2 * np.pi * hertz * twin.time)
-    check = found(identify(emps2015, replace(twin, control=twin.control + wave)), "ripple")
-    assert check.status == "note"
-    assert check.meaning.startswith(f"a ripple of {hertz:.3g} Hz is ")
-    assert f"a cut-off of {0.8 * hertz:.2g} Hz" in check.meaning
-
-
-@pytest.mark.slow
-def test_a_ripple_over_the_position_is_told_with_its_period() -> None:
-    a, b = Parameter("a", "N"), Parameter("b", "N")
-    q = load_axis("emps2015").coordinate
-    record = of_plant(a, b, force=cogging(a, b, q, period=5e-3), truth={"a": 3.0, "b": 1.0})
-    check = found(identify(load_axis("emps2015"), record), "ripple")
-    assert check.status == "note"
-    period = float(check.meaning.split("every ")[1].split()[0])
-    assert period == pytest.approx(5e-3, rel=0.02)
-    assert "cogging(a, b, q, period=" in check.meaning
-
-
-def test_a_ripple_that_the_filter_takes_off_is_not_told(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    assert twin.control is not None
-    wave = 5 / GAIN * np.sin(2 * np.pi * 80.0 * twin.time)
-    result = identify(emps2015, replace(twin, control=twin.control + wave))
-    assert found(result, "ripple").status == "pass"
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["emps2015", "pendulum", "belt_axis", "rotary_table", "crank"])
 def test_nothing_is_left_by_right_models(name: str, seed: int) -> None:
     axis = build(load_axis(name))
     result = identify(axis, twin_record(axis, seed=seed), methods=["idm-ls", "idm-iv"])
-    assert {found(result, c).status for c in ("constant force", "ripple")} == {"pass"}
+    assert found(result, "constant force").status == "pass"
 
 
 def test_a_direct_model_alone_is_not_asked_for_a_constant(
@@ -126,4 +90,3 @@ def test_a_direct_model_alone_is_not_asked_for_a_constant(
 ) -> None:
     result = identify(emps2015, twin, methods="ddm-ls")
     assert found(result, "constant force").status == "not evaluated"
-    assert found(result, "ripple").status == "pass"
