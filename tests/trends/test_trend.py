@@ -231,7 +231,7 @@ def test_a_value_at_its_bound_is_as_sure_as_its_interval(
     made["parameters"]["Fc"] |= {
         "value": 0.0,
         "sd": 0.0,
-        "deviations": {"coloured": 0.0, "iid": 0.0},
+        "deviations": dict.fromkeys(made["parameters"]["Fc"]["deviations"], 0.0),
         "interval_95": [0.0, 1.645],
         "at_bound": "lower",
     }
