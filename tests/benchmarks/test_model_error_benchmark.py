@@ -18,7 +18,7 @@ def test_strokes_have_the_speeds_of_the_public_record() -> None:
 @pytest.mark.parametrize(("shape", "motion"), [("sine of 0.2 m", "moves")])
 def test_the_band_holds_what_the_interval_misses(shape: str, motion: str) -> None:
     found = study.coverage(shape, motion, runs=12, seed=1)
-    assert found["hac"]["Fc"] < 0.5
+    assert found["hac"]["Fc"] < 0.7
     assert found["shown"]["Fc"] > 0.9
     assert found["shown"]["Fv"] > 0.9
     assert found["moves"]["Fv"] <= found["band"]["Fv"]

@@ -94,14 +94,6 @@ def _offset(folder: Path) -> list[object]:
     return ["identify", "emps2015", "log.csv"]
 
 
-def _ripple(folder: Path) -> list[object]:
-    record = twin_record(load_axis("emps2015"))
-    assert record.control is not None
-    wave = 0.15 * np.sin(2 * np.pi * 25.0 * record.time)
-    _write(folder / "log.csv", replace(record, control=record.control + wave))
-    return ["identify", "emps2015", "log.csv"]
-
-
 def _rests(folder: Path, *options: object) -> list[object]:
     """Four strokes, each with a rest of a second and a half."""
     axis = build(load_axis("emps2015"))
@@ -208,12 +200,6 @@ FAULTS: tuple[Fault, ...] = (
         code=0,
         says=r"FAIL constant force: a constant force of 3\.5\d? \+- \S+ N .* in the recorded "
         r"control \(0\.\d+\) and not in the law",
-    ),
-    Fault(
-        name="a ripple within the filter's pass band",
-        make=_ripple,
-        code=0,
-        says=r"note ripple: a ripple of 25 Hz is .* a cut-off of 20 Hz",
     ),
     Fault(
         name="a log that rests most of the time",

@@ -12,7 +12,7 @@ import sympy
 
 import axisid.elements
 from axisid import Axis, Coordinate, Parameter, load_axis, newton
-from axisid.estimation.diagnostics.remainder.unexplained import Line, _by_position, _whose
+from axisid.estimation.diagnostics.remainder.unexplained import _whose
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking.search import Lack
 from axisid.estimation.lacking.sentences import term_sentence
@@ -128,11 +128,9 @@ def test_a_resonance_is_told_with_its_frequency_and_what_a_rigid_axis_holds_for(
     assert re.search(r"rigid axis does not hold beyond about 10 Hz: lower the cut-off", sentence)
 
 
-def test_a_constant_and_a_ripple_name_what_is_declared(tmp_path: Path) -> None:
+def test_a_constant_names_what_is_declared(tmp_path: Path) -> None:
     q = Coordinate("y", unit="m")
     form = SimpleNamespace(axis=SimpleNamespace(axis=SimpleNamespace(coordinate=q)))
     judged = cast(Estimate, SimpleNamespace(form=form))
     constant = _whose(judged, 3.0, Missing("no law"))
     assert _declared_alike(tmp_path, q, constant, "N") == 1
-    ripple = _by_position(Line(frequency=81.0, amplitude=0.2, share=0.3), judged, measured="")
-    assert _declared_alike(tmp_path, q, ripple, "N") == 2

@@ -187,7 +187,7 @@ def test_bias_is_found_again_where_it_leads(emps2015: GeneratedAxis) -> None:
     estimate = identify(emps2015, record, KEPT, "idm-iv")["idm-iv"]
     truth = np.array([100.2, 236.9, 90.0])
     assert np.abs(estimate.physical - truth)[1] > 50
-    assert np.abs(estimate.corrected - truth)[1] < 3
+    assert np.abs(estimate.corrected - truth)[1] < 5
 
 
 @pytest.mark.slow
