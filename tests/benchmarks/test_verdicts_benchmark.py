@@ -24,8 +24,12 @@ def test_a_right_machine_passes_and_holds(name: str, by: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "by"),
-    [("quadratic", "identify")]
-    + [("offset", "identify"), ("offset", "control"), ("cogging", "identify")],
+    [
+        ("quadratic", "identify"),
+        ("offset", "identify"),
+        ("offset", "control"),
+        ("cogging", "identify"),
+    ],
 )
 def test_what_is_wrong_is_named(fault: str, by: str) -> None:
     named = study.cases(1)[f"{fault}; stage"].named
