@@ -28,7 +28,7 @@ SUBJECTS: Mapping[str, str] = {
     "estimates": "Estimates",
     "moves": "Moves, repeats and the model's error",
     "diagnostics": "Diagnostics",
-    "lacking": "Missing terms and changes in time",
+    "lacking": "Missing terms",
     "law_search": "Search for the control law",
     "fitting": "Fits of an output",
     "studies": "Comparisons, validation, friction curve, fleets and trends",

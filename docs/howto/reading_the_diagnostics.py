@@ -120,12 +120,11 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | coarse positions | without a reference, where the control does not answer to the steps of the logged position: they move a value by more than half a deviation; a note up to 1 % of the value | log the position as finely as the drive measures it, or record the reference |
 # | fixed values | what was fixed contradicts the record | the fixed value, or the model |
 # | simulation | the simulated loop leaves half of the force unexplained, or cannot be simulated with the estimate | law, signs, units; or the record is mostly noise |
-# | residuals against the motion | something in the motion explains them, more than the loop's own noise or steps do | a missing term, a delay, or the filter at reversals; a note where another check names it |
 # | normal residuals | heavy tails; a note where another check names what makes them, and with 100 rows or more, unless a few rows decide, of the noise, of all that is left, and away from reversals, more than in loops with the same noise or steps | outliers |
-# | alignment | the force fits the motion best at another delay | `hold`, the drive's delay or lag that is missing or declared too long, or the clock of the log (a note where the control law says so too); what other checks say of reversals, or of friction with a delay declared too long, is a note then |
+# | alignment | the model lacks a delay, by the search for missing terms; the sentence says where the force fits the motion best | `hold`, the drive's delay or lag that is missing or declared too long, or the clock of the log (a note where the control law says so too); what other checks say of reversals, or of friction with a delay declared too long, is a note then |
 # | force against control | in what is slow against a current loop the force column is more than 20 % off the gain times the control, later than 5 ms, or off by a factor beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
 # | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note where the force is measured | record what the drive applies; the limit, the unit |
-# | constant force | a constant beside the model's terms is more than 1 % of the force, and three deviations; a note where a missing term is named, which may make it; named before the simulation where it is more than 10 % | declare the `offset` that is proposed, or mend the converter |
+# | missing terms | the residuals hold more of a term, or of a change in time, than those of twins of the record do, and it is 1 % of the force or moves a parameter by more than its interval | declare what is named, and identify again |
 #
 # `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).
 # [The DFKI pendulum](../dfki_pendulum) shows what they are worth on a difficult real record.

@@ -16,6 +16,7 @@ from .diagnose import gravest_first as gravest_first
 from .diagnosis import Case as Case
 from .diagnosis import Diagnosis as Diagnosis
 from .diagnosis import RecordDiagnosis as RecordDiagnosis
+from .joined import joined as joined
 from .preferred import Choice as Choice
 from .records_alike import Alike as Alike
 from .records_alike import Apart as Apart

@@ -36,18 +36,14 @@ from axisid.estimation.diagnostics.loop import (
     timing_remedy,
 )
 from axisid.estimation.diagnostics.remainder import (
-    changes_check,
-    constant_check,
     lack_of_fit_check,
     normality,
-    residuals_against_motion,
     signals_check,
     tails_as_measured,
     terms_check,
 )
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
-from axisid.estimation.thresholds.diagnostics import LARGE_CONSTANT
 from axisid.support.missing import Missing
 
 from .beside import without_instruments
@@ -60,7 +56,7 @@ from .repeated_samples import repeated_check
 #: How far the numbers of a result can be believed.
 Belief = Literal["believed", "with care", "not believed"]
 
-_LAST, _BEFORE_SIMULATION = 100, 1
+_LAST = 100
 #: Checks of what an axis declares.
 _OF_THE_MODEL = ("missing terms", "control law")
 #: Checks of fits alone by which no number is to be believed, with their rank among the others.
@@ -153,15 +149,6 @@ def _simulation(case: Case) -> Check | Missing:
     return following(case.preferred, case.data.rest)
 
 
-def _residuals_against_motion(case: Case) -> Check:
-    return residuals_against_motion(
-        case.residuals,
-        case.preferred,
-        explained=_is_explained(case),
-        by_loops=case.following_as_measured,
-    )
-
-
 def _normality(case: Case) -> Check:
     away = np.concatenate([~data.rows_near_turns for data in case.problem.data])
     by_loops = partial(tails_as_measured, case.problem, case.preferred, away)
@@ -179,10 +166,17 @@ def _alignment(case: Case) -> Check | Missing:
         case.preferred,
         case.alignment,
         case.data,
+        is_late=_is_late(case),
         weak=case.weak,
         remedy=timing_remedy(case.timing, case.data.axis.axis.control),
         by_log=_is_logged_elsewhere(case),
     )
+
+
+def _is_late(case: Case) -> bool:
+    """Whether the model lacks a delay, which twins tell from noise."""
+    lacking = case.lacking
+    return not isinstance(lacking, Missing) and any(lack.kind == "delay" for lack in lacking)
 
 
 def _is_logged_elsewhere(case: Case) -> bool:
@@ -218,25 +212,21 @@ def _measured_acceleration(case: Case) -> Check | Missing | None:
 
 
 def _recorded_signals(case: Case) -> Check | Missing | None:
-    if not case.data.axis.axis.signals:
-        return None
-    return signals_check(case.data.axis, case.data.record, case.signals_apart, case.lacking)
+    return signals_check(case.lacking, case.data.axis, case.data.record)
 
 
 def _limit(case: Case) -> Check | None:
     return limit_check(case.data.axis, case.data.record)
 
 
-def _constant(case: Case) -> Check | Missing:
-    return constant_check(case.preferred, case.data.weights, case.law, case.lacking)
-
-
 def _missing_terms(case: Case) -> Check | Missing:
     lacking = case.lacking
-    if isinstance(lacking, tuple) and _fails(_alignment(case)):  # which says how late
+    if isinstance(lacking, Missing):
+        return lacking
+    if _fails(_alignment(case)):  # which says how late
         lacking = tuple(lack for lack in lacking if lack.kind != "delay")
-    found = terms_check(lacking, case.preferred)
-    if not isinstance(found, Check) or found.status != "fail":
+    found = terms_check(lacking, case.data.axis)
+    if found.status != "fail":
         return found
     if _fails(case.coarse):
         return replace(found, status="note")  # what the steps move is left, and counts once
@@ -255,10 +245,6 @@ def _is_declared_late(case: Case) -> bool:
 
 def _fails(found: Check | Missing | None) -> bool:
     return isinstance(found, Check) and found.status == "fail"
-
-
-def _changes_in_time(case: Case) -> Check | Missing:
-    return changes_check(case.lacking, case.preferred)
 
 
 def _drive_gain(case: Case) -> Check | None:
@@ -287,12 +273,11 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
         Diagnostic(name="coarse positions", check=_coarse_positions, rank=9),
         Diagnostic(name="inverse against direct", check=_forms, rank=5, grave=True),
-        Diagnostic(name="second opinion", check=_second_opinion, rank=8),
+        Diagnostic(name="second opinion", check=_second_opinion, rank=14),
         Diagnostic(name="precision", check=_precision, rank=13),
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
         Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
         Diagnostic(name="simulation", check=_simulation, rank=2, grave=True, by_record=True),
-        Diagnostic(name="residuals against the motion", check=_residuals_against_motion, rank=14),
         Diagnostic(name="normal residuals", check=_normality),
         Diagnostic(name="alignment", check=_alignment, rank=8, by_record=True),
         Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
@@ -312,9 +297,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             name="recorded signals", check=_recorded_signals, rank=2, grave=True, by_record=True
         ),
         Diagnostic(name="control against limit", check=_limit, rank=6, grave=True, by_record=True),
-        Diagnostic(name="constant force", check=_constant, by_record=True),
         Diagnostic(name="missing terms", check=_missing_terms, rank=8, by_record=True),
-        Diagnostic(name="changes in time", check=_changes_in_time, rank=8, by_record=True),
         Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),
         Diagnostic(name="drive gain", check=_drive_gain, several=True),
         Diagnostic(name="records alike", check=_records_alike, rank=8, grave=True, several=True),
@@ -450,19 +433,12 @@ def belief(failing: Iterable[str]) -> Belief:
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:
     """Checks by what it means for the numbers that they fail, the gravest first."""
-    return sorted(checks, key=_weight)
+    return sorted(checks, key=lambda check: _rank(check.name))
 
 
 def gravest_first(names: Iterable[str]) -> list[str]:
     """Names of checks in the order of `by_weight`."""
     return sorted(names, key=_rank)
-
-
-def _weight(check: Check) -> int:
-    """Rank of a check; a large constant force is before the simulation, which fails by it."""
-    share = (check.figure or 0.0) / 100
-    large = check.name == "constant force" and share > LARGE_CONSTANT.value
-    return _BEFORE_SIMULATION if large and check.status == "fail" else _rank(check.name)
 
 
 def _rank(name: str) -> int:

@@ -27,11 +27,8 @@ from axisid.estimation.diagnostics.loop import (
     force_timing,
     law_in_time,
 )
-from axisid.estimation.diagnostics.remainder import (
-    following_as_measured,
-)
 from axisid.estimation.estimates import Estimate, part_of
-from axisid.estimation.lacking import Lack, SignalApart, is_named, lacking, signals_apart
+from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.noise import (
     NO_ATTENUATION,
@@ -246,14 +243,6 @@ class Case:
         """Of the judged estimate."""
         return self.preferred.residual_tests
 
-    @property
-    def following_as_measured(self) -> float:
-        """How far such residuals follow the motion on loops as measured; 0 where nobody asks."""
-        tests = self.residuals
-        if tests.cross_z <= tests.cross_limit:
-            return 0.0
-        return following_as_measured(self.problem, self.preferred)
-
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
         """By physical parameter, of the motion that the regressor is made of."""
@@ -325,11 +314,6 @@ class Case:
         return lacking(self.data, self.preferred)
 
     @cached_property
-    def signals_apart(self) -> tuple[SignalApart, ...] | Missing:
-        """Recorded signals beside the forces that they make."""
-        return signals_apart(self.data, self.preferred)
-
-    @cached_property
     def coarse(self) -> Check | Missing | None:
         """Whether the steps of a logged position move the judged estimate; None where not asked."""
         told = self.has_parts or bool(self.noise_biases)
@@ -343,10 +327,7 @@ class Case:
         # A law is of one record, in the delay that its own rows tell.
         laws = [part.law for part in self.parts]
         return any(not isinstance(law, Missing) and not law.passed for law in laws) or any(
-            is_named(lack) or lack.parameter
-            for part in self.parts
-            if not isinstance(part.lacking, Missing)
-            for lack in part.lacking
+            bool(part.lacking) for part in self.parts if not isinstance(part.lacking, Missing)
         )
 
     @cached_property

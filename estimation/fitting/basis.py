@@ -9,28 +9,15 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.law import LawCheck, law_check
+from axisid.estimation.lacking import Lack
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Elsewhere, Found
 from axisid.estimation.thresholds.diagnostics import NOTICEABLE_BIAS
-from axisid.estimation.told_by_outputs import Lack, Left
+from axisid.estimation.told_by_outputs import Left
+from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
-from axisid.support.deferred import Deferred
 from axisid.support.missing import Missing
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Asked:
-    """Errors that are asked what a model lacks.
-
-    Attributes
-    ----------
-    predictions : Predictions
-    left : Left
-    """
-
-    predictions: Predictions
-    left: Left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -55,6 +42,10 @@ class FitBasis:
     ----------
     axes : tuple of GeneratedAxis
         By record.
+    own : tuple of (p,) array
+        Parameters of each record's axis.
+    chains : tuple of Chain
+        The noise of each record; none without twins.
     predictions : Predictions
     best : Found
         The search that is told.
@@ -66,8 +57,6 @@ class FitBasis:
         How far beyond its bound each parameter at one would be without it, in deviations.
     left : Left
         Errors at the end.
-    asked : Deferred of Asked
-        What the model lacks is asked of; of an open loop that is simulated anew.
     known : tuple of str
         Names of what was known of each record.
     alone : mapping of str to (float, float)
@@ -87,13 +76,14 @@ class FitBasis:
     """
 
     axes: tuple[GeneratedAxis, ...]
+    own: tuple[Array, ...]
+    chains: tuple[Chain, ...]
     predictions: Predictions
     best: Found
     ends: tuple[Found, ...]
     influence: Array
     beyond: Mapping[str, float]
     left: Left
-    asked: Deferred[Asked]
     known: tuple[str, ...]
     alone: Mapping[str, tuple[float, float]]
     moved: Array | None
@@ -106,12 +96,7 @@ class FitBasis:
     @property
     def without_twins(self) -> "FitBasis":
         """Without what noise and steps make of the errors: many times what the record holds."""
-        asked = replace(self.asked.value, left=_without_twins(self.asked.value.left))
-        return replace(self, left=_without_twins(self.left), asked=Deferred.of(asked))
-
-
-def _without_twins(left: Left) -> Left:
-    return replace(left, twins=None)
+        return replace(self, left=replace(self.left, twins=None))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,7 +118,7 @@ class Judged:
     percents: tuple[float, ...]
     beyond_noise: tuple[float, ...]
     followed: tuple[str, ...]
-    lacks: tuple[Lack, ...] | Missing
+    lacks: tuple[tuple[Lack, ...] | Missing, ...]  # by record
     prior: Mapping[str, tuple[float, float]]
     records: tuple[Record, ...]
     horizon: float | None

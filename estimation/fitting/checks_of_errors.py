@@ -2,27 +2,29 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.diagnostics import repeated_check
+from axisid.estimation.diagnostics import joined, repeated_check
 from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.remainder import terms_check
 from axisid.estimation.estimates import few_rows
 from axisid.estimation.joint import GAIN
 from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
+from axisid.estimation.records import record_labels
 from axisid.estimation.thresholds.estimates import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_ROWS_PER_PARAMETER,
 )
 from axisid.estimation.thresholds.fitting import (
     ADVISED_WINDOWS,
-    LACKING_LEVEL,
     MAX_BEYOND_NOISE,
     MAX_GROWTH,
     MAX_LEFT,
 )
-from axisid.estimation.told_by_outputs import Lack, alike_by_outputs, others_in_records
+from axisid.estimation.told_by_outputs import alike_by_outputs, others_in_records
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
@@ -86,55 +88,30 @@ def simulation_check(of: Judged) -> Check:
     )
 
 
-def missing_terms_check(of: Judged) -> Check:
+def missing_terms_check(of: Judged) -> Iterator[Check]:
     """Whether what is left goes with a force of the motion, or with a value that is held."""
-    name, level = "missing terms", LACKING_LEVEL.value
-    if isinstance(of.lacks, Missing):
-        return Check.not_evaluated(name, of.lacks)
-    there = [lack for lack in of.lacks if lack.is_there]
+    found = [
+        Check.not_evaluated("missing terms", lacks)
+        if isinstance(lacks, Missing)
+        else terms_check(lacks, axis)
+        for lacks, axis in zip(of.lacks, of.basis.axes, strict=True)
+    ]
+    check = joined(found, record_labels(of.records)) if len(found) > 1 else found[0]
+    if check is None:
+        return
     # What the model lacks moves the gains that are found with it.
     moved_gains = isinstance(of.law, LawCheck) and of.law.found_apart
     wrong_law = of.is_law_wrong and not moved_gains
     most = MIN_DISTANCE_FROM_NOISE.value
     refuted = [name for name, beyond in of.basis.beyond.items() if beyond > most]
-    bent = bool(refuted) and not wrong_law
-    if there:
-        told = {lack.subject: lack for lack in reversed(there)}  # of two shapes the stronger
-        listed = "; ".join(
-            f"{lack.subject} ({_size_text(lack)})"
-            for lack in sorted(told.values(), key=_of_force_and_size)
-        )
-        said = f"what is left asks for more than the model has: {listed}"
-        said += ". The law is not the record's, which asks for such forces too" * wrong_law
-        said += bent * (
-            f". The bound of {' and '.join(refuted)} leaves such forces too: mend that first"
-        )
-    else:
-        said = "what is left goes with no force of the motion that was looked for"
-    return Check(
-        name=name,
-        status=passed(not there, matters=not (wrong_law or bent)),
-        figure=of.lacks[0].chance if of.lacks else None,
-        threshold=level,
-        p_value=of.lacks[0].chance if of.lacks else None,
-        source=LACKING_LEVEL.source,
-        meaning=said,
-    )
-
-
-def _size_text(lack: Lack) -> str:
-    """How much is lacking; of what is held also which way."""
-    size = f"{abs(lack.size):.2g} +- {lack.deviation:.1g} {lack.told_of}".rstrip()
-    return size if _is_force(lack) else f"{size} {'more' if lack.size > 0 else 'less'}"
-
-
-def _is_force(lack: Lack) -> bool:
-    return lack.unit == "%"
-
-
-def _of_force_and_size(lack: Lack) -> tuple[bool, float]:
-    """An order: what is held, whose sizes have units of their own, then forces by their size."""
-    return _is_force(lack), -abs(lack.size) if _is_force(lack) else 0.0
+    more = ""
+    if wrong_law:
+        more = ". The law is not the record's, which asks for such forces too"
+    elif refuted:
+        more = f". The bound of {' and '.join(refuted)} leaves such forces too: mend that first"
+    if more and check.status == "fail":
+        check = replace(check, status="note", meaning=check.meaning + more)
+    yield check
 
 
 def _few_windows(of: Judged) -> int:

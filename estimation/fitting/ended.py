@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,7 @@ from scipy.special import log_ndtr, ndtri_exp
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.outputs import SQUARES
 from axisid.estimation.freed import axis_at
-from axisid.estimation.predictions import (
-    Predictions,
-    WindowPredictions,
-    record_rows,
-    slopes_of,
-)
+from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, widened
 from axisid.estimation.searches import (
@@ -39,11 +34,10 @@ from axisid.estimation.told_by_outputs import (
     unseen_directions,
 )
 from axisid.support.arrays import Array
-from axisid.support.deferred import Deferred
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
-from .basis import Asked, MovedByStart
+from .basis import MovedByStart
 from .rests import Rests
 from .spread import (
     Scores,
@@ -54,7 +48,6 @@ from .spread import (
 from .starting import FitStart, Searched
 from .twins import FitTwins, calibrated_covariance, fit_twins
 
-_PARTS = 4  # of a window, that what the model lacks is asked of
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
@@ -93,6 +86,12 @@ class Ended:
         """By record, under the law with the gains that were found."""
         form, physical = self.whose.form, self.physical
         return tuple(axis_at(axis, form, physical) for axis in self.whose.axes)
+
+    @property
+    def own(self) -> tuple[Array, ...]:
+        """Parameters of each record's axis, (p,)."""
+        form, physical = self.whose.form, self.physical
+        return tuple(form.own(physical, i) for i in range(len(self.records)))
 
     @property
     def inner(self) -> NDArray[np.bool_]:
@@ -337,7 +336,7 @@ class Ended:
 
     @cached_property
     def left(self) -> Left:
-        """The errors, to be asked what the model lacks."""
+        """The errors, to be asked what differs between records."""
         s, weights = self.scores, self.weighing.weights
         return Left(
             errors=self.errors_left,
@@ -375,50 +374,6 @@ class Ended:
             self.unknowns.names[j]: (float(without.physical[j]), math.sqrt(max(told[j], 0.0)))
             for j in map(int, np.flatnonzero(prior))
         }
-
-    @property
-    def asked(self) -> Deferred[Asked]:
-        """What is asked what the model lacks; of windows only once it is, as it is simulated."""
-        if isinstance(self.predictions, WindowPredictions):
-            return Deferred(partial(self._asked_in_parts, self.predictions))
-        return Deferred.of(self.as_asked)
-
-    @property
-    def as_asked(self) -> Asked:
-        """Its errors, and what made them."""
-        return Asked(predictions=self.predictions, left=self.left)
-
-    def _asked_in_parts(self, windows: WindowPredictions) -> Asked:
-        return self._in_parts(windows).as_asked
-
-    def _in_parts(self, windows: WindowPredictions) -> "Ended":
-        """The same end in windows of a quarter.
-
-        A force that is not the model's moves long windows by more than slopes tell, and their
-        starts and the parameters bend to it. The parts of a window count as one all the same, as
-        what moves an axis besides its control may last.
-        """
-        short, u = windows.in_parts(_PARTS), self.unknowns
-        try:
-            short.settle(self.best.physical)
-            slopes = slopes_of(
-                short, self.best.physical, self.scale, u.lower, u.upper, self.unknowns.free
-            )
-        except EstimationError:
-            return self
-        # Of each record all rows that count have one weight, and one share.
-        sizes = [there[-1].stop - there[0].start for there in short.spans]
-        before = [*map(record_rows, self.predictions.spans)]
-        weights, shares = self.weighing.weights, self.weighing.shares
-        most = np.repeat([weights[rows].max(initial=0.0) for rows in before], sizes)
-        if shares is not None:
-            shares = np.repeat([shares[rows][0] for rows in before], sizes)
-        return replace(
-            self,
-            predictions=short,
-            best=replace(self.best, slopes=slopes),
-            weighing=replace(self.weighing, weights=most * short.counted, shares=shares),
-        )
 
     def _by_twins(self, scores: Scores, twins: FitTwins) -> Array:
         """Covariance of the parameters of scores by twins, (k, k)."""

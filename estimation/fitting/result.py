@@ -14,9 +14,11 @@ from axisid.estimation.checks import Check, told_or, unless_faulty
 from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
+from axisid.estimation.lacking import Lack
 from axisid.estimation.records import Record
 from axisid.estimation.searches import FitStep
-from axisid.estimation.told_by_outputs import HeldParameters, Lack, lacks_beside, noise_left
+from axisid.estimation.told_by_outputs import noise_left
+from axisid.estimation.twins import Chain
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
@@ -26,6 +28,7 @@ from axisid.support.remedy import Note
 from .basis import FitBasis, Judged
 from .judgement import judged
 from .law_moves import move_by_record, moves_of_all, moves_per_percent
+from .missing import missing_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -170,29 +173,27 @@ class OutputFit(Presentable, Exact):
         return moves_per_percent(self.basis.predictions, self.physical, self.basis.influence)
 
     @cached_property
-    def lacks(self) -> tuple[Lack, ...] | Missing:
-        """Forces, and other values of what is held, that the outputs ask for, strongest first."""
-        return unless_faulty(self._lacks)
+    def lacks(self) -> tuple[tuple[Lack, ...] | Missing, ...]:
+        """What the model lacks on each record, what explains most first."""
+        basis, count = self.basis, len(self.records)
+        chains = basis.chains or (None,) * count
+        every = zip(basis.axes, self.records, basis.own, chains, strict=True)
+        return tuple(unless_faulty(partial(self._lacks, i, *each)) for i, each in enumerate(every))
 
-    def _lacks(self) -> tuple[Lack, ...] | Missing:
-        low, high = np.array([self.bounds[name] for name in self.names]).T
-        held = HeldParameters(
-            names=self.names,
-            units=tuple(q.unit for q in self.quantities),
-            than=tuple(map(self._held_by, self.names)),
-            lower=low,
-            upper=high,
-        )
-        asked = self.basis.asked.value
-        return lacks_beside(self.axis.axis, asked.predictions, self.physical, asked.left, held)
-
-    def _held_by(self, name: str) -> str:
-        """What holds a parameter, in words; nothing where the errors alone say what it is."""
-        if name in self.fixed:
-            return "it is held at"
-        if name in self.at_bound:
-            return "its bound"
-        return "was known of it" if name in self.prior else ""
+    def _lacks(
+        self, number: int, axis: GeneratedAxis, record: Record, own: Array, chain: Chain | None
+    ) -> tuple[Lack, ...] | Missing:
+        names = {name: name for name in self.names}
+        for name, locals_ in self.local.items():
+            names[name] = locals_[number]
+        half = {
+            own_name: float(np.ptp(self.values[name].interval)) / 2
+            for own_name, name in names.items()
+            if name in self.values
+        }
+        told = set(self.searched) - self.prior.keys()
+        held = [own_name for own_name, name in names.items() if name not in told]
+        return missing_of(axis, record, own, half, held, chain)
 
     @cached_property
     def noise(self) -> tuple[float, ...]:

@@ -1,38 +1,32 @@
-"""What a model lacks: score tests of named terms and of changes in time, the strongest first.
+"""What a model lacks: columns beside it, each against the twins, and the name that explains most.
 
-Each family of candidates is tested by the best of its kind, beside the model's own columns, a
-constant and what was found before. A candidate is found where it is significant among all of them
-(Benjamini and Yekutieli, as the tests depend on each other) and large enough to matter; of those
-the one that takes most of the residuals comes first, and the others are tested again beside it.
+A hypothesis is one line: columns of the motion, over a grid of places where it has one. All are
+tested at once, their level by Holm's rule, and what is told must matter too: more than 1 % of the
+force, or a parameter by more than its interval. Of what fails, the name is the one that leaves
+least to say of the others once it is taken into the model; then it is asked again.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import Hac, joint_p, score_products
-from axisid.estimation.signals import FilteredRecord, Neighbours
-from axisid.estimation.thresholds.lacking import (
-    FALSE_DISCOVERY_RATE,
-    MAX_SCORE_CHANCE,
-    MAX_SHARE_TO_DOUBT,
-    MIN_EXPLAINED_BY_LAST,
-    MIN_EXPLAINED_SHARE,
-    MIN_MISSING_FORCE,
-    MIN_OWN_PART_OF_PLAIN,
-    MIN_STEPS_EXCESS,
-)
+from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.thresholds.diagnostics import NEGLIGIBLE_RESIDUAL
+from axisid.estimation.thresholds.lacking import LACKING_LEVEL, MIN_LACKING_SHARE
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
-from .candidates import Family, families
-from .examined_rows import ExaminedRows, examined, examined_again
-from .terms import OF_KIND, PLAIN, Kind, terms_for
+from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of
+from .scores import AddedColumns, ColumnTests, RecordScores, scores_of
+from .terms import Kind
 
 _MOST = 3  # that are told
+_RIVALS, _NEARLY = 4, 0.6  # of the strongest: how many may be the name, from which share on
+_CERTAIN = 40.0  # of -log10 p: what is beyond it is as certain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,19 +37,19 @@ class Lack:
     ----------
     kind : str
     parameter : str
-        What changes in time; empty for a term.
+        What changes in time, or is held at a wrong value; empty for a term.
     values, deviations : tuple of float
-        Factors of its columns, and their HAC deviations.
+        Factors of its columns, and how they scatter in twins; of a parameter by what it changes.
     before : float
         Of a parameter that changes: its value before, or at the start; 0 for a term.
     at : float
-        Speed, period, or time of the change in s since the record's start; NaN for none.
+        Speed, period, frequency, or time of the change in s since the first row; NaN for none.
     share : float
         Of the force that is its part of it, root mean square.
     explained : float
         Share of the residuals' sum of squares that it takes.
-    p_value, score_p : float
-        By Wald of the family, over all its candidates; of the score test of this one alone.
+    p_value : float
+        Over all its places.
     """
 
     kind: Kind
@@ -67,232 +61,204 @@ class Lack:
     share: float
     explained: float
     p_value: float
-    score_p: float
+
+    @property
+    def is_of_signal(self) -> bool:
+        """Whether a recorded signal is wrong, and not the model."""
+        return self.kind in ("late signal", "scaled signal")
+
+
+#: A hypothesis and its columns.
+Prepared: TypeAlias = tuple[Hypothesis, AddedColumns]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TestResult:
+    """A hypothesis at its best place, tested beside a model.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+    at : float
+        That place.
+    columns : (n, g) array
+        There.
+    p_value : float
+        Over all places.
+    share : float
+        Of the force that it makes beside what the parameters make of it, root mean square.
+    moved : float
+        By how much of its interval it moves the parameter that it moves most.
+    """
+
+    hypothesis: Hypothesis
+    at: float
+    columns: Array
+    p_value: float
+    share: float
+    moved: float
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is any part of the force, or more than rounding and moves a parameter."""
+        moves = self.moved > 1 and self.share > NEGLIGIBLE_RESIDUAL.value
+        return self.share > MIN_LACKING_SHARE.value or moves
+
+    @property
+    def certainty(self) -> float:
+        """Of its being there, -log10 p."""
+        return min(-math.log10(max(self.p_value, 1e-300)), _CERTAIN)
 
 
 def lacking(data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...] | Missing:
     """What the judged estimate's model lacks on a record, the strongest first."""
-    x = examined(data, preferred)
-    return x if isinstance(x, Missing) else found_on(x, data, preferred)
+    chains = preferred.inference.chains
+    half = np.array([np.ptp(value.interval) / 2 for value in preferred.parameters.values()])
+    at = preferred.corrected if chains else preferred.physical
+    free = range(len(at))
+    scores = scores_of(data, at, chains[0] if chains else None, free)
+    return scores if isinstance(scores, Missing) else found_beside(scores, at, half)
 
 
-def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...]:
-    """`lacking` of rows."""
-    names = tuple(q.name for q in preferred.quantities)
-    values = dict(zip(names, map(float, preferred.theta), strict=True))
-    again = WithNothingLacking(data, preferred, x)
-    basis = _basis(np.column_stack([x.regressor, x.weights]))
-    looked_for = [f for f in _looked_for(x, data, preferred) if not _is_declared(f, basis)]
-    found: list[Lack] = []
-    while looked_for and len(found) < _MOST:
-        residuals = x.residuals - basis @ (basis.T @ x.residuals)
-        one = _strongest(x, looked_for, basis, residuals, values, again)
-        if one is None:
-            break
-        family, number, lack = one
-        found.append(lack)
-        looked_for = [f for f in looked_for if not family.tells(f)]
-        basis = _basis(np.column_stack([basis, family.columns(number)]))
-    return tuple(found)
+def found_beside(scores: RecordScores, physical: Array, half_widths: Array) -> tuple[Lack, ...]:
+    """What is found beside a model, the name that explains most first.
 
-
-def _looked_for(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> list[Family]:
-    """The families of rows of a record, or of loops that are measured as it is."""
-    axis, names = data.axis.axis, tuple(q.name for q in preferred.quantities)
-    drive = axis.drive
-    commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
-    return families(x, names, terms_for(axis, commanded=commanded))
-
-
-def _is_declared(family: Family, basis: Array) -> bool:
-    """Whether it is friction that the model has, but for where its loop turns."""
-    if family.kind not in PLAIN:
-        return False
-    column = family.columns(0)
-    own = column - basis @ (basis.T @ column)
-    return bool(np.linalg.norm(own) < MIN_OWN_PART_OF_PLAIN.value * np.linalg.norm(column))
-
-
-def _strongest(
-    x: ExaminedRows,
-    looked_for: Sequence[Family],
-    basis: Array,
-    residuals: Array,
-    values: Mapping[str, float],
-    again: "WithNothingLacking",
-) -> tuple[Family, int, Lack] | None:
-    """The largest of what is discovered, with its family and its number there."""
-    tested = [
-        _tested(x, family, number, basis, residuals, values)
-        for family, number in _ranked(looked_for, basis, residuals)
-    ]
-    least = _discovered([lack.p_value for *_, lack in tested], len(looked_for))
-    for family, number, lack in tested:
-        large = lack.share >= MIN_MISSING_FORCE.value
-        if not (large and lack.p_value <= least and _is_confirmed(lack) and _is_possible(lack)):
-            continue
-        taken = lack.explained * float(residuals @ residuals)
-        if taken > MIN_STEPS_EXCESS.value * again.taken_by(family):
-            return family, number, lack
-    return None
-
-
-def _is_possible(lack: Lack) -> bool:
-    """Whether it has the sign that it must have, and is most of what is left if it is the last.
-
-    Of friction, of a load behind a spring.
+    Parameters
+    ----------
+    scores : RecordScores
+    physical : (p,) array
+        The estimate.
+    half_widths : (p,) array
+        Of its intervals.
     """
-    if lack.parameter:
-        return True
-    term = OF_KIND[lack.kind]
-    enough = lack.explained >= MIN_EXPLAINED_BY_LAST.value or not term.is_last
-    return enough and (lack.values[0] > 0 or not term.is_positive)
+    hypotheses = [(each, scores.block(each.columns(each.places))) for each in hypotheses_of(scores)]
+    half = half_widths[scores.free]
+    first = findings(scores, hypotheses, half)
+    failing, named, beside = first, list[Lack](), scores
+    while failing and len(named) < _MOST:
+        name, failing, after = _name(beside, hypotheses, failing, half)
+        if not named or name.share > MIN_LACKING_SHARE.value:
+            named.append(_told(beside, name, physical))
+        beside = after
+        hypotheses = [each for each in hypotheses if each[0] is not name.hypothesis]
+    return tuple(named)
 
 
-def _is_confirmed(lack: Lack) -> bool:
-    """Whether the score test confirms what is lacking, or has nothing else left to be told by."""
-    return lack.score_p <= MAX_SCORE_CHANCE.value or lack.explained > MAX_SHARE_TO_DOUBT.value
+def findings(scores: RecordScores, hypotheses: Sequence[Prepared], half: Array) -> list[TestResult]:
+    """What is there and matters, by its part of the force, the largest first."""
+    every = [_finding(scores, *each, half) for each in hypotheses]
+    every.sort(key=lambda each: each.p_value)
+    there = []
+    for place, each in enumerate(every):
+        if each.p_value > LACKING_LEVEL.value / (len(every) - place):
+            break
+        there.append(each)
+    return sorted((e for e in there if e.matters), key=lambda each: -each.share)
 
 
-def _ranked(
-    looked_for: Sequence[Family], basis: Array, residuals: Array
-) -> list[tuple[Family, int]]:
-    """The best of each family by its gain, of those that take enough to be told."""
-    least = MIN_EXPLAINED_SHARE.value * float(residuals @ residuals)
-    best = [(family, *family.best(basis, residuals)) for family in looked_for]
-    best.sort(key=lambda each: -each[1])
-    return [(family, number) for family, gain, number in best if gain > least]
-
-
-def _tested(
-    x: ExaminedRows,
-    family: Family,
-    number: int,
-    basis: Array,
-    residuals: Array,
-    values: Mapping[str, float],
-) -> tuple[Family, int, Lack]:
-    """The best candidate of a family, between the places of the grid too, as what is lacking."""
-    near = family.finer(number)
-    if near is not family:
-        _, number = near.best(basis, residuals)
-    columns = near.columns(number)
-    own = columns - basis @ (basis.T @ columns)
-    found = factors(own, residuals, x.neighbours)
-    lack = Lack(
-        kind=family.kind,
-        parameter=family.parameter,
-        values=tuple(map(float, found.values)),
-        deviations=tuple(map(float, found.deviations)),
-        before=_before(x, columns, found.values, family.parameter, values),
-        at=near.at(number, basis, residuals),
-        share=float(np.linalg.norm(columns @ found.values) / np.linalg.norm(x.left)),
-        explained=float(np.sum((own @ found.values) ** 2) / (residuals @ residuals)),
-        p_value=family.chance(found.wald_p),
-        score_p=found.score_p,
+def _finding(
+    scores: RecordScores, hypothesis: Hypothesis, block: AddedColumns, half: Array
+) -> TestResult:
+    tested, columns = scores.test(block), block.columns
+    best = tested.best(LACKING_LEVEL.value / len(hypothesis.places))
+    values = tested.values[best]
+    p_value = min(1.0, float(tested.p_values.min()) * len(hypothesis.places))
+    if hypothesis.is_positive and values[0] <= 0:
+        p_value = 1.0
+    moved = np.abs(scores.moved_by(columns[:, best], values))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = np.nan_to_num(moved / half, nan=0.0, posinf=0.0)
+    return TestResult(
+        hypothesis=hypothesis,
+        at=float(hypothesis.places[best]),
+        columns=columns[:, best],
+        p_value=p_value,
+        share=float(np.sqrt(tested.powers[best])) / (scores.force_size or 1.0),
+        moved=float(far.max(initial=0.0)),
     )
-    return near, number, lack
+
+
+def _name(
+    scores: RecordScores, hypotheses: Sequence[Prepared], failing: Sequence[TestResult], half: Array
+) -> tuple[TestResult, list[TestResult], RecordScores]:
+    """Of what fails the one that leaves least to be said by the others, and what is left."""
+    rivals = [e for e in failing if e.share > _NEARLY * failing[0].share][:_RIVALS]
+    tried = []
+    for each in (_located(scores, rival) for rival in rivals):
+        after = scores.beside(each.columns)
+        others = [c for c in hypotheses if c[0] is not each.hypothesis]
+        tried.append((each, findings(after, others, half), after))
+    return min(tried, key=lambda t: sum(e.certainty for e in t[1]) - 1e-3 * t[0].certainty)
+
+
+def _located(scores: RecordScores, found: TestResult) -> TestResult:
+    """The same at the best place between those of its grid."""
+    hypothesis = found.hypothesis
+    if hypothesis.between is None:
+        return found
+    near = hypothesis.between(hypothesis.places, found.at)
+    made = hypothesis.columns(near)
+    seen = made if hypothesis.measured is None else hypothesis.measured(near)
+    best = scores.nearest(made, seen)
+    values = scores.test(scores.block(made[:, [best]])).values[0]
+    if hypothesis.is_positive and values[0] <= 0:
+        return found
+    return replace(found, at=float(near[best]), columns=made[:, best])
+
+
+def _told(scores: RecordScores, name: TestResult, physical: Array) -> Lack:
+    """What is found, as it is told."""
+    hypothesis, at, columns = name.hypothesis, name.at, name.columns
+    tested = scores.test(scores.block(columns[:, None]))
+    values, deviations = _amounts(scores, hypothesis, at, tested)
+    power = float(np.mean(scores.net**2))
+    made_by = columns @ tested.values[0]
+    return Lack(
+        kind=hypothesis.kind,
+        parameter=hypothesis.parameter,
+        values=tuple(map(float, values)),
+        deviations=tuple(map(float, deviations)),
+        before=_before(scores, hypothesis, columns, tested.values[0], physical),
+        at=at,
+        share=float(np.linalg.norm(made_by) / (np.linalg.norm(scores.force) or 1.0)),
+        explained=float(tested.powers[0]) / power if power else 0.0,
+        p_value=name.p_value,
+    )
+
+
+def _amounts(
+    scores: RecordScores, hypothesis: Hypothesis, at: float, tested: ColumnTests
+) -> tuple[Array, Array]:
+    """How much of it there is, with deviations: a change, a delay, a factor, or of each column."""
+    values, covariance = tested.values[0], tested.covariances[0]
+    if hypothesis.kind == "late signal":
+        step = hypothesis.columns(np.array([at - 0.5, at + 0.5])) @ values
+        slope = scores.test(scores.block((step[:, 1:] - step[:, :1])[:, :, None]))
+        return np.array([at]), np.sqrt(slope.covariances[0, 0])
+    if hypothesis.kind == "drift":
+        shapes = drifts(scores.data.times_of_rows)
+        course = shapes @ values
+        first, last = sorted((int(np.argmin(course)), int(np.argmax(course))))
+        values = np.array([shapes[last] - shapes[first]]) @ values
+        change = shapes[last] - shapes[first]
+        covariance = np.array([[change @ covariance @ change]])
+    if hypothesis.parameter == GAIN:  # what it makes is on the other side
+        values = -values
+    if hypothesis.kind == "scaled signal":
+        values = 1 + values
+    return values, np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
 def _before(
-    x: ExaminedRows, columns: Array, factor: Array, parameter: str, values: Mapping[str, float]
+    scores: RecordScores, hypothesis: Hypothesis, columns: Array, values: Array, physical: Array
 ) -> float:
-    """What a parameter is where its further column is zero: the estimate is in between."""
-    if not parameter:
+    """What a parameter is at the start: the estimate is in between; 0 of what is none."""
+    names = [q.name for q in scores.data.axis.parameters]
+    if hypothesis.parameter == GAIN:
+        return 1.0
+    if hypothesis.parameter not in names:
         return 0.0
-    model = np.column_stack([x.regressor, x.weights])
-    taken = np.linalg.lstsq(model, columns @ factor, rcond=None)[0]
-    return values[parameter] - float(taken[list(values).index(parameter)])
-
-
-class WithNothingLacking:
-    """Rows of loops that lack nothing, measured as the record is: what is found there is no lack.
-
-    Noise that shakes friction, and an encoder's steps, leave what looks like a term. The loops are
-    simulated when something is about to be told, and no more of them where the first leaves little.
-    """
-
-    def __init__(self, data: FilteredRecord, preferred: Estimate, x: ExaminedRows) -> None:
-        self._data, self._preferred, self._x = data, preferred, x
-
-    def taken_by(self, family: Family) -> float:
-        """The most that a family's best takes of what is left there, as a sum of squares."""
-        same = (family.kind, family.parameter)
-        return max((taken.get(same, 0.0) for taken in self._gains), default=0.0)
-
-    @cached_property
-    def _gains(self) -> list[dict[tuple[Kind, str], float]]:
-        """What the best of each family takes, loop by loop."""
-        least = MIN_EXPLAINED_SHARE.value * float(self._x.residuals @ self._x.residuals)
-        found: list[dict[tuple[Kind, str], float]] = []
-        for x in examined_again(self._data, self._preferred):
-            basis = _basis(np.column_stack([x.regressor, x.weights]))
-            residuals = x.residuals - basis @ (basis.T @ x.residuals)
-            if not float(residuals @ residuals) > least:
-                break
-            looked_for = _looked_for(x, self._data, self._preferred)
-            gains = {(f.kind, f.parameter): f.best(basis, residuals)[0] for f in looked_for}
-            found.append(gains)
-        return found
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Factors:
-    """Factors of columns in residuals.
-
-    Attributes
-    ----------
-    values, deviations : (g,) arrays
-    wald_p, score_p : float
-        P-values with the HAC covariance of the residuals that the columns leave, and of those
-        without the columns. The first sees what stands out; the second is not misled where a few
-        rows are followed closely.
-    """
-
-    values: Array
-    deviations: Array
-    wald_p: float
-    score_p: float
-
-
-def factors(own: Array, residuals: Array, neighbours: Neighbours) -> Factors:
-    """Factors of columns (n, g), orthogonal to those that the residuals (n,) are of."""
-    inverse = np.linalg.inv(own.T @ own)
-    influence = own @ inverse
-    values = influence.T @ residuals
-    wald_p, covariance = _chance(influence, residuals - own @ values, values, neighbours)
-    score_p, _ = _chance(influence, residuals, values, neighbours)
-    deviations = np.sqrt(np.diag(covariance))
-    return Factors(values=values, deviations=deviations, wald_p=wald_p, score_p=score_p)
-
-
-def _chance(
-    influence: Array, residuals: Array, values: Array, neighbours: Neighbours
-) -> tuple[float, Array]:
-    """P-value of factors under the HAC covariance of residuals, and that."""
-    # Columns that the fit did not take: the kernel alone. Of residuals that they are taken of it is
-    # too small on short records (Wald: 4 to 51 % at 5 %), of those without it is not (score: 0 to
-    # 9 %), which is why both are asked.
-    scores = influence * residuals[:, None]
-    run = Hac().long_run(partial(score_products, scores, neighbours), len(residuals))
-    square = float(values @ np.linalg.solve(run.covariance, values))
-    return joint_p(square, len(values), float(np.min(run.freedom))), run.covariance
-
-
-def _discovered(p_values: Sequence[float], tests: int) -> float:
-    """The largest p-value that is a discovery among so many tests, 0 for none.
-
-    References
-    ----------
-    [BenjaminiYekutieli2001]_
-    """
-    dependence = sum(1 / i for i in range(1, tests + 1))
-    step = FALSE_DISCOVERY_RATE.value / (tests * dependence)
-    return max((p for i, p in enumerate(sorted(p_values), 1) if p <= i * step), default=0.0)
-
-
-def _basis(columns: Array) -> Array:
-    """What columns span; a term that these rows do not show, as of an end stop, spans nothing."""
-    sizes = np.linalg.norm(columns, axis=0)
-    shown = columns[:, sizes > 0] / sizes[sizes > 0]
-    return np.asarray(np.linalg.qr(shown)[0], dtype=float)
+    place = names.index(hypothesis.parameter)
+    moved = np.zeros(len(names))
+    moved[scores.free] = scores.moved_by(columns, values)
+    return float(physical[place] + moved[place])

@@ -2,22 +2,51 @@
 
 import numpy as np
 
-from axisid.modeling.declaration import Axis
+from axisid.codegen.artefacts import GeneratedAxis
 
+from .hypotheses import GAIN
 from .search import Lack
 from .terms import OF_KIND, said_of
 
 
-def term_sentence(lack: Lack, axis: Axis) -> str:
-    """Which term is missing, how large it is, and the element that declares it."""
-    q, term = axis.coordinate, OF_KIND[lack.kind]
+def sentence(lack: Lack, axis: GeneratedAxis) -> str:
+    """What is missing or changes, how much of it, and what to do about it."""
+    if not lack.parameter:
+        return _term(lack, axis)
+    size, deviation, unit = amount(lack, axis)
+    if lack.kind == "held":
+        by = f"{abs(size):.3g} +- {deviation:.1g} {unit}".rstrip()
+        return f"another {lack.parameter} than was given, {by} {'more' if size > 0 else 'less'}"
+    share = f" ({100 * size / lack.before:+.2g} %)" if lack.before else ""
+    by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip() + share
+    if lack.kind == "drift":
+        return (
+            f"{lack.parameter} changes with time, by {by} over the record, little by little: "
+            "record when the axis is warm, or identify parts of the record by themselves"
+        )
+    return (
+        f"{lack.parameter} changes by {by} from about {lack.at:.3g} s on: identify what is before "
+        "and after by itself, or find what was changed there"
+    )
+
+
+def amount(lack: Lack, axis: GeneratedAxis) -> tuple[float, float, str]:
+    """How much of it there is, its deviation, and their unit."""
     values, deviations = np.array(lack.values), np.array(lack.deviations)
     size = float(np.linalg.norm(values)) if len(values) > 1 else float(values[0])
-    deviation = float(np.linalg.norm(values * deviations) / abs(size))
-    what, advice = said_of(term, lack.at, axis, size)
-    unit = term.unit.format(force=q.force_unit, unit=q.unit)
-    amount = f", {size:+.3g} +- {deviation:.1g} {unit}" if unit else ""
-    return f"{what}{amount}: {advice} ({of_force(lack.share)})"
+    deviation = float(np.linalg.norm(values * deviations) / (abs(size) or 1.0))
+    if lack.parameter:
+        units = {q.name: str(q.unit) for q in axis.parameters} | {GAIN: "times"}
+        return size, deviation, units.get(lack.parameter, "")
+    q, unit = axis.axis.coordinate, OF_KIND[lack.kind].unit
+    return size, deviation, unit.format(force=q.force_unit, unit=q.unit)
+
+
+def _term(lack: Lack, axis: GeneratedAxis) -> str:
+    size, deviation, unit = amount(lack, axis)
+    what, advice = said_of(OF_KIND[lack.kind], lack.at, axis.axis, size)
+    told = f", {size:+.3g} +- {deviation:.1g} {unit}" if unit else ""
+    return f"{what}{told}: {advice} ({of_force(lack.share)})"
 
 
 def of_force(share: float) -> str:
@@ -26,21 +55,15 @@ def of_force(share: float) -> str:
     return "this is more than the force" if beyond else f"{100 * share:.2g} % of the force is this"
 
 
-def change_sentence(lack: Lack, unit: str) -> str:
-    """Which parameter changes, by how much and when."""
-    by = f"{lack.values[0]:+.3g} +- {lack.deviations[0]:.1g} {unit}"
-    share = f" ({100 * lack.values[0] / lack.before:+.2g} %)" if lack.before else ""
-    if lack.kind == "drift":
-        return (
-            f"{lack.parameter} changes by {by}{share} over the record, little by little: record "
-            "when the axis is warm, or identify parts of the record by themselves"
+def signal_sentence(lack: Lack, period: float) -> str:
+    """How late or how much too small a recorded signal is, beside the force that it makes."""
+    value, deviation = lack.values[0], lack.deviations[0]
+    if lack.kind == "scaled signal":
+        said = f"the model needs {value:.4g} +- {deviation:.1g} times the recorded {lack.parameter}"
+    else:
+        way = "late" if value > 0 else "early"
+        said = (
+            f"the {lack.parameter} is logged {abs(value):.4g} +- {max(deviation, 0.01):.1g} "
+            f"samples ({1e3 * abs(value) * period:.4g} ms) {way} beside the force that it makes"
         )
-    return (
-        f"{lack.parameter} changes by {by}{share} at about {lack.at:.3g} s: identify what is "
-        "before and after by itself, or find what was changed there"
-    )
-
-
-def is_named(lack: Lack) -> bool:
-    """Whether it is a term, and no parameter that changes."""
-    return not lack.parameter
+    return f"{said} ({of_force(lack.share)})"

@@ -6,7 +6,7 @@ antiresonances), says what it is, and which element declares it.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 from typing import Literal
@@ -36,6 +36,12 @@ Kind = Literal[
     "resonance",
     "delay",
     "dead band",
+    "loss",
+    "presliding",
+    "backlash",
+    "held",
+    "late signal",
+    "scaled signal",
     "change",
     "drift",
 ]
@@ -49,12 +55,10 @@ _LONGEST = 0.75  # of the least wave number
 _FINER = np.linspace(-0.5, 0.5, 15)  # steps of the grid of waves
 _SLOWEST, _FASTEST = 3.0, 120.0  # Hz, of an antiresonance
 _APART = 1.25  # from one antiresonance to the next
-_NEAR = np.geomspace(1 / 1.12, 1.12, 5)
+_BETWEEN = 97  # frequencies, or speeds, among which it is told
 _SAMPLES_IN_A_SWING = 7.0
 _DAMPING = 0.1  # of a load: wide enough to be seen between places
 _RIGID_PART = 3.0  # of the frequency of an antiresonance
-#: Up to which part of an antiresonance noise in a measured motion is told from it.
-TOLD_PART = 2 / 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,8 +77,8 @@ class Along:
         What rows make of values (N,) or (N, m).
     row_period : float
         s, between rows.
-    noisy_below : float
-        Hz, up to which noise moves the motion: that of a measured one; 0 of a simulated one.
+    middle : float
+        Of the positions, which a spring is not about.
     """
 
     time: Array
@@ -87,7 +91,7 @@ class Along:
     row_period: float
     rows: NDArray[np.int64] | None = None
     reduce: Callable[[Array], Array] = np.asarray
-    noisy_below: float = 0.0
+    middle: float = 0.0
 
     @property
     def period(self) -> float:
@@ -142,14 +146,11 @@ class Term:
         The grid; one place where there is none.
     between : callable, optional
         Places about one of a grid that is coarse.
-    width : int
-        g
-    subject : str
-        What it is about: another term of that may only be its shape seen otherwise.
     is_positive : bool
         Whether it must be: friction, what a dead band takes, a mass.
-    is_last : bool
-        Whether nothing is told beside it: the other terms are of the motion of a rigid axis.
+    is_of_force : bool
+        Whether its columns are made of the force or the acceleration: noise of a measured one is in
+        the residuals too, so that it is looked for along simulated loops alone.
     """
 
     kind: Kind
@@ -159,14 +160,8 @@ class Term:
     columns: Callable[[Along, Array], Array]
     places: Callable[[Along], Array] = lambda _: np.array([np.nan])
     between: Callable[[Array, float], Array] | None = None
-    width: int = 1
-    subject: str = ""
     is_positive: bool = False
-    is_last: bool = False
-
-
-#: Of what may be lacking that nearly any axis has: a loop turns a little elsewhere with it.
-PLAIN: tuple[Kind, ...] = ("constant", "coulomb", "viscous", "inertia")
+    is_of_force: bool = False
 
 
 def wave_periods(s: Along) -> Array:
@@ -185,23 +180,23 @@ def _periods_near(periods: Array, at: float) -> Array:
 
 def antiresonances(s: Along) -> Array:
     """Frequencies of loads behind springs that the samples can follow, Hz."""
-    first = max(_SLOWEST, s.noisy_below / TOLD_PART)
     last = min(_FASTEST, 1 / (_SAMPLES_IN_A_SWING * s.period))
-    many = int(np.log(last / first) / np.log(_APART)) + 1 if last > first else 0
-    return np.asarray(first * _APART ** np.arange(many), dtype=float)
+    many = int(np.log(last / _SLOWEST) / np.log(_APART)) + 1 if last > _SLOWEST else 0
+    return np.asarray(_SLOWEST * _APART ** np.arange(many), dtype=float)
 
 
 def behind_spring(s: Along, frequencies: Array) -> Array:
     """Acceleration of a load behind a spring, less that of the axis, (N, m)."""
-    from scipy.signal import bilinear, lfilter
+    from scipy.signal import lfilter
 
     found = []
     for rate in 2 * np.pi * frequencies:
-        warped = rate / np.tan(rate * s.period / 2)  # twice the bilinear sampling frequency
-        damped = [2 * _DAMPING * rate, rate**2]
-        b, a = bilinear(damped, [1.0, *damped], warped / 2)
+        # By the bilinear transform, s = c (1 - 1/z) / (1 + 1/z), exact at the frequency.
+        c, damped = rate / np.tan(rate * s.period / 2), 2 * _DAMPING * rate
+        b = [damped * c + rate**2, 2 * rate**2, rate**2 - damped * c]
+        a = [c**2 + b[0], 2 * (rate**2 - c**2), c**2 + b[2]]
 
-        def beside(own: Array, b: Array = b, a: Array = a) -> Array:
+        def beside(own: Array, b: Sequence[float] = b, a: Sequence[float] = a) -> Array:
             return np.asarray(lfilter(b, a, own) - own, dtype=float)
 
         found.append(s.by_stretch(beside, s.acceleration))
@@ -225,7 +220,36 @@ def _peaks(s: Along, widths: Array) -> Array:
     return s.reduce(peaks)[:, :, None]
 
 
-_SPEED, _PLACE, _FRICTION = "speed", "place", "friction over the place"
+def _loss(s: Along, _: Array) -> Array:
+    """Force times the sign of the power, and its size."""
+    sizes = np.stack([np.sign(s.force * s.velocity) * s.force, np.abs(s.force)], axis=1)
+    return s.reduce(sizes)[:, None]
+
+
+def _pushes(s: Along) -> Array:
+    """Which way the axis is pushed, the last one where it hardly is, (N,)."""
+    size = np.abs(s.acceleration)
+    sign = np.where(size > 0.05 * size.max(), np.sign(s.acceleration), 0.0)
+    last = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), 0))
+    return np.asarray(sign[last])
+
+
+def _after(
+    sign: Callable[[Along], Array], times: Sequence[float], *, signed: bool = False
+) -> Callable[[Along, Array], Array]:
+    """What dies away after a sign changes, in each time, s; with the sign, and without if asked."""
+
+    def columns(s: Along, _: Array) -> Array:
+        signs = sign(s)
+        turns = np.concatenate([[True], signs[1:] != signs[:-1]])
+        number = np.arange(len(signs))
+        since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
+        made = [signs * np.exp(-since / time) for time in times]
+        made += [np.exp(-since / time) for time in times if signed]
+        return s.reduce(np.stack(made, axis=1))[:, None]
+
+    return columns
+
 
 TERMS: tuple[Term, ...] = (
     Term(
@@ -257,6 +281,7 @@ TERMS: tuple[Term, ...] = (
         declare="another inertia",
         unit="{force}/({unit}/s^2)",
         columns=_one(lambda s: s.acceleration),
+        is_of_force=True,
     ),
     Term(
         kind="direction",
@@ -272,7 +297,6 @@ TERMS: tuple[Term, ...] = (
         "motion that differs",
         unit="{force}/({unit}/s)^2",
         columns=_one(lambda s: s.velocity * np.abs(s.velocity)),
-        subject=_SPEED,
     ),
     Term(
         kind="stribeck",
@@ -281,15 +305,14 @@ TERMS: tuple[Term, ...] = (
         unit="{force}",
         columns=_peaks,
         places=lambda s: _SPEEDS * s.fastest,
-        subject=_SPEED,
+        between=lambda grid, _: np.geomspace(grid[0], grid[-1], _BETWEEN),
     ),
     Term(
         kind="slope",
         what="a force over the position",
         declare="declare spring(k, {q})",
         unit="{force}/{unit}",
-        columns=_one(lambda s: s.position),
-        subject=_PLACE,
+        columns=_one(lambda s: s.position + s.middle),
     ),
     Term(
         kind="bend",
@@ -297,7 +320,6 @@ TERMS: tuple[Term, ...] = (
         declare="declare offset(kq*{q}**2)",
         unit="{force}/{unit}^2",
         columns=_one(lambda s: s.position**2),
-        subject=_PLACE,
     ),
     Term(
         kind="turn",
@@ -306,8 +328,6 @@ TERMS: tuple[Term, ...] = (
         unit="{force}",
         columns=_waves(_ones),
         places=lambda _: _TURN,
-        width=2,
-        subject=_PLACE,
     ),
     Term(
         kind="place",
@@ -317,8 +337,6 @@ TERMS: tuple[Term, ...] = (
         columns=_waves(_ones),
         places=wave_periods,
         between=_periods_near,
-        width=2,
-        subject=_PLACE,
     ),
     Term(
         kind="friction slope",
@@ -326,7 +344,6 @@ TERMS: tuple[Term, ...] = (
         declare="declare coulomb(Fq*{q}, {q}) beside what there is",
         unit="{force}/{unit}",
         columns=_one(lambda s: s.direction * s.position),
-        subject=_FRICTION,
     ),
     Term(
         kind="friction bend",
@@ -334,7 +351,6 @@ TERMS: tuple[Term, ...] = (
         declare="declare coulomb(Fq*{q}**2, {q}) beside what there is",
         unit="{force}/{unit}^2",
         columns=_one(lambda s: s.direction * s.position**2),
-        subject=_FRICTION,
     ),
     Term(
         kind="friction place",
@@ -344,20 +360,18 @@ TERMS: tuple[Term, ...] = (
         columns=_waves(lambda s: s.direction),
         places=wave_periods,
         between=_periods_near,
-        width=2,
-        subject=_FRICTION,
     ),
     Term(
         kind="resonance",
-        what="a resonance: {swings} near {at:.2g} Hz",
+        what="a resonance: an antiresonance near {at:.2g} Hz",
         declare="a rigid axis does not hold beyond about {rigid:.2g} Hz: lower the cut-off of "
         "identify to that, or move more slowly",
         unit="",
         columns=lambda s, at: s.reduce(behind_spring(s, at))[:, :, None],
         places=antiresonances,
-        between=lambda _, at: at * _NEAR,
+        between=lambda grid, _: np.geomspace(grid[0], grid[-1], _BETWEEN),
         is_positive=True,
-        is_last=True,
+        is_of_force=True,
     ),
     Term(
         kind="delay",
@@ -365,6 +379,30 @@ TERMS: tuple[Term, ...] = (
         declare="declare it, or move the column that is late",
         unit="s",
         columns=_one(lambda s: s.by_stretch(np.gradient, s.force) / s.period),
+        is_of_force=True,
+    ),
+    Term(
+        kind="loss",
+        what="a loss by the load: less force from the drive where it drives, more where it brakes",
+        declare="no element has it; its part of the force is said here",
+        unit="",
+        columns=_loss,
+        is_of_force=True,
+    ),
+    Term(
+        kind="presliding",
+        what="friction that is less or more just after a reversal (presliding)",
+        declare="declare a bristle (dahl or lugre), or leave out more of the reversals",
+        unit="",
+        columns=_after(lambda s: s.direction, (0.02,), signed=True),
+    ),
+    Term(
+        kind="backlash",
+        what="a force that is late where it changes its sign (backlash, play)",
+        declare="mend the play, or identify motions in which the force keeps its sign",
+        unit="",
+        columns=_after(_pushes, (0.01, 0.03)),
+        is_of_force=True,
     ),
     Term(
         kind="dead band",
@@ -373,27 +411,10 @@ TERMS: tuple[Term, ...] = (
         unit="{force}",
         columns=_one(lambda s: np.sign(s.force)),
         is_positive=True,
+        is_of_force=True,
     ),
 )
 
-
-def _drifting(term: Term) -> Callable[[Along, Array], Array]:
-    return lambda s, at: s.time[:, None, None] * term.columns(s, at)
-
-
-#: What nearly any axis has, as it changes with time; parameters by their names tell it too.
-DRIFTS: tuple[Term, ...] = tuple(
-    replace(
-        term,
-        kind="drift",
-        what=f"{term.what} that changes with time",
-        declare="warming up, or another load",
-        columns=_drifting(term),
-        is_positive=False,
-    )
-    for term in TERMS
-    if term.kind in PLAIN
-)
 
 #: `TERMS` by their kind.
 OF_KIND = MappingProxyType({term.kind: term for term in TERMS})
@@ -405,9 +426,7 @@ def terms_for(axis: Axis, *, commanded: bool) -> tuple[Term, ...]:
     return tuple(term for term in TERMS if told.get(term.kind, True))
 
 
-def said_of(
-    term: Term, at: float, axis: Axis, more: float = 0.0, swings: str = "an antiresonance"
-) -> tuple[str, str]:
+def said_of(term: Term, at: float, axis: Axis, more: float = 0.0) -> tuple[str, str]:
     """What a term is, and what to do about it.
 
     Parameters
@@ -418,12 +437,10 @@ def said_of(
     axis : Axis
     more : float
         Force that a dead band takes beyond the declared one.
-    swings : str
-        What has the frequency of a resonance.
     """
     q, drive = axis.coordinate, axis.drive
     words: dict[str, object] = {"q": q.name, "unit": q.unit, "drive": drive.unit, "at": at}
-    words |= {"rigid": at / _RIGID_PART, "swings": swings}
+    words["rigid"] = at / _RIGID_PART
     if term.kind == "dead band":
         words["band"] = drive.deadband + more / abs(drive.gain)
     declared = term.kind == "stribeck" and axis.has_stribeck

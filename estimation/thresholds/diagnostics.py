@@ -328,13 +328,6 @@ NO_DELAY = Threshold(
     "share of a drive's declared delay and lag that the record leaves, below which none is there",
     "chosen",
 )
-LARGE_CONSTANT = Threshold(
-    0.1,
-    "1",
-    "share of the force of a constant that the model lacks, above which the verdict names it "
-    "before a simulation that fails by it",
-    "chosen",
-)
 NEGLIGIBLE_PEAK_FORCE = Threshold(
     0.05,
     "1",
@@ -390,13 +383,6 @@ MAX_GAIN_RATIO = Threshold(
     "1",
     "how many times the declared drive gain an identified one may be, or the other way round; one "
     "beyond that is no gain but a known value of another record",
-    "chosen",
-)
-SAME_CONSTANT = Threshold(
-    0.3,
-    "1",
-    "relative difference of a constant force from one in the recorded control, below which they "
-    "are the same",
     "chosen",
 )
 

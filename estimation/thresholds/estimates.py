@@ -23,13 +23,6 @@ MAX_SIMULATION_ERROR_RATIO = Threshold(
     "which a nonlinear model has gone to another solution",
     "chosen",
 )
-MAX_STARTING_SPEED = Threshold(
-    0.25,
-    "1",
-    "difference of the loop's velocity from the record's at the start of a stretch, as a share of "
-    "the largest velocity, beyond which what follows is not looked at until they are together",
-    "chosen",
-)
 
 # Convergence
 

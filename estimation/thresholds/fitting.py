@@ -70,27 +70,12 @@ SAME_END = Threshold(
     "excess of a search's cost over the least, up to which it ended there too",
     "chosen",
 )
-LACKING_LEVEL = Threshold(
-    0.002,
-    "1",
-    "chance that noise asks for as much of the strongest force beside the model, up to which the "
-    "model lacks it",
-    "measured: 1 of 800 runs of 20 kinds of right machines, all of 10 each of 11 wrong ones; in "
-    "open loop none of 10 each of 13, all of 5 each of 6",
-)
 MIN_OWN_SLOPE = Threshold(
     0.05,
     "1",
     "part of what a force beside the model changes in the outputs that parameters, or other "
     "forces, do not make, up to which it is theirs",
     "chosen: quadratic friction beside viscous friction leaves 0.17, on moves of three speeds",
-)
-MIN_OWN_SLOPE_OF_PLAIN = Threshold(
-    0.1,
-    "1",
-    "the same part of a constant force, Coulomb and viscous friction and an inertia, up to which "
-    "it is taken as declared",
-    "measured: declared ones leave 0.04 at most, also where the drive is late by two samples",
 )
 MAX_BEYOND_NOISE = Threshold(
     15.0,

@@ -5,9 +5,6 @@ Knows nothing of how parameters are searched for.
 """
 
 from .autoregression import Autoregression as Autoregression
-from .beside_model import HeldParameters as HeldParameters
-from .beside_model import Lack as Lack
-from .beside_model import lacks_beside as lacks_beside
 from .colour import Colour as Colour
 from .colour import autoregression_of as autoregression_of
 from .missing import Left as Left

@@ -8,8 +8,8 @@ variance is follows from the autoregression's own, and Student's distribution of
 freedom has the chance of g over its deviation.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from itertools import repeat
 
 import numpy as np
@@ -22,7 +22,6 @@ from axisid.support.arrays import Array
 from .colour import Colour, autoregression_of
 from .uneven import Scattering, added, by_colour, by_windows, larger, uneven
 
-_HARDLY = 0.5  # of the strongest, in deviations: what is held may ask for no less
 _FEWEST = 1.0  # degrees of freedom of slow errors, from which they tell what is chance
 
 
@@ -124,45 +123,7 @@ class Lacking:
         return abs(self.factor) / self.deviation if self.deviation > 0 else np.inf
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Asking:
-    """How a column was chosen.
-
-    Attributes
-    ----------
-    tried : int
-        Places of a grid, of which it is the one that takes most of the errors.
-    width : int
-        Columns there, of which it is the sum that does.
-    is_positive : bool
-        Whether a factor that is not cannot be.
-    is_last : bool
-        Whether nothing is told beside it.
-    """
-
-    tried: int = 1
-    width: int = 1
-    is_positive: bool = False
-    is_last: bool = False
-
-    def chance(self, factor: float, ratio: float, freedom: float) -> float:
-        """That noise tells a factor of so many deviations."""
-        if self.is_positive and factor <= 0:
-            return 1.0
-        one = 2 * float(stdtr(freedom, -ratio))
-        if self.width == 2:  # the tail of F with two degrees of freedom over as many
-            one = (1 + ratio**2 / freedom) ** (-freedom / 2)
-        return min(1.0, self.tried * one)
-
-
-def lacking_of(
-    left: Left,
-    columns: Array,
-    most: int,
-    level: float,
-    held: int = 0,
-    asking: Sequence[Asking] = (),
-) -> tuple[Lacking, ...]:
+def lacking_of(left: Left, columns: Array, most: int, level: float) -> tuple[Lacking, ...]:
     """The columns that the errors ask for, one after the other, the strongest first.
 
     Parameters
@@ -174,11 +135,6 @@ def lacking_of(
         How many at most.
     level : float
         Chance of the strongest of noise, up to which it is one, for all columns together.
-    held : int
-        So many columns at the end are of parameters that are held: one of them is taken before a
-        force that is hardly stronger.
-    asking : sequence of Asking, optional
-        How each was chosen; as it is where none is given.
 
     Returns
     -------
@@ -191,21 +147,17 @@ def lacking_of(
     sizes = np.linalg.norm(weighed, axis=0)
     there = [j for j in range(columns.shape[1]) if _is_own(net[:, j], sizes[j])]
     errors, found = left.errors, list[Lacking]()
-    chosen = asking or [Asking()] * columns.shape[1]
     while there and len(found) < most:
-        every = (_tested(left, errors, net[:, j], made[:, j], j, chosen[j]) for j in there)
+        every = (_tested(left, errors, net[:, j], made[:, j], j) for j in there)
         tests = [each for each in every if each is not None]
         if not tests:
             break
-        best = _strongest(tests, columns.shape[1] - held, level / len(tests))
-        chance = min(1.0, best.chance * len(tests))
-        best = Lacking(
-            number=best.number, factor=best.factor, deviation=best.deviation, chance=chance
-        )
-        if found and chance > level:
+        best = min(tests, key=lambda each: (each.chance, -each.ratio))
+        best = replace(best, chance=min(1.0, best.chance * len(tests)))
+        if found and best.chance > level:
             break
         found.append(best)
-        if chance > level or chosen[best.number].is_last:
+        if best.chance > level:
             break
         unit = net[:, best.number] / np.linalg.norm(net[:, best.number])
         errors = errors - unit * (unit @ errors)
@@ -214,21 +166,11 @@ def lacking_of(
     return tuple(found)
 
 
-def _strongest(tests: Sequence[Lacking], forces: int, level: float) -> Lacking:
-    """Of all, or of what is held: where that is hardly less, and more than chance itself."""
-    best = min(tests, key=lambda each: (each.chance, -each.ratio))
-    of_held = [each for each in tests if each.number >= forces]
-    own = max(of_held, key=lambda each: each.ratio, default=best)
-    return own if own.chance <= level and own.ratio >= _HARDLY * best.ratio else best
-
-
 def _is_own(net: Array, size: float) -> bool:
     return bool(np.isfinite(size) and np.linalg.norm(net) > MIN_OWN_SLOPE.value * size)
 
 
-def _tested(
-    left: Left, errors: Array, net: Array, made: Array, number: int, asking: Asking
-) -> Lacking | None:
+def _tested(left: Left, errors: Array, net: Array, made: Array, number: int) -> Lacking | None:
     """A column; None where too few degrees of freedom are left to tell what is chance."""
     size = float(net @ net)
     told = float(net @ errors) / size
@@ -244,7 +186,7 @@ def _tested(
         number=number,
         factor=-told,
         deviation=float(deviation),
-        chance=asking.chance(-told, ratio, freedom),
+        chance=2 * float(stdtr(freedom, -ratio)),
     )
 
 

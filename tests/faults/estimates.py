@@ -198,8 +198,8 @@ FAULTS: tuple[Fault, ...] = (
         name="a control with a constant error",
         make=_offset,
         code=0,
-        says=r"FAIL constant force: a constant force of 3\.5\d? \+- \S+ N .* in the recorded "
-        r"control \(0\.\d+\) and not in the law",
+        says=r"with a constant of 0\.1 V off the control.*FAIL missing terms: a constant force, "
+        r"\+3\.5\d? \+- \S+ N",
     ),
     Fault(
         name="a log that rests most of the time",

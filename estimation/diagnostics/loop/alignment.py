@@ -30,7 +30,6 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds.diagnostics import (
     MAX_DELAY_DEVIATION,
-    MAX_DELAY_DISTANCE,
     MAX_MISALIGNMENT,
     NO_DELAY,
 )
@@ -327,12 +326,14 @@ def alignment_check(
     profile: Alignment | Missing,
     data: FilteredRecord,
     *,
+    is_late: bool,
     weak: bool,
     remedy: Remedy | None = None,
     by_log: bool = False,
 ) -> Check | Missing:
     """The delay that fits best against the one that the hold takes; `weak` are the instruments.
 
+    It fails where the model lacks a delay, `is_late`, by the search for all that it may lack.
     The `remedy` is for a force that acts whole samples after it is recorded. `by_log` the control
     law says that the log wrote it at another time, by as much: that is the only remedy then, and
     counts once.
@@ -361,17 +362,15 @@ def alignment_check(
     advice = Remedy.of("Try ", other) if other is not None else remedy
     if not by_log and other is None:
         advice = _of_drive(profile, data, remedy)
-    aligned = (
-        abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
-        and not profile.at_the_end
-    )
+    aligned = not (is_late or profile.at_the_end)
     return Check(
         name="alignment",
         status=passed(aligned, matters=not by_log),
         figure=apart,
         threshold=MAX_MISALIGNMENT.value,
-        source="samples between the delay of least equation error and the one that is used, unless "
-        "two deviations of it are more; a drive that holds its force is half a sample late",
+        source="samples between the delay of least equation error and the one that is used; fails "
+        "where the model lacks a delay, see missing terms, or the least is beyond the delays that "
+        "are tried; a drive that holds its force is half a sample late",
         meaning=fits
         if aligned
         else f"{fits}{_early(data, apart)}. {moves if advice is None else ''}",

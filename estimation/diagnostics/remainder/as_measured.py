@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Estimate, solver_of
 from axisid.estimation.problems import Problem
-from axisid.estimation.regression import residual_tests
 from axisid.estimation.thresholds.diagnostics import LARGE_SAMPLE
 from axisid.estimation.twins import Twins
 from axisid.support.arrays import Array
@@ -42,29 +41,6 @@ class LeftAsMeasured:
     residuals: Array
     net: Array
     columns: Array
-
-
-def following_as_measured(problem: Problem, estimate: Estimate) -> float:
-    """Largest correlation of such residuals with a column, in deviations; 0 where there are none.
-
-    Parameters
-    ----------
-    problem : Problem
-        What the estimate was made from.
-    estimate : Estimate
-    """
-    weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
-    return max(
-        (
-            residual_tests(
-                weights * left.net,
-                weights[:, None] * left.columns,
-                neighbours=estimate.neighbours,
-            ).cross_z
-            for left in _left_as_measured(problem, estimate)
-        ),
-        default=0.0,
-    )
 
 
 def tails_as_measured(

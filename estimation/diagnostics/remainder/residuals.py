@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import ResidualTests, excess_kurtosis, residual_tests
+from axisid.estimation.regression import ResidualTests, excess_kurtosis
 from axisid.estimation.thresholds.diagnostics import (
     LARGE_SAMPLE,
     MAX_EXCESS_KURTOSIS,
@@ -20,80 +20,6 @@ from axisid.support.arrays import Array
 from axisid.support.remedy import Remedy, Setting
 
 from .as_measured import is_apart, tails
-
-_SHAKEN = (
-    "; a fifth more than where the loop has the sensor's steps or the noise of the record, if that "
-    "is more"
-)
-
-
-def residuals_against_motion(
-    tests: ResidualTests, estimate: Estimate, *, explained: bool = False, by_loops: float = 0.0
-) -> Check:
-    """Whether the residuals follow the motion; no matter where what they are is `explained`.
-
-    Nor where only those rows do in which the filter's own error, which was taken off, may be left
-    by more than the noise. `by_loops` is how far those of loops that are measured as the record is
-    do, in deviations.
-    """
-    limit = max(tests.cross_limit, MIN_STEPS_EXCESS.value * by_loops)
-    nothing = tests.cross_z <= limit
-    filtered = not nothing and _by_filter_alone(estimate)
-    relative = abs(tests.cross_correlation) / tests.cross_deviations
-    row, column = divmod(int(relative.argmax()), relative.shape[1])
-    lag = row - (len(relative) - 1) // 2
-    names = [q.label for q in estimate.form.quantities]
-    of = "instrument" if estimate.Z is not None else "regressor's column"
-    of = "simulated column" if estimate.by_output_error else of
-    return Check(
-        name="residuals against the motion",
-        status=passed(nothing, matters=_are_noticeable(estimate) and not (explained or filtered)),
-        figure=tests.cross_z,
-        threshold=limit,
-        p_value=tests.cross_p,
-        source="largest correlation of the residuals with an instrument (a regressor's column for "
-        "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them; "
-        "no more than a note of residuals below 0.01 % of the left side, and where another check "
-        "names what is wrong, or where only rows do in which the filter's own error, of which as "
-        "much is left as of all rows, is more than the median residual"
-        f"{_SHAKEN * (estimate.by_output_error or by_loops > 0)}",
-        meaning="the residuals do not follow the motion"
-        if tests.cross_z <= tests.cross_limit
-        else "the residuals follow the motion no more than those of a loop with the sensor's "
-        "steps, or with the noise of the position, do"
-        if nothing
-        else f"the residuals follow the motion, most the {of} of {names[column]}, {abs(lag)} rows "
-        f"{'before' if lag < 0 else 'after'} it: "
-        + (
-            "as what is left of the filter's own error does, where reversals are not the simulated "
-            "loop's to the last sample; elsewhere they do not"
-            if filtered
-            else "a term, a delay or a dynamic is not in the model, or the filter rounds reversals"
-        ),
-    )
-
-
-def _by_filter_alone(estimate: Estimate) -> bool:
-    """Whether only rows follow the motion in which the filter's own error may be left.
-
-    A reversal that falls between other samples than the simulated loop's leaves a part of it, many
-    times the noise. Of all rows so large a part is left at most; where that is less than the median
-    residual, the rest shows. A large sample is looked at in any case, of rows with least of it.
-    """
-    quiet = estimate.noise_free
-    if quiet is None or not np.any(quiet.residuals):
-        return False
-    own, net = np.abs(quiet.residuals), estimate.net_residuals
-    part = float(np.linalg.norm(net)) / max(float(np.linalg.norm(own)), np.finfo(float).tiny)
-    fewest = int(LARGE_SAMPLE.value)
-    if not 0 < part <= 1 or len(own) <= fewest:
-        return False
-    most = max(float(np.median(np.abs(net))) / part, float(np.partition(own, fewest)[fewest]))
-    rows = np.flatnonzero(own <= most)
-    tests = residual_tests(
-        net[rows], estimate.score_columns[rows], neighbours=estimate.neighbours[rows]
-    )
-    return tests.cross_z <= tests.cross_limit
 
 
 def _are_noticeable(estimate: Estimate) -> bool:

@@ -70,17 +70,6 @@ def test_checks_of_one_weight_keep_their_order() -> None:
     assert [c.name for c in found] == ["bounds", "precision", "b", "a"]
 
 
-@pytest.mark.parametrize(("percent", "first"), [(74.0, "constant force"), (2.0, "simulation")])
-def test_a_large_constant_is_named_before_the_simulation_that_fails_by_it(
-    percent: float, first: str
-) -> None:
-    constant = replace(check("constant force", "fail"), figure=percent)
-    checks = [check("simulation", "fail"), constant]
-    assert by_weight(checks)[0].name == first
-    assert conclusion(checks) == f"Do not believe these numbers before this is mended: {first}."
-    assert by_weight([*checks, check("control law", "fail")])[0].name == "control law"
-
-
 def test_a_note_is_beyond_its_threshold_but_allowed_for() -> None:
     assert passed(True, matters=False) == "pass"
     assert passed(False, matters=False) == "note"

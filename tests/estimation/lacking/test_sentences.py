@@ -12,22 +12,20 @@ import sympy
 
 import axisid.elements
 from axisid import Axis, Coordinate, Parameter, load_axis, newton
-from axisid.estimation.diagnostics.remainder.unexplained import _whose
-from axisid.estimation.estimates import Estimate
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.lacking.search import Lack
-from axisid.estimation.lacking.sentences import term_sentence
+from axisid.estimation.lacking.sentences import sentence
 from axisid.estimation.lacking.terms import OF_KIND, TERMS, Term
 from axisid.modeling.declaration import ELEMENTS, Drive
-from axisid.support.missing import Missing
 
 _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
 
 #: Terms that advice has another cure for than an element.
-_OTHERS = ("inertia", "resonance", "delay", "dead band")
+_OTHERS = ("inertia", "resonance", "delay", "dead band", "loss", "presliding", "backlash")
 
 
 def _lack(term: Term) -> Lack:
-    two = term.width == 2
+    two = "place" in term.kind or term.kind == "turn"
     return Lack(
         kind=term.kind,
         parameter="",
@@ -38,7 +36,6 @@ def _lack(term: Term) -> Lack:
         share=0.04,
         explained=0.5,
         p_value=1e-9,
-        score_p=1e-9,
     )
 
 
@@ -104,33 +101,24 @@ _LINEAR, _ROTARY = Coordinate("x", unit="m"), Coordinate("theta", unit="rad")
 def test_the_element_that_a_missing_term_names_is_declared(
     tmp_path: Path, term: Term, q: Coordinate
 ) -> None:
-    axis = SimpleNamespace(coordinate=q, drive=Drive(gain=1.0), has_stribeck=False)
-    sentence = term_sentence(_lack(term), cast(Axis, axis))
-    assert "declare" in sentence
+    declared = SimpleNamespace(coordinate=q, drive=Drive(gain=1.0), has_stribeck=False)
+    said = sentence(_lack(term), cast(GeneratedAxis, SimpleNamespace(axis=declared)))
+    assert "declare" in said
     unit = term.unit.format(force="N", unit="m")
-    assert _declared_alike(tmp_path, q, sentence, unit) == 1
+    assert _declared_alike(tmp_path, q, said, unit) == 1
 
 
-def test_no_share_beyond_all_of_the_force_is_shown() -> None:
+def test_no_share_beyond_all_of_the_force_is_shown(emps2015: GeneratedAxis) -> None:
     lack = _lack(OF_KIND["resonance"])
-    sentences = [
-        term_sentence(replace(lack, at=31.0, share=share), load_axis("emps2015"))
-        for share in (0.25, 3.3)
-    ]
+    sentences = [sentence(replace(lack, at=31.0, share=share), emps2015) for share in (0.25, 3.3)]
     assert "(25 % of the force is this)" in sentences[0]
     assert "330" not in sentences[1]
 
 
-def test_a_resonance_is_told_with_its_frequency_and_what_a_rigid_axis_holds_for() -> None:
+def test_a_resonance_is_told_with_its_frequency_and_what_a_rigid_axis_holds_for(
+    emps2015: GeneratedAxis,
+) -> None:
     lack = replace(_lack(OF_KIND["resonance"]), at=31.0)
-    sentence = term_sentence(lack, load_axis("emps2015"))
-    assert re.search(r"resonance: an antiresonance near 31 Hz", sentence)
-    assert re.search(r"rigid axis does not hold beyond about 10 Hz: lower the cut-off", sentence)
-
-
-def test_a_constant_names_what_is_declared(tmp_path: Path) -> None:
-    q = Coordinate("y", unit="m")
-    form = SimpleNamespace(axis=SimpleNamespace(axis=SimpleNamespace(coordinate=q)))
-    judged = cast(Estimate, SimpleNamespace(form=form))
-    constant = _whose(judged, 3.0, Missing("no law"))
-    assert _declared_alike(tmp_path, q, constant, "N") == 1
+    said = sentence(lack, emps2015)
+    assert re.search(r"resonance: an antiresonance near 31 Hz", said)
+    assert re.search(r"rigid axis does not hold beyond about 10 Hz: lower the cut-off", said)

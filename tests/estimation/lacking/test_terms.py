@@ -7,10 +7,8 @@ import pytest
 
 from axisid import load_axis
 from axisid.estimation.lacking.terms import (
-    DRIFTS,
     OF_KIND,
     TERMS,
-    TOLD_PART,
     Along,
     Term,
     behind_spring,
@@ -82,20 +80,12 @@ def test_waves_are_of_every_period_that_rows_can_tell() -> None:
         assert np.abs(between(periods, at) / true - 1).min() < 0.02
 
 
-def test_noise_in_a_measured_motion_is_no_load() -> None:
-    """Beyond an antiresonance noise in the acceleration looks as a load does."""
-    places = OF_KIND["resonance"].places
-    assert places(_along())[0] < 10
-    assert places(replace(_along(), noisy_below=30.0))[0] >= 30.0 / TOLD_PART
-    assert len(places(replace(_along(), noisy_below=100.0))) == 0
-
-
-@pytest.mark.parametrize("term", [*TERMS, *DRIFTS], ids=lambda term: term.what[:30])
+@pytest.mark.parametrize("term", TERMS, ids=lambda term: term.what[:30])
 def test_a_term_has_columns_at_each_of_its_places_and_words(term: Term) -> None:
     s, axis = _along(), load_axis("pendulum")
     places = term.places(s)[:3]
     columns: Array = term.columns(s, places)
-    assert columns.shape == (3000, len(places), term.width)
+    assert columns.shape[:2] == (3000, len(places))
     assert np.any(columns)
     assert all(said_of(term, float(places[0]), axis, 0.1))
 

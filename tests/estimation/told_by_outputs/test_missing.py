@@ -1,15 +1,13 @@
 """What errors ask for is told from chance, and is not guessed where too few windows tell it."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.stats import f
 
 from axisid.estimation.told_by_outputs.colour import autoregression_of
-from axisid.estimation.told_by_outputs.missing import Asking, Left, lacking_of
+from axisid.estimation.told_by_outputs.missing import Left, lacking_of
 from axisid.support.arrays import Array
 
 _WINDOWS, _LONG, _KNOWN = 12, 40, 3
@@ -59,65 +57,6 @@ def test_a_force_in_enough_windows_is_told(rng: np.random.Generator) -> None:
     (found,) = lacking_of(_left(rng, column[:, 0], by_windows=True), column, 1, _LEVEL)
     assert found.chance < 1e-4
     assert abs(-found.factor - 1) < 4 * found.deviation
-
-
-def _two(random: np.random.Generator, ratios: Sequence[float]) -> tuple[Left, Array]:
-    """Errors that ask for a force, and for what is held, by so many deviations."""
-    left = _left(random, by_windows=False)
-    whole = np.column_stack([left.jacobian, random.standard_normal((len(left.errors), 2))])
-    columns = np.linalg.qr(whole)[0][:, _KNOWN:]
-    errors = left.errors - columns @ (columns.T @ left.errors)
-    return replace(left, errors=errors + columns @ np.array(ratios)), columns
-
-
-@pytest.mark.parametrize(("ratios", "first"), [((5.5, 2.9), 0), ((9.0, 7.0), 1)])
-def test_what_is_held_comes_before_a_force_where_it_is_more_than_chance(
-    rng: np.random.Generator, ratios: tuple[float, float], first: int
-) -> None:
-    left, columns = _two(rng, ratios)
-    found = lacking_of(left, columns, 1, _LEVEL, held=1)
-    assert found[0].number == first
-    assert found[0].chance <= _LEVEL
-
-
-@pytest.mark.parametrize("freedom", [5.0, 200.0])
-def test_two_columns_of_one_force_are_as_often_chance_as_f_says(freedom: float) -> None:
-    found = Asking(width=2).chance(1.0, 3.0, freedom)
-    assert found == pytest.approx(float(f.sf(3.0**2 / 2, 2, freedom)))
-    assert Asking(width=2, tried=7).chance(1.0, 3.0, freedom) == pytest.approx(min(7 * found, 1.0))
-
-
-@pytest.mark.slow
-def test_the_best_of_a_grid_is_told_of_noise_no_more_often_than_is_said(
-    rng: np.random.Generator,
-) -> None:
-    """Of 20 places: at 10 % no more than 25 of 150 right records, 1 chance in 100."""
-    told = 0
-    for _ in range(150):
-        left = _left(rng, by_windows=False)
-        columns = rng.standard_normal((len(left.errors), 20))
-        best = np.argmax(np.abs(left.beside(columns)[0].T @ left.errors))
-        asking = [Asking(tried=20)]
-        (found,) = lacking_of(left, columns[:, [best]], 1, _LEVEL, asking=asking)
-        told += found.chance <= 0.1
-    assert 2 < told <= 25
-
-
-def test_beside_what_is_last_nothing_is_told(rng: np.random.Generator) -> None:
-    left, columns = _two(rng, (12.0, 9.0))
-    assert len(lacking_of(left, columns, 2, _LEVEL)) == 2
-    asking = [Asking(is_last=True), Asking()]
-    assert len(lacking_of(left, columns, 2, _LEVEL, asking=asking)) == 1
-
-
-def test_a_force_of_the_wrong_sign_is_none(rng: np.random.Generator) -> None:
-    left, columns = _two(rng, (12.0, 0.0))
-    (found,) = lacking_of(left, columns[:, :1], 1, _LEVEL)
-    sign = np.sign(found.factor)
-    for side, chance in ((sign, found.chance), (-sign, 1.0)):
-        asking = [Asking(is_positive=True)]
-        (one,) = lacking_of(left, side * columns[:, :1], 1, _LEVEL, asking=asking)
-        assert one.chance == pytest.approx(chance)
 
 
 def test_an_order_beyond_short_stretches_has_its_uncertainty(rng: np.random.Generator) -> None:

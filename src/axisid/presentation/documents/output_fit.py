@@ -5,6 +5,7 @@ from typing import Any
 from msgspec import UNSET
 
 from axisid.estimation.fitting import OutputFit
+from axisid.estimation.lacking import amount, sentence
 from axisid.presentation.schema import (
     WrittenFitted,
     WrittenKnown,
@@ -50,9 +51,7 @@ def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
             written_as(WrittenRecordError, each, noise=noise)
             for each, noise in zip(fit.of_records, fit.noise, strict=True)
         ),
-        lacks=None
-        if isinstance(fit.lacks, Missing)
-        else tuple(written_as(WrittenLack, each) for each in fit.lacks),
+        lacks=_lacks(fit),
         unseen=fit.unseen,
         horizon=UNSET if fit.horizon is None else fit.horizon,
         local=dict(fit.local) or UNSET,
@@ -66,6 +65,31 @@ def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
         believed=fit.believed,
         remarks=tuple(note.worded(as_options) for note in fit.remarks),
     )
+
+
+def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
+    """Of all records in which it was looked for; None where it was in none."""
+    looked = [
+        (lacks, axis)
+        for lacks, axis in zip(fit.lacks, fit.basis.axes, strict=True)
+        if not isinstance(lacks, Missing)
+    ]
+    if not looked:
+        return None
+    found = []
+    for lacks, axis in looked:
+        for each in lacks:
+            size, deviation, unit = amount(each, axis)
+            found.append(
+                WrittenLack(
+                    subject=sentence(each, axis),
+                    size=size,
+                    deviation=deviation,
+                    unit=unit,
+                    chance=each.p_value,
+                )
+            )
+    return tuple(found)
 
 
 def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:

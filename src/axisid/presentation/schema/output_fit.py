@@ -63,14 +63,13 @@ class WrittenLack(JsonObject, frozen=True, kw_only=True):
     """What errors ask for beside a model."""
 
     subject: Annotated[str, about("In words.")]
-    size: Annotated[
-        float,
-        about("Of a force, % of the control; of what is held, by how much it would be more."),
-    ]
+    size: Annotated[float, about("Of its factor, or by how much a parameter would be more.")]
     deviation: Annotated[float, about("Of the size.")]
     unit: Annotated[str, about("Of both.")]
-    chance: Annotated[float, about("That noise asks for as much of the strongest of all tests.")]
-    tests: Annotated[int, about("How many forces and held values were looked for.")]
+    chance: Annotated[float, about("That noise asks for as much of it, over all its places.")]
+    tests: Annotated[
+        int | UnsetType, about("How many were looked for; of files before 2026-11-24.")
+    ] = UNSET
 
 
 class WrittenOutputFit(

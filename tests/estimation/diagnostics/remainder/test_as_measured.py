@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from axisid import Identification, build, identify, load_axis, twin_record
-from axisid.estimation.diagnostics.remainder import following_as_measured, tails_as_measured
+from axisid.estimation.diagnostics.remainder import tails_as_measured
 
 
 def _identified(name: str, spikes: int = 0) -> Identification:
@@ -37,7 +37,6 @@ def test_a_right_log_with_a_coarse_velocity_passes(name: str) -> None:
         assert "as those of loops that are measured in such steps" in said
         own = np.mean(result.preferred.residuals**4)
         assert own < 1.2 * tails_as_measured(result.problem, result.preferred)[0]
-    assert _status(result, "residuals against the motion")[0] != "fail"
 
 
 @pytest.mark.slow
@@ -52,6 +51,5 @@ def test_a_log_without_a_reference_is_held_against_loops_that_follow_it() -> Non
     axis = build(load_axis("emps"))
     result = identify(axis, replace(twin_record(axis), reference=None), methods=["idm-ls"])
     estimate = result.preferred
-    assert 0.0 < following_as_measured(result.problem, estimate) < 5.0
     ratio = np.mean(estimate.residuals**4) / tails_as_measured(result.problem, estimate)[0]
     assert ratio == pytest.approx(1.0, abs=0.3)

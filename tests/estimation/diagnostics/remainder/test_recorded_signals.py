@@ -62,17 +62,13 @@ def _check(record: Record, kind: str, *, known: bool = False) -> Check:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pressure", "supply"])
-def test_a_right_signal_passes_and_is_told_with_its_time(kind: str) -> None:
-    found = _check(_record(kind), kind)
-    assert found.status == "pass"
-    assert "samples late, its scale rests on its column and unit alone" in found.meaning
+def test_a_right_signal_passes(kind: str) -> None:
+    assert _check(_record(kind), kind).status == "pass"
 
 
 @pytest.mark.slow
-def test_of_a_known_area_the_scale_is_told_too() -> None:
-    found = _check(_record("pressure", known=True), "pressure", known=True)
-    assert found.status == "pass"
-    assert "scale rests" not in found.meaning
+def test_a_right_signal_of_a_known_area_passes() -> None:
+    assert _check(_record("pressure", known=True), "pressure", known=True).status == "pass"
 
 
 @pytest.mark.slow

@@ -7,14 +7,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from axisid.estimation.diagnostics.remainder.residuals import (
-    normality,
-    residuals_against_motion,
-)
+from axisid.estimation.diagnostics.remainder.residuals import normality
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import ResidualTests
 from axisid.estimation.regression.residual_tests import residual_tests
-from axisid.estimation.signals import Neighbours
 
 ROWS = 400
 
@@ -59,13 +55,8 @@ def estimate(residuals: np.ndarray, **more: Any) -> Estimate:
     )
 
 
-def test_white_residuals_pass_every_check(good: ResidualTests) -> None:
-    fitted = estimate(white()[0])
-    found = [
-        residuals_against_motion(good, fitted),
-        normality(good, fitted),
-    ]
-    assert [check.status for check in found] == ["pass"] * 2
+def test_white_residuals_pass(good: ResidualTests) -> None:
+    assert normality(good, estimate(white()[0])).status == "pass"
 
 
 def test_heavy_tails_count_once_where_another_check_names_what_makes_them() -> None:
@@ -73,38 +64,6 @@ def test_heavy_tails_count_once_where_another_check_names_what_makes_them() -> N
     heavy[::40] *= 12
     found = [normality(judged(heavy), estimate(heavy), explained=e).status for e in (False, True)]
     assert found == ["fail", "note"]
-
-
-@pytest.mark.parametrize("lag", [-3, 4])
-def test_what_is_left_of_a_column_is_told_with_its_lag(lag: int) -> None:
-    residuals, W = white()
-    late = residual_tests(residuals + 0.5 * np.roll(W[:, 1], lag), W)
-    check = residuals_against_motion(late, estimate(residuals, Z=W))
-    assert check.status == "fail"
-    assert (
-        f"instrument of Fv, {abs(lag)} rows {'before' if lag < 0 else 'after'} it" in check.meaning
-    )
-
-
-@pytest.mark.parametrize(("elsewhere", "status"), [(0.0, "note"), (0.5, "fail")])
-def test_what_is_left_of_the_filters_error_is_a_note_unless_the_motion_is_left_elsewhere_too(
-    elsewhere: float, status: str
-) -> None:
-    """A tenth of an error in a few rows that is as a column of the motion there."""
-    residuals, W = white()
-    own = np.where(np.arange(ROWS) % 40 < 3, 300.0 * np.roll(W[:, 1], 1), 0.0)
-    net = residuals + 0.1 * own + elsewhere * np.roll(W[:, 1], 1)
-    fitted = estimate(
-        net + own,
-        net_residuals=net,
-        X=W,
-        Z=W,
-        noise_free=SimpleNamespace(residuals=own, doubt=""),
-        neighbours=Neighbours.consecutive(ROWS),
-    )
-    check = residuals_against_motion(residual_tests(net, W), fitted)
-    assert check.status == status
-    assert ("of the filter's own error does" in check.meaning) == (status == "note")
 
 
 @pytest.mark.parametrize(

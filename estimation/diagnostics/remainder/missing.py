@@ -1,0 +1,91 @@
+"""What the model lacks, as checks: each term comes with the element that declares it."""
+
+import math
+from collections.abc import Sequence
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.lacking import (
+    Lack,
+    sentence,
+    signal_sentence,
+)
+from axisid.estimation.records import Record, advised_shift
+from axisid.estimation.tables import label_unit
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds.lacking import LACKING_LEVEL, MIN_LACKING_SHARE
+from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
+
+_SAME_UNIT = 0.02  # distance of a factor from that of another unit, up to which it is that
+_UNITS = ("bar", "mbar", "kPa", "MPa", "mV", "kV", "mA", "kN", "mm", "mm/s", "deg", "rpm", "min")
+_SOURCE = (
+    "percent of the force, root mean square; fails where the residuals hold more of it than those "
+    f"of twins (Hotelling's test, {100 * LACKING_LEVEL.value:g} % over all that is looked for, by "
+    f"Holm's rule) and it is more than {100 * MIN_LACKING_SHARE.value:g} % of the force beside "
+    "what the parameters make of it, or moves one by more than its interval"
+)
+
+
+def terms_check(found: Sequence[Lack], axis: GeneratedAxis) -> Check:
+    """Whether the residuals hold a term that the model lacks, or a parameter that changes."""
+    own = [lack for lack in found if not lack.is_of_signal]
+    said = "; ".join(sentence(lack, axis) for lack in own)
+    return _check("missing terms", own, said or "nothing that was looked for is in the residuals")
+
+
+def signals_check(
+    found: Sequence[Lack] | Missing, axis: GeneratedAxis, record: Record
+) -> Check | Missing | None:
+    """Whether recorded signals are in time and of their size; nothing for an axis without any."""
+    if not axis.axis.signals or isinstance(found, Missing):
+        return found if axis.axis.signals and isinstance(found, Missing) else None
+    own = [lack for lack in found if lack.is_of_signal]
+    if not own:
+        said = "the recorded signals are in time with the forces that they make, and of their size"
+        return _check("recorded signals", own, said)
+    said = "; ".join(signal_sentence(lack, record.period) for lack in own)
+    return _check("recorded signals", own, f"{said}: ", _remedy(axis, record, own[0]))
+
+
+def _check(name: str, own: Sequence[Lack], meaning: str, remedy: Remedy | None = None) -> Check:
+    return Check(
+        name=name,
+        status=passed(not own),
+        figure=100 * max((lack.share for lack in own), default=0.0),
+        threshold=100 * MIN_LACKING_SHARE.value,
+        p_value=min((lack.p_value for lack in own), default=None),
+        source=_SOURCE,
+        meaning=meaning,
+        remedy=remedy,
+    )
+
+
+def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:
+    value, deviation, name = found.values[0], found.deviations[0], found.parameter
+    if found.kind == "late signal":
+        return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
+    column = record.provenance.columns.get(name, "NAME")
+    unit = _unit(axis, found)
+    if unit:
+        return Remedy.of("it is in ", Setting("columns", f"{name}={column}:{unit}"))
+    scaled = Setting("columns", f"{name}={column}:UNIT*{value:.4g}")
+    return Remedy.of(
+        "check its unit and its scale (",
+        scaled,
+        "), and what is declared as known of its force",
+    )
+
+
+def _unit(axis: GeneratedAxis, found: Lack) -> str:
+    """The unit that the column would be in; empty for no usual one."""
+    (declared,) = (s for s in axis.axis.signals if s.name == found.parameter)
+    own, factor = label_unit(str(declared.unit)), found.values[0]
+    vague = _SAME_UNIT + MIN_DISTANCE_FROM_NOISE.value * found.deviations[0] / abs(factor)
+    for name in _UNITS:
+        known = label_unit(name)
+        if own is None or known is None or known[1] != own[1]:
+            continue
+        if math.isfinite(vague) and abs(factor / (known[0] / own[0]) - 1) <= vague:
+            return name
+    return ""

@@ -1,0 +1,207 @@
+"""Hypotheses of what a model may lack: columns beside it, each with a name and where it has places.
+
+Terms of the motion, parameters that change in time, and recorded signals that are late or of
+another unit.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from axisid.estimation.signals import about_samples
+from axisid.support.arrays import Array
+
+from .scores import RecordScores
+from .terms import Kind, Term, terms_for
+
+#: What stands for a parameter where it is the drive's gain that changes.
+GAIN = "the drive gain"
+
+_TIMES = 15  # of a change, in the middle 70 % of the record
+_TRIMMED = 0.15
+_LONGEST = 0.5  # s, of a signal's delay
+_DELAYS = 14  # of either sign
+_STEP = 1e-3  # of a factor
+_FINER = 65  # places between those of a grid, once it is told
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Hypothesis:
+    """Columns that a model may lack.
+
+    Attributes
+    ----------
+    kind : str
+    columns : callable
+        Of places (m,): (n, m, g).
+    parameter : str
+        As of `Lack`.
+    places : (m,) array
+        NaN where there is one place alone.
+    measured : callable or None
+        The same of the measured motion, which says where it is between the places of the grid.
+    between : callable or None
+        Places about one of the grid, that it is looked for at once it is told.
+    is_positive : bool
+        Whether it must be: friction, a mass.
+    """
+
+    kind: Kind
+    columns: Callable[[Array], Array]
+    parameter: str = ""
+    places: Array = field(default_factory=lambda: np.array([np.nan]))
+    measured: Callable[[Array], Array] | None = None
+    between: Callable[[Array, float], Array] | None = None
+    is_positive: bool = False
+
+
+def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
+    """All that is looked for: terms of the motion, what is held or changes in time, signals."""
+    data = scores.data
+    axis, drive = data.axis.axis, data.axis.axis.drive
+    commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
+    terms = terms_for(axis, commanded=commanded)
+    found = [_of_term(scores, t) for t in terms if scores.twins or not t.is_of_force]
+    found += _held(scores)
+    found += _changing(scores, commanded=commanded)
+    found += _of_signals(scores) if axis.signals else []
+    return [each for each in found if len(each.places)]
+
+
+def _of_term(scores: RecordScores, term: Term) -> Hypothesis:
+    return Hypothesis(
+        kind=term.kind,
+        places=term.places(scores.along),
+        columns=partial(term.columns, scores.along),
+        measured=partial(term.columns, scores.measured),
+        between=term.between,
+        is_positive=term.is_positive,
+    )
+
+
+def _held(scores: RecordScores) -> list[Hypothesis]:
+    """Parameters that have a value which the record did not tell."""
+    return [
+        Hypothesis(kind="held", parameter=q.name, columns=partial(_once, scores.regressor[:, [j]]))
+        for j, q in enumerate(scores.data.axis.parameters)
+        if j not in scores.free
+    ]
+
+
+def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
+    """Each parameter, and the drive gain, as it drifts or is another from some time on."""
+    of = {q.name: scores.regressor[:, j] for j, q in enumerate(scores.data.axis.parameters)}
+    if commanded:
+        of[GAIN] = scores.along.reduce(scores.along.force)
+    times = scores.data.times_of_rows
+    places = times[0] + (times[-1] - times[0]) * np.linspace(_TRIMMED, 1 - _TRIMMED, _TIMES)
+    found = []
+    for name, column in of.items():
+        if not column.any():  # nothing that these rows could show of it changes
+            continue
+        drifting = partial(_once, column[:, None] * drifts(times))
+        stepping = partial(_from, column, times)
+        found += [
+            Hypothesis(kind="drift", parameter=name, columns=drifting),
+            Hypothesis(
+                kind="change", parameter=name, columns=stepping, places=places, between=_between
+            ),
+        ]
+    return found
+
+
+def drifts(times: Array) -> Array:
+    """Courses over the rows' times, (n, 3): a line, and one slow swing."""
+    part = (times - times[0]) / (times[-1] - times[0])
+    return np.column_stack([part, np.sin(2 * np.pi * part), np.cos(2 * np.pi * part)])
+
+
+def _once(columns: Array, _: Array) -> Array:
+    """Columns (n, g) of one place."""
+    return columns[:, None]
+
+
+def _from(column: Array, times: Array, places: Array) -> Array:
+    """A column from each time on, (n, m, 1)."""
+    return np.where(times[:, None] >= places, column[:, None], 0.0)[:, :, None]
+
+
+def _between(grid: Array, at: float) -> Array:
+    """Places about one of a grid."""
+    place = int(np.argmin(np.abs(grid - at)))
+    return np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], _FINER)
+
+
+def _of_signals(scores: RecordScores) -> list[Hypothesis]:
+    """Each recorded signal that makes a force, late or early, and of another size."""
+    rows = _SignalRows(scores)
+    longest = min(_LONGEST / scores.data.period, 0.1 * len(scores.data))
+    late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), _DELAYS)))
+    delays = np.concatenate([-late[::-1], late])
+    found = []
+    for j, signal in enumerate(scores.data.axis.axis.signals):
+        late_by, scaled = partial(rows.late, j), partial(_once, rows.scaled(j)[:, None])
+        found += [
+            Hypothesis(
+                kind="late signal",
+                parameter=signal.name,
+                columns=late_by,
+                places=delays,
+                between=_between,
+            ),
+            Hypothesis(kind="scaled signal", parameter=signal.name, columns=scaled),
+        ]
+    return found
+
+
+def _moved(late: float, values: Array, at: Array) -> Array:
+    return np.interp(at + late, at, values)
+
+
+class _SignalRows:
+    """What a model makes of recorded signals that are moved or scaled, less of them as they are."""
+
+    def __init__(self, scores: RecordScores) -> None:
+        self._scores = scores
+        self._made = self._of(scores.signals.recorded)
+
+    def late(self, index: int, samples: Array) -> Array:
+        """Rows, (n, m, 1), of what is lacking where a signal was logged so late."""
+        moved = (
+            self._changed(index, partial(_moved, late))  # it belongs earlier
+            for late in samples
+        )
+        return np.stack([*moved], axis=1)[:, :, None]
+
+    def scaled(self, index: int) -> Array:
+        """Rows, (n,), by a factor of a signal."""
+        return self._changed(index, lambda values, _: (1 + _STEP) * values) / _STEP
+
+    def _changed(self, index: int, change: Callable[[Array, Array], Array]) -> Array:
+        recorded = list(self._scores.signals.recorded)
+        values = recorded[index].copy()
+        for first, last in self._scores.data.record.spans:
+            at = np.arange(first, last, dtype=float)
+            values[first:last] = change(values[first:last], at)
+        recorded[index] = values
+        return self._scores.data.reduce(self._of(tuple(recorded)) - self._made)
+
+    def _of(self, recorded: tuple[Array, ...]) -> Array:
+        """What the model leaves to the force, less the drive's own, at each sample, (N,)."""
+        scores = self._scores
+        made = scores.form.equations(replace(scores.signals, recorded=recorded))
+        needed = made.intercept + made.regressor @ scores.physical
+        return np.asarray(needed - self._driven(recorded), dtype=float)
+
+    def _driven(self, recorded: tuple[Array, ...]) -> Array:
+        """The force of the recorded control, (N,), where that is what was recorded."""
+        data, s = self._scores.data, self._scores.signals
+        if data.record.force is not None or data.acting_control is None:
+            return np.zeros(len(s.position))
+        motion = s.position, s.velocity, s.acceleration
+        force = data.drive.force(data.acting_control, motion, recorded)
+        if data.prefilter.hold != "zoh":
+            return force
+        return about_samples(force, [first for first, _ in data.record.spans])

@@ -1,0 +1,386 @@
+"""Residuals of a record and of its twins, and tests of columns that the model has not.
+
+A column beside the model is told by ``s = C'e``: C less what the instruments span, and e the
+residuals of instrumental variables. What s is under the model, the twins say: the loop simulated
+with the noise of the record, and solved alike. So noise that shakes friction, the steps of an
+encoder and the filter's own error are allowed for, whatever estimator is judged.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fdtrc
+
+from axisid.estimation.problems import noise_free_record
+from axisid.estimation.regression import (
+    Equations,
+    Hac,
+    InverseForm,
+    joint_p,
+    recorded_loops,
+    score_products,
+)
+from axisid.estimation.signals import FilteredRecord, Neighbours, Signals
+from axisid.estimation.twins import DEFAULT_COUNT, Chain, twins_of
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+
+from .terms import Along
+
+_OWN_PART = 0.05  # of a column, below which the model's own span it: twenty times the deviation
+_FEWEST_ROWS = 20  # for each column
+_MOSTLY = 0.8  # of the residuals' power: beyond it their covariance is that of the term itself
+_CONFIRMED = 0.01  # by the score test
+_RANK = 1e-9
+_SPAN = 1e-3  # of the largest: directions in which instruments of near places differ
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AddedColumns:
+    """Columns beside a model at m places, g at each, and their products, which are taken once.
+
+    Attributes
+    ----------
+    columns : (n, m, g) array
+    whole : (m, g, g) array
+        Products of the columns of each place.
+    cross : (m g, 1 + R) array
+        Products with the residuals of a record and its twins.
+    """
+
+    columns: Array
+    whole: Array
+    cross: Array
+
+    @property
+    def flat(self) -> Array:
+        """All columns, (n, m g)."""
+        return self.columns.reshape(len(self.columns), -1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnTests:
+    """Tests of blocks of g columns beside the model, one for each of m places.
+
+    Attributes
+    ----------
+    p_values : (m,) array
+        Of each block by itself; 1 where the model's own columns span it.
+    values : (m, g) array
+        Factors of the columns.
+    covariances : (m, g, g) array
+        Of the factors.
+    powers : (m,) array
+        Mean square that each takes of the residuals.
+    """
+
+    p_values: Array
+    values: Array
+    covariances: Array
+    powers: Array
+
+    def best(self, level: float) -> int:
+        """Of the places that are told at a level the one that takes most, else the surest."""
+        if self.p_values.min() > level:
+            return int(np.argmin(self.p_values))
+        return int(np.argmax(np.where(self.p_values <= level, self.powers, -np.inf)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordScores:
+    """Residuals of a record and of its twins beside the columns of a model.
+
+    Attributes
+    ----------
+    basis : (n, r) array
+        Orthonormal: what instruments, and columns that were added to them, span.
+    response : (k, r) array
+        Of the parameters that are free by what stands in those directions.
+    free : (k,) array of int
+        Which parameters of the axis these are.
+    regressor : (n, p) array
+        Of the loop without noise, by all parameters.
+    residuals : (n, 1 + R) array
+        Of the record, then of its twins.
+    force : (n,) array
+        The left side.
+    form : InverseForm
+    physical : (p,) array
+        The estimate that twins are at.
+    signals : Signals
+        The motion of which columns are made, of the loop where there is one.
+    along, measured : Along
+        The same with what rows make of it, and the motion as it was measured.
+    data : FilteredRecord
+    neighbours : Neighbours
+        Of the rows.
+    """
+
+    basis: Array
+    response: Array
+    free: NDArray[np.int64]
+    regressor: Array
+    residuals: Array
+    force: Array
+    form: InverseForm
+    physical: Array
+    signals: Signals
+    along: Along
+    measured: Along
+    data: FilteredRecord
+    neighbours: Neighbours
+
+    @property
+    def twins(self) -> int:
+        """How many there are."""
+        return int(self.residuals.shape[1]) - 1
+
+    @cached_property
+    def net(self) -> Array:
+        """Residuals of the record less what is in the directions of the basis, (n,)."""
+        own = self.residuals[:, 0]
+        return np.asarray(own - self.basis @ (self.basis.T @ own))
+
+    @cached_property
+    def _in_basis(self) -> Array:
+        """Parts of the residuals in its directions, (r, 1 + R)."""
+        return np.asarray(self.basis.T @ self.residuals)
+
+    @cached_property
+    def force_size(self) -> float:
+        """Root mean square of the force about its mean."""
+        return float(np.std(self.force))
+
+    def beside(self, columns: Array) -> "RecordScores":
+        """With columns (n, g) taken into the model."""
+        own = columns - self.basis @ (self.basis.T @ columns)
+        extra = np.linalg.qr(own / np.linalg.norm(own, axis=0))[0]
+        return replace(self, basis=np.hstack([self.basis, extra]))
+
+    def nearest(self, instruments: Array, columns: Array) -> int:
+        """The place of columns (n, m, g) that fits the residuals best, by their instruments.
+
+        What is measured stands in the columns, noise and all; the instruments, of the same shape,
+        are of the loop.
+        """
+        n, m, g = columns.shape
+        span = instruments.reshape(n, -1)
+        span = span - self.basis @ (self.basis.T @ span)
+        u, cut, _ = np.linalg.svd(span, full_matrices=False)
+        u = u[:, cut > _SPAN * cut[0]]
+        flat = columns.reshape(n, -1)
+        seen = np.moveaxis(
+            (u.T @ (flat - self.basis @ (self.basis.T @ flat))).reshape(-1, m, g), 1, 0
+        )
+        left = u.T @ self.net
+        products = seen.transpose(0, 2, 1) @ seen + np.finfo(float).tiny * np.eye(g)
+        told = seen.transpose(0, 2, 1) @ left
+        taken = np.einsum("mg,mg->m", told, np.linalg.solve(products, told[:, :, None])[:, :, 0])
+        return int(np.argmax(taken))
+
+    def moved_by(self, columns: Array, values: Array) -> Array:
+        """What the free parameters move by where so much of columns (n, g) is taken in, (k,)."""
+        first = self.response.shape[1]
+        return -self.response @ (self.basis[:, :first].T @ (columns @ values))
+
+    def block(self, columns: Array) -> AddedColumns:
+        """Columns, (n, m, g), to be tested."""
+        by_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))
+        whole = by_place.transpose(0, 2, 1) @ by_place
+        cross = columns.reshape(len(columns), -1).T @ self.residuals
+        return AddedColumns(columns=columns, whole=whole, cross=cross)
+
+    def test(self, block: AddedColumns) -> ColumnTests:
+        """Test the columns of each place beside the model."""
+        (n, m, g), whole = block.columns.shape, block.whole
+        within = block.flat.T @ self.basis
+        own = whole - (by_place := within.reshape(m, g, -1)) @ by_place.transpose(0, 2, 1)
+        scores = (block.cross - within @ self._in_basis).reshape(m, g, -1)
+        is_own = _is_own(own, whole)
+        own = np.where(is_own[:, None, None], own, np.eye(g))
+        away = scores[:, :, 0]
+        if self.twins:
+            away = away - scores[:, :, 1:].mean(axis=2)
+        values = np.asarray(np.linalg.solve(own, away[:, :, None])[:, :, 0], dtype=float)
+        powers = np.where(is_own, np.einsum("mg,mg->m", away, values) / n, 0.0)
+        if self.twins:
+            p_values, spread = self._by_twins(away, scores[:, :, 1:], is_own)
+        else:
+            p_values, spread = self._by_hac(block.columns, values, own, powers)
+        inverse = np.linalg.inv(own)
+        return ColumnTests(
+            p_values=np.where(is_own, p_values, 1.0),
+            values=np.where(is_own[:, None], values, 0.0),
+            covariances=inverse @ spread @ inverse,
+            powers=powers,
+        )
+
+    def _by_twins(
+        self, away: Array, scores: Array, is_own: NDArray[np.bool_]
+    ) -> tuple[Array, Array]:
+        """Hotelling's test of each block, and the covariance of its scores, (m, g, g)."""
+        _, g, count = scores.shape
+        apart = scores - scores.mean(axis=2, keepdims=True)
+        spread = np.einsum("mgr,mhr->mgh", apart, apart) / (count - 1)
+        spread = np.where(is_own[:, None, None], spread, np.eye(g))
+        square = np.einsum("mg,mg->m", away, np.linalg.solve(spread, away[:, :, None])[:, :, 0])
+        square *= count / (count + 1)
+        rest = count - g
+        return np.asarray(fdtrc(g, rest, square * rest / (g * (count - 1)))), spread
+
+    def _by_hac(
+        self, columns: Array, values: Array, own: Array, powers: Array
+    ) -> tuple[Array, Array]:
+        """Wald's test, HAC, of the block that takes most, which the score test has to confirm.
+
+        Wald's alone is misled by few rows in slow noise; the score test knows nothing of what is
+        nearly all of the residuals.
+        """
+        m, g = values.shape
+        p_values, spread = np.ones(m), np.zeros((m, g, g))
+        place = int(np.argmax(powers))
+        if not powers[place] > 0:
+            return p_values, spread
+        block = columns[:, place] - self.basis @ (self.basis.T @ columns[:, place])
+        residuals = self.net
+        away = own[place] @ values[place]
+        chances = []
+        for left in (residuals - block @ values[place], residuals):
+            scores = partial(score_products, block * left[:, None], self.neighbours)
+            run = Hac().long_run(scores, len(left))
+            square = float(away @ np.linalg.solve(run.covariance, away))
+            chances.append((joint_p(square, g, float(np.min(run.freedom))), run.covariance))
+        (wald, spread[place]), (score, _) = chances
+        mostly = powers[place] > _MOSTLY * np.mean(residuals**2)
+        p_values[place] = wald if mostly or score <= _CONFIRMED else max(wald, score)
+        return p_values, spread
+
+
+def _is_own(own: Array, whole: Array) -> NDArray[np.bool_]:
+    """Which blocks, (m, g, g), the model's columns do not span, nor their own each other's."""
+    sizes = np.sqrt(np.einsum("mgg->mg", whole))
+    there = np.all(sizes > 0, axis=1)
+    sizes = np.where(there[:, None], sizes, 1.0)
+    alike = own / sizes[:, :, None] / sizes[:, None, :]
+    return np.asarray(there & (np.linalg.eigvalsh(alike)[:, 0] > _OWN_PART**2))
+
+
+def scores_of(
+    data: FilteredRecord,
+    physical: Array,
+    chain: Chain | None,
+    free: Sequence[int],
+    count: int = DEFAULT_COUNT,
+) -> RecordScores | Missing:
+    """Residuals of a record and of twins at an estimate.
+
+    Parameters
+    ----------
+    data : FilteredRecord
+    physical : (p,) array
+        Parameters of the record's axis, less their bias.
+    chain : Chain or None
+        The record's noise; None where it could not be measured.
+    free : sequence of int
+        Which of the parameters are estimated; the others have the values that are given.
+    count : int
+        Of the twins.
+    """
+    form = InverseForm(data.axis).at(physical)
+    if chain is None:
+        return _scores(data, data, form, physical, free, [])
+    loops = recorded_loops(data, physical)
+    quiet = noise_free_record(data, loops)
+    data = _where_both_move(data, quiet)
+    twins = twins_of(data, physical, chain, count)
+    if 2 * len(twins) < count:
+        twins = []
+    velocity = np.concatenate([loop.velocity for loop in loops])
+    direction = np.concatenate([loop.direction for loop in loops])
+    moved = Signals(
+        position=quiet.record.position,
+        velocity=velocity,
+        acceleration=np.concatenate([loop.acceleration for loop in loops]),
+        force=np.concatenate([loop.force for loop in loops]),
+        direction=direction,
+        recorded=data.recorded,
+    )
+    quiet = replace(quiet, prefilter=data.prefilter, excluded=data.excluded)
+    return _scores(data, quiet, form, physical, free, twins, moved)
+
+
+def _where_both_move(data: FilteredRecord, quiet: FilteredRecord) -> FilteredRecord:
+    """Without rows near rests and reversals of the loop, if rows are left then."""
+    moving = data.also_turning_as(quiet.record.position)
+    enough = _FEWEST_ROWS * (len(data.axis.parameters) + 1)
+    return moving if len(moving.row_numbers) >= enough else data
+
+
+def _scores(
+    data: FilteredRecord,
+    quiet: FilteredRecord,
+    form: InverseForm,
+    physical: Array,
+    free: Sequence[int],
+    twins: Sequence[FilteredRecord],
+    moved: Signals | None = None,
+) -> RecordScores | Missing:
+    k, n = len(free), len(data.row_numbers)
+    if n < _FEWEST_ROWS * (k + 1):
+        return Missing(f"{n} rows in motion are too few to tell what is missing")
+    rows = form.equations(data.signals).reduced(data)
+    clean = form.equations(quiet.signals).reduced(data)
+    instruments = clean.regressor[:, free]
+    sizes = np.linalg.norm(instruments, axis=0)
+    basis, cut, _ = np.linalg.svd(instruments[:, sizes > 0] / sizes[sizes > 0], full_matrices=False)
+    basis = basis[:, cut > _RANK * cut[0]]
+    every = (rows, *(form.equations(twin.signals).reduced(data) for twin in twins))
+    found = [_residuals(each, physical, free, basis) for each in every]
+    if moved is not None:
+        left = _residuals(clean, physical, free, basis)
+        found = [each - left for each in found]
+    return RecordScores(
+        basis=basis,
+        response=np.asarray(np.linalg.pinv(basis.T @ rows.regressor[:, free], rcond=_RANK)),
+        free=np.array(free),
+        regressor=clean.regressor,
+        residuals=np.column_stack(found),
+        force=rows.left - rows.intercept,
+        form=form,
+        physical=physical,
+        signals=moved or data.signals,
+        measured=_along(data.signals, data),
+        along=_along(moved or data.signals, data),
+        data=data,
+        neighbours=data.neighbours,
+    )
+
+
+def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Array) -> Array:
+    """Of instrumental variables, (n,), the parameters that are not free as they are."""
+    left = rows.left - rows.intercept - rows.regressor @ physical
+    columns = rows.regressor[:, free]
+    moved = np.linalg.lstsq(basis.T @ columns, basis.T @ left, rcond=_RANK)[0]
+    return np.asarray(left - columns @ moved)
+
+
+def _along(s: Signals, data: FilteredRecord) -> Along:
+    sampling = data.sampling
+    rows = sampling.rows.astype(np.int64)
+    time = sampling.period * np.arange(len(s.position), dtype=float)
+    return Along(
+        time=time - time[rows].mean(),
+        position=s.position - (middle := float(s.position[rows].mean())),
+        middle=middle,
+        velocity=s.velocity,
+        acceleration=s.acceleration,
+        direction=s.direction,
+        force=s.force,
+        spans=sampling.spans,
+        rows=rows,
+        reduce=sampling.reduce,
+        row_period=sampling.period * sampling.prefilter.decimate,
+    )
