@@ -64,7 +64,10 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
     terms = terms_for(axis, commanded=commanded)
     found = [_of_term(scores, t) for t in terms if scores.twins or not t.is_of_force]
-    found += _held(scores)
+    if held := _held(scores):  # of what is declared the parameter is told, not the term
+        declared = scores.beside(np.hstack([each.columns(each.places)[:, 0] for each in held]))
+        found = [f for f in found if np.any(declared.spans_not(f.columns(f.places)))]
+    found += held
     found += _changing(scores, commanded=commanded)
     found += _of_signals(scores) if axis.signals else []
     return [each for each in found if len(each.places)]
