@@ -68,7 +68,7 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
         declared = scores.beside(np.hstack([each.columns(each.places)[:, 0] for each in held]))
         found = [f for f in found if np.any(declared.spans_not(f.columns(f.places)))]
     found += held
-    found += _changing(scores, commanded=commanded)
+    found += _changing(scores, commanded=commanded and bool(scores.twins))
     found += _of_signals(scores) if axis.signals else []
     return [each for each in found if len(each.places)]
 
