@@ -4,7 +4,6 @@ A force that a model lacks acts as a control that is added does, but that the la
 so such slopes are those by forces of any shape along the simulated motion.
 """
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,8 +30,6 @@ class Motion:
     position, velocity, control : array
     windows : int
         Of one length, that it is of one after the other; position and velocity jump between them.
-    delay, lag : float
-        Of the drive, s.
     """
 
     record: int
@@ -41,31 +38,6 @@ class Motion:
     velocity: Array
     control: Array
     windows: int = 1
-    delay: float = 0.0
-    lag: float = 0.0
-
-    def when_it_acts(self, values: Array) -> Array:
-        """Values (N,) of the motion at the time when each sample's control acts, within windows."""
-        if not self.delay:
-            return values
-        pieces = (np.split(each, self.windows) for each in (values, self.time))
-        return np.concatenate(
-            [np.interp(t + self.delay, t, v) for v, t in zip(*pieces, strict=True)]
-        )
-
-    def commanded(self, forces: Array) -> Array:
-        """Held commands that the lag makes forces (N,) of, each by its end, within windows."""
-        if not self.lag:
-            return forces
-        stays = math.exp(-float(self.time[1] - self.time[0]) / self.lag)
-        wide = forces.reshape(self.windows, -1)
-        later = np.hstack([wide[:, 1:], wide[:, -1:]])
-        return np.asarray((later - stays * wide) / (1 - stays)).ravel()
-
-    def rate_of(self, values: Array) -> Array:
-        """How values (N,) change in a second, within each window."""
-        pieces = (np.split(each, self.windows) for each in (values, self.time))
-        return np.concatenate([np.gradient(v, t) for v, t in zip(*pieces, strict=True)])
 
 
 def motion_of(stretch: Stretch, own: Array, time: Array, substeps: int | None) -> Motion | None:
@@ -83,8 +55,6 @@ def motion_of(stretch: Stretch, own: Array, time: Array, substeps: int | None) -
         position=position,
         velocity=velocity,
         control=control,
-        delay=float(stretch.axis.axis.drive.delay),
-        lag=float(stretch.axis.axis.drive.lag),
     )
 
 

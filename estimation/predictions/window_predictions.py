@@ -146,8 +146,6 @@ class _Windows:
             velocity=velocity,
             control=self.control.T.ravel(),
             windows=self.count,
-            delay=float(self.axis.axis.drive.delay),
-            lag=float(self.axis.axis.drive.lag),
         )
 
     def errors(
@@ -197,8 +195,6 @@ class WindowPredictions:
     records : sequence of Record
     horizon : float
         Length of a window, s.
-    parts : int
-        So many windows one after the other are one stretch.
 
     Raises
     ------
@@ -217,12 +213,11 @@ class WindowPredictions:
         axes: Sequence[GeneratedAxis],
         records: Sequence[Record],
         horizon: float,
-        parts: int = 1,
     ) -> None:
         for axis in axes:
             _check_begins(axis)
         self._form, self._axes, self._records = form, tuple(axes), tuple(records)
-        self._horizon, self._parts = horizon, parts
+        self._horizon = horizon
         self.units = (str(axes[0].axis.coordinate.unit),)
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
@@ -239,18 +234,12 @@ class WindowPredictions:
         ends = np.cumsum([0, *(w.position.size for w in self._windows)])
         self._ends = [int(end) for end in ends]
 
-    def in_parts(self, parts: int) -> "WindowPredictions":
-        """The same with each window in so many of its own start, which are still one stretch."""
-        short = self._horizon / parts
-        return WindowPredictions(self._form, self._axes, self._records, short, parts)
-
     @property
     def spans(self) -> tuple[tuple[slice, ...], ...]:
-        """See `Predictions.spans`: a window is a stretch, or its parts together."""
+        """See `Predictions.spans`: a window is a stretch."""
         found: dict[int, list[slice]] = {}
         for (begin, end), w in zip(pairwise(self._ends), self._windows, strict=True):
-            size = self._parts * len(w.position)
-            first = [begin + k * size for k in range(max(w.count // self._parts, 1))]
+            first = [begin + k * len(w.position) for k in range(w.count)]
             rows = [slice(a, b) for a, b in pairwise([*first, end])]
             found.setdefault(w.record, []).extend(rows)
         return tuple(map(tuple, found.values()))

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -48,22 +47,6 @@ def test_windows_are_stretches_of_their_record(emps2015: GeneratedAxis, twin: Re
     start = samples[spans[3]][0]
     recorded = twin.position[samples[spans[3]]] - twin.position[start]
     np.testing.assert_array_equal(predictions.measured[spans[3]], recorded)
-
-
-def test_the_parts_of_a_window_are_one_stretch(emps2015: GeneratedAxis, twin: Record) -> None:
-    """Each with a start of its own, so that less is left; a rest of parts is of the last window."""
-    cut = replace(twin, segments=((0, 3200), (3200, len(twin))))
-    whole = _predictions(emps2015, cut)
-    parts = whole.in_parts(4)
-    (spans,) = parts.spans
-    assert len(spans) == 6 + 9
-    assert spans[-1].stop == len(parts.measured)
-    assert all(a.stop == b.start for a, b in pairwise(spans))
-    left = []
-    for each in (whole, parts):
-        each.settle(1.01 * THETA)
-        left.append(np.abs(each(1.01 * THETA[None, :]).errors).mean())
-    assert left[1] < left[0] / 4
 
 
 def test_every_window_says_how_many_steps_it_asks_for(
