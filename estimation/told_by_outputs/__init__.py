@@ -1,6 +1,6 @@
-"""What outputs tell: which parameters they show, how errors are coloured, what a model lacks.
+"""What outputs tell: which parameters they show, how errors are coloured, what differs by record.
 
-In: errors with their slopes, motions. Out: `Unseen`, `Colour`, `Lack`.
+In: errors with their slopes. Out: `Unseen`, `Colour`, `OtherInRecord`.
 Knows nothing of how parameters are searched for.
 """
 
