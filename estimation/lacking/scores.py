@@ -157,7 +157,9 @@ class RecordScores:
     def beside(self, columns: Array) -> "RecordScores":
         """With columns (n, g) taken into the model."""
         own = columns - self.basis @ (self.basis.T @ columns)
-        extra = np.linalg.qr(own / np.linalg.norm(own, axis=0))[0]
+        sizes, least = np.linalg.norm(own, axis=0), _RANK * np.linalg.norm(columns, axis=0)
+        shown = sizes > least  # none of a column that the model spans, or that no row shows
+        extra = np.linalg.qr(own[:, shown] / sizes[shown])[0]
         return replace(self, basis=np.hstack([self.basis, extra]))
 
     def nearest(self, instruments: Array, columns: Array) -> int:
