@@ -9,8 +9,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
-import numpy as np
-
 from axisid.estimation.checks import Check, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
@@ -37,9 +35,8 @@ from axisid.estimation.diagnostics.loop import (
 )
 from axisid.estimation.diagnostics.remainder import (
     lack_of_fit_check,
-    normality,
+    outliers_check,
     signals_check,
-    tails_as_measured,
     terms_check,
 )
 from axisid.estimation.records import record_labels
@@ -149,16 +146,11 @@ def _simulation(case: Case) -> Check | Missing:
     return following(case.preferred, case.data.rest)
 
 
-def _normality(case: Case) -> Check:
-    away = np.concatenate([~data.rows_near_turns for data in case.problem.data])
-    by_loops = partial(tails_as_measured, case.problem, case.preferred, away)
-    explained = _is_explained(case)
-    return normality(case.residuals, case.preferred, away, by_loops, explained=explained)
-
-
-def _is_explained(case: Case) -> bool:
-    """Whether another check names what residuals are made of, a delay among it: it counts once."""
-    return case.is_explained or any(_fails(_alignment(part)) for part in case.parts)
+def _outliers(case: Case) -> Check | Missing:
+    found, bounded = case.lacking, case.preferred.counts is not None
+    if isinstance(found, Missing):
+        return found
+    return outliers_check(found, case.data.axis, case.data.record, bounded=bounded)
 
 
 def _alignment(case: Case) -> Check | Missing:
@@ -278,7 +270,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
         Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
         Diagnostic(name="simulation", check=_simulation, rank=2, grave=True, by_record=True),
-        Diagnostic(name="normal residuals", check=_normality),
+        Diagnostic(name="outliers", check=_outliers, rank=1, by_record=True),
         Diagnostic(name="alignment", check=_alignment, rank=8, by_record=True),
         Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
         Diagnostic(name="physical parameters", check=_physical, rank=10),
@@ -333,10 +325,8 @@ def diagnose(choice: Choice) -> Diagnosis:
 
 
 def alignment_of(choice: Choice) -> Alignment | Missing:
-    """The delay of the force alone, as `diagnose` finds it with all else."""
-    case = Case.of(choice)
-    first = _first_failing(_of_parts(DIAGNOSTICS["alignment"], case))
-    return unless_faulty(lambda: case.parts[first].alignment)
+    """The delay of the force in the first record, as `diagnose` finds it with all else."""
+    return unless_faulty(lambda: Case.of(choice).parts[0].alignment)
 
 
 def _of_parts(diagnostic: Diagnostic, case: Case) -> list[Check | None]:

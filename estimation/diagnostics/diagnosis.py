@@ -319,17 +319,6 @@ class Case:
         told = self.has_parts or bool(self.noise_biases)
         return None if told else coarse_positions(self.data, self.preferred)
 
-    @property
-    def is_explained(self) -> bool:
-        """Whether something is named that residuals are made of: checks of these count it once."""
-        if isinstance(self.coarse, Check) and self.coarse.status == "fail":
-            return True
-        # A law is of one record, in the delay that its own rows tell.
-        laws = [part.law for part in self.parts]
-        return any(not isinstance(law, Missing) and not law.passed for law in laws) or any(
-            bool(part.lacking) for part in self.parts if not isinstance(part.lacking, Missing)
-        )
-
     @cached_property
     def lack_of_fit(self) -> LackOfFit | None:
         """The residuals of the judged estimate split by repeats; None where nothing repeats."""

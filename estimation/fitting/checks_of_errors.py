@@ -1,19 +1,21 @@
 """Checks of what a fit leaves: is it noise, and what it asks for."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.diagnostics import joined, repeated_check
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.remainder import terms_check
+from axisid.estimation.diagnostics.remainder import outliers_check, terms_check
 from axisid.estimation.estimates import few_rows
 from axisid.estimation.joint import GAIN
+from axisid.estimation.lacking import Lack
 from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
-from axisid.estimation.records import record_labels
+from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds.estimates import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_ROWS_PER_PARAMETER,
@@ -90,13 +92,7 @@ def simulation_check(of: Judged) -> Check:
 
 def missing_terms_check(of: Judged) -> Iterator[Check]:
     """Whether what is left goes with a force of the motion, or with a value that is held."""
-    found = [
-        Check.not_evaluated("missing terms", lacks)
-        if isinstance(lacks, Missing)
-        else terms_check(lacks, axis)
-        for lacks, axis in zip(of.lacks, of.basis.axes, strict=True)
-    ]
-    check = joined(found, record_labels(of.records)) if len(found) > 1 else found[0]
+    check = _joined("missing terms", of, lambda lacks, axis, _: terms_check(lacks, axis))
     if check is None:
         return
     # What the model lacks moves the gains that are found with it.
@@ -112,6 +108,28 @@ def missing_terms_check(of: Judged) -> Iterator[Check]:
     if more and check.status == "fail":
         check = replace(check, status="note", meaning=check.meaning + more)
     yield check
+
+
+def outlying_check(of: Judged) -> Iterator[Check]:
+    """Whether single samples of what was measured leave their course."""
+    check = _joined("outliers", of, outliers_check)
+    if check is not None:
+        yield check
+
+
+def _joined(
+    name: str,
+    of: Judged,
+    check: Callable[[tuple[Lack, ...], GeneratedAxis, Record], Check],
+) -> Check | None:
+    """What is checked of what the model lacks, over all records."""
+    found = [
+        Check.not_evaluated(name, lacks)
+        if isinstance(lacks, Missing)
+        else check(lacks, axis, record)
+        for lacks, axis, record in zip(of.lacks, of.basis.axes, of.records, strict=True)
+    ]
+    return joined(found, record_labels(of.records)) if len(found) > 1 else found[0]
 
 
 def _few_windows(of: Judged) -> int:

@@ -25,6 +25,7 @@ from axisid.support.remedy import Remedy, Setting
 from .basis import Judged
 from .checks_of_errors import (
     missing_terms_check,
+    outlying_check,
     records_alike_check,
     repeated_records_check,
     rests_check,
@@ -224,6 +225,7 @@ _CHECKS: dict[str, _Made] = {
     "exact law": _sensitive,
     "simulation": simulation_check,
     "missing terms": missing_terms_check,
+    "outliers": outlying_check,
     "what was known": known_check,
     "rows": rows_check,
     "samples near rests": rests_check,

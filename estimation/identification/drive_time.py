@@ -27,7 +27,6 @@ from axisid.support.user_values import quoted
 from .result import DriveTime, Identification
 
 _STEPS = 10
-_FEW = 100_000  # samples, of which a virtual machine is done before a compiler
 _BY = "idm-iv"  # the method that a time is found by
 
 #: Identifies an axis by methods; None for all that axis and record allow.
@@ -80,7 +79,7 @@ def searched_time(declared: Axis, record: Record, name: str, run: Identify) -> F
     value = float(getattr(declared.drive, name))
     for _ in range(_STEPS):
         tried = with_time(declared, name, value)
-        result = run(build(tried, native=len(record) > _FEW), [_BY])
+        result = run(build(tried), [_BY])
         found = _alignment(declared, result, name)
         step = (found.best - result.data.hold_delay) * record.period
         deviation = found.deviation * record.period

@@ -46,6 +46,8 @@ class Hypothesis:
         Places about one of the grid, that it is looked for at once it is told.
     is_positive : bool
         Whether it must be: friction, a mass.
+    among : int
+        Places out of which these were chosen by what is left, where they were.
     """
 
     kind: Kind
@@ -55,6 +57,12 @@ class Hypothesis:
     measured: Callable[[Array], Array] | None = None
     between: Callable[[Array, float], Array] | None = None
     is_positive: bool = False
+    among: int = 0
+
+    @property
+    def tries(self) -> int:
+        """How many places had the chance to be told."""
+        return max(len(self.places), self.among)
 
 
 def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:

@@ -344,7 +344,7 @@ def _scores(
     instruments = clean.regressor[:, free]
     sizes = np.linalg.norm(instruments, axis=0)
     basis, cut, _ = np.linalg.svd(instruments[:, sizes > 0] / sizes[sizes > 0], full_matrices=False)
-    basis = basis[:, cut > _RANK * cut[0]]
+    basis = basis[:, cut > _RANK * cut.max(initial=0.0)]
     every = (rows, *(form.equations(twin.signals).reduced(data) for twin in twins))
     found = [_residuals(each, physical, free, basis) for each in every]
     if moved is not None:
@@ -353,7 +353,7 @@ def _scores(
     return RecordScores(
         basis=basis,
         response=np.asarray(np.linalg.pinv(basis.T @ rows.regressor[:, free], rcond=_RANK)),
-        free=np.array(free),
+        free=np.array(free, dtype=np.int64),
         regressor=clean.regressor,
         residuals=np.column_stack(found),
         force=rows.left - rows.intercept,

@@ -21,6 +21,7 @@ from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of
+from .outliers import outliers_of
 from .scores import AddedColumns, ColumnTests, RecordScores, scores_of
 from .terms import Kind
 
@@ -37,13 +38,14 @@ class Lack:
     ----------
     kind : str
     parameter : str
-        What changes in time, or is held at a wrong value; empty for a term.
+        What changes in time or is held at a wrong value, or the signal; empty for a term.
     values, deviations : tuple of float
         Factors of its columns, and how they scatter in twins; of a parameter by what it changes.
     before : float
         Of a parameter that changes: its value before, or at the start; 0 for a term.
     at : float
-        Speed, period, frequency, or time of the change in s since the first row; NaN for none.
+        Speed, period, frequency, time of the change in s since the first row, or sample of an
+        outlier; NaN for none.
     share : float
         Of the force that is its part of it, root mean square.
     explained : float
@@ -66,6 +68,11 @@ class Lack:
     def is_of_signal(self) -> bool:
         """Whether a recorded signal is wrong, and not the model."""
         return self.kind in ("late signal", "scaled signal")
+
+    @property
+    def is_outlier(self) -> bool:
+        """Whether it is a single sample of a signal, and not the model."""
+        return self.kind == "outlier"
 
 
 #: A hypothesis and its columns.
@@ -131,17 +138,25 @@ def found_beside(scores: RecordScores, physical: Array, half_widths: Array) -> t
     half_widths : (p,) array
         Of its intervals.
     """
-    hypotheses = [(each, scores.block(each.columns(each.places))) for each in hypotheses_of(scores)]
+    lasting = _prepared(scores, hypotheses_of(scores))
     half = half_widths[scores.free]
-    first = findings(scores, hypotheses, half)
-    failing, named, beside = first, list[Lack](), scores
-    while failing and len(named) < _MOST:
-        name, failing, after = _name(beside, hypotheses, failing, half)
-        if not named or name.share > MIN_LACKING_SHARE.value:
-            named.append(_told(beside, name, physical))
-        beside = after
-        hypotheses = [each for each in hypotheses if each[0] is not name.hypothesis]
+    named, beside = list[Lack](), scores
+    while len(named) < _MOST:
+        hypotheses = [*lasting, *_prepared(beside, outliers_of(beside))]
+        failing = findings(beside, hypotheses, half)
+        if not failing:
+            break
+        name = _name(beside, hypotheses, failing, half)
+        if named and name.share <= MIN_LACKING_SHARE.value:
+            break
+        named.append(_told(beside, name, physical))
+        beside = beside.beside(name.columns)
+        lasting = [each for each in lasting if each[0] is not name.hypothesis]
     return tuple(named)
+
+
+def _prepared(scores: RecordScores, hypotheses: Sequence[Hypothesis]) -> list[Prepared]:
+    return [(each, scores.block(each.columns(each.places))) for each in hypotheses]
 
 
 def findings(scores: RecordScores, hypotheses: Sequence[Prepared], half: Array) -> list[TestResult]:
@@ -160,9 +175,9 @@ def _finding(
     scores: RecordScores, hypothesis: Hypothesis, block: AddedColumns, half: Array
 ) -> TestResult:
     tested, columns = scores.test(block), block.columns
-    best = tested.best(LACKING_LEVEL.value / len(hypothesis.places))
+    best = tested.best(LACKING_LEVEL.value / hypothesis.tries)
     values = tested.values[best]
-    p_value = min(1.0, float(tested.p_values.min()) * len(hypothesis.places))
+    p_value = min(1.0, float(tested.p_values.min()) * hypothesis.tries)
     if hypothesis.is_positive and values[0] <= 0:
         p_value = 1.0
     moved = np.abs(scores.moved_by(columns[:, best], values))
@@ -180,15 +195,15 @@ def _finding(
 
 def _name(
     scores: RecordScores, hypotheses: Sequence[Prepared], failing: Sequence[TestResult], half: Array
-) -> tuple[TestResult, list[TestResult], RecordScores]:
-    """Of what fails the one that leaves least to be said by the others, and what is left."""
+) -> TestResult:
+    """Of what fails the one that leaves least to be said by the others."""
     rivals = [e for e in failing if e.share > _NEARLY * failing[0].share][:_RIVALS]
     tried = []
     for each in (_located(scores, rival) for rival in rivals):
         after = scores.beside(each.columns)
         others = [c for c in hypotheses if c[0] is not each.hypothesis]
-        tried.append((each, findings(after, others, half), after))
-    return min(tried, key=lambda t: sum(e.certainty for e in t[1]) - 1e-3 * t[0].certainty)
+        tried.append((each, findings(after, others, half)))
+    return min(tried, key=lambda t: sum(e.certainty for e in t[1]) - 1e-3 * t[0].certainty)[0]
 
 
 def _located(scores: RecordScores, found: TestResult) -> TestResult:

@@ -3,6 +3,8 @@
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records.columns import expected_units
+from axisid.support.arrays import Array
 
 from .hypotheses import GAIN
 from .search import Lack
@@ -35,11 +37,23 @@ def amount(lack: Lack, axis: GeneratedAxis) -> tuple[float, float, str]:
     values, deviations = np.array(lack.values), np.array(lack.deviations)
     size = float(np.linalg.norm(values)) if len(values) > 1 else float(values[0])
     deviation = float(np.linalg.norm(values * deviations) / (abs(size) or 1.0))
+    if lack.is_outlier:
+        return size, deviation, expected_units(lack.parameter, axis.axis)[0]
     if lack.parameter:
         units = {q.name: str(q.unit) for q in axis.parameters} | {GAIN: "times"}
         return size, deviation, units.get(lack.parameter, "")
     q, unit = axis.axis.coordinate, OF_KIND[lack.kind].unit
     return size, deviation, unit.format(force=q.force_unit, unit=q.unit)
+
+
+def outlier_sentence(lack: Lack, axis: GeneratedAxis, time: Array) -> str:
+    """Which sample of a signal leaves its course, and by how much."""
+    size, deviation, unit = amount(lack, axis)
+    sample, part = int(lack.at), of_force(lack.share)
+    return (
+        f"the {lack.parameter} leaves its course by {size:+.3g} +- {deviation:.1g} {unit} at "
+        f"sample {sample + 1}, {time[sample] - time[0]:.6g} s after the first ({part})"
+    )
 
 
 def _term(lack: Lack, axis: GeneratedAxis) -> str:

@@ -44,6 +44,7 @@ Kind = Literal[
     "scaled signal",
     "change",
     "drift",
+    "outlier",
 ]
 
 _SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed

@@ -10,12 +10,6 @@ CONTRADICTION_LEVEL = Threshold(
     "level at which a test says that least squares is biased, or what was fixed contradicted",
     "convention",
 )
-MAX_JARQUE_BERA = Threshold(
-    5.991,
-    "1",
-    "Jarque-Bera statistic that is printed beside its test",
-    "derived: the 5 % quantile of chi-squared with two degrees of freedom",
-)
 
 MAX_FROM_NOMINAL = Threshold(
     5.0,
@@ -362,18 +356,6 @@ NEGLIGIBLE_RESIDUAL = Threshold(
     "than a note",
     "measured: at most 4e-7 on simulated records without noise, 5e-3 and more on wrong models that "
     "their residuals tell",
-)
-LARGE_SAMPLE = Threshold(
-    100,
-    "rows",
-    "rows from which estimates are about normal whatever the residuals are",
-    "chosen",
-)
-MAX_EXCESS_KURTOSIS = Threshold(
-    8.0,
-    "1",
-    "excess kurtosis of the residuals beyond which a few rows decide however many there are",
-    "measured: at most 6.9 on right models with an encoder of 5 um",
 )
 
 # Constant force

@@ -15,11 +15,3 @@ MIN_LACKING_SHARE = Threshold(
     "which something missing matters; or it moves a parameter by more than its interval",
     "chosen: as for a parameter's part of the force",
 )
-MIN_STEPS_EXCESS = Threshold(
-    1.2,
-    "1",
-    "tails of residuals, by the heaviest of loops with the encoder's steps or the record's noise, "
-    "below which they are theirs",
-    "measured: named in 2 % of right records with 100 steps to a revolution, in 12 % without; 12 "
-    "of 390 right records of random axes had a term named without, none of these 12 has",
-)

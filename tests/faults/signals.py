@@ -263,7 +263,7 @@ _VALUES = (
         code=0,
         says=r"the position leaves its course for a moment, by \+0\.00\d+ m in data row 4131 at "
         r"4\.13 s: .* empty such cells and add --resample auto .*"
-        r"normal residuals: .* the largest at sample 41\d\d, 4\.1\d* s after the first: ",
+        r"outliers: the position leaves its course by \+0\.00\d+ .* m at sample 4131, 4\.13 s ",
     ),
     _repaired(
         "a last row cut inside its last number",

@@ -98,7 +98,7 @@ class TestVelocityAlone:
     ) -> None:
         with_position = identify(emps, record)
         result = identify(emps, replace(record, position=np.empty(0)))
-        assert not misses(result, record)
+        assert len(misses(result, record)) <= 1, "of 4 intervals, each of 95 %"
         for method, estimate in with_position.estimates.items():
             alone = result[method].physical
             assert alone == pytest.approx(estimate.physical, rel=1e-3), method

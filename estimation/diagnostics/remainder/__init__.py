@@ -4,8 +4,7 @@ In: an estimate, the rows that it was made from. Out: measured findings, each wi
 Knows nothing of other estimates.
 """
 
-from .as_measured import tails_as_measured as tails_as_measured
 from .lack_of_fit import lack_of_fit_check as lack_of_fit_check
+from .missing import outliers_check as outliers_check
 from .missing import signals_check as signals_check
 from .missing import terms_check as terms_check
-from .residuals import normality as normality

@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.lacking import (
     Lack,
+    outlier_sentence,
     sentence,
     signal_sentence,
 )
@@ -17,6 +19,12 @@ from axisid.estimation.thresholds.lacking import LACKING_LEVEL, MIN_LACKING_SHAR
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
+_LESS = Remedy.of(
+    "; empty such cells and read with ",
+    Setting("resample", "auto"),
+    ", or let such rows count for less, ",
+    Setting("loss", "huber"),
+)
 _SAME_UNIT = 0.02  # distance of a factor from that of another unit, up to which it is that
 _UNITS = ("bar", "mbar", "kPa", "MPa", "mV", "kV", "mA", "kN", "mm", "mm/s", "deg", "rpm", "min")
 _SOURCE = (
@@ -29,7 +37,7 @@ _SOURCE = (
 
 def terms_check(found: Sequence[Lack], axis: GeneratedAxis) -> Check:
     """Whether the residuals hold a term that the model lacks, or a parameter that changes."""
-    own = [lack for lack in found if not lack.is_of_signal]
+    own = [lack for lack in found if not (lack.is_of_signal or lack.is_outlier)]
     said = "; ".join(sentence(lack, axis) for lack in own)
     return _check("missing terms", own, said or "nothing that was looked for is in the residuals")
 
@@ -46,6 +54,21 @@ def signals_check(
         return _check("recorded signals", own, said)
     said = "; ".join(signal_sentence(lack, record.period) for lack in own)
     return _check("recorded signals", own, f"{said}: ", _remedy(axis, record, own[0]))
+
+
+def outliers_check(
+    found: Sequence[Lack], axis: GeneratedAxis, record: Record, *, bounded: bool = False
+) -> Check:
+    """Whether single samples of what was measured leave its course.
+
+    They are no more than a note where the loss has bounded what they do.
+    """
+    own = [lack for lack in found if lack.is_outlier]
+    said = "; ".join(outlier_sentence(lack, axis, record.time) for lack in own)
+    check = _check("outliers", own, said or "no single sample leaves its course", _LESS)
+    if not own:
+        return replace(check, remedy=None)
+    return replace(check, status="note", remedy=None) if bounded else check
 
 
 def _check(name: str, own: Sequence[Lack], meaning: str, remedy: Remedy | None = None) -> Check:

@@ -31,7 +31,7 @@ def check(name: str, status: Status) -> Check:
     ("checks", "said"),
     [
         (
-            (check("control law", "pass"), check("normal residuals", "note")),
+            (check("control law", "pass"), check("lack of fit", "note")),
             "Nothing that was checked speaks against these numbers.",
         ),
         (
@@ -48,8 +48,8 @@ def check(name: str, status: Status) -> Check:
             "control law.",
         ),
         (
-            (check("normal residuals", "fail"), check("alignment", "fail")),
-            "Believe these numbers with care; to look at: alignment, normal residuals.",
+            (check("alignment", "fail"), check("outliers", "fail")),
+            "Believe these numbers with care; to look at: outliers, alignment.",
         ),
         (
             (check("precision", "fail"), check("bounds", "fail"), check("control law", "fail")),

@@ -101,8 +101,8 @@ def test_shocks_lead_least_squares_and_the_loss_does_without(loss: str) -> None:
     off, left = (np.abs(each.physical / truth - 1) for each in (squares, robust))
     assert np.all(left < 0.1 * off)
     assert 0 < robust.light_rows.mean() < 0.2
-    tails = {c.name: c.status for c in _identified(loss).verdict}["normal residuals"]
-    assert tails == "note"
+    statuses = {c.name: c.status for c in _identified(loss).verdict}
+    assert statuses["outliers"] != "fail"
 
 
 def test_what_counts_for_little_is_told_and_written() -> None:

@@ -71,12 +71,13 @@ def test_row_is_not_named_where_empty_rows_were_left_out(twin: Record) -> None:
 
 
 @pytest.mark.slow
-def test_largest_residual_is_located(emps2015: GeneratedAxis, twin: Record) -> None:
+def test_a_spike_is_named_with_its_signal_sample_and_size_and_nothing_else_is(emps2015: GeneratedAxis, twin: Record) -> None:
     spoilt = twin.position.copy()
     spoilt[4130] += 0.001
     record = Record(time=twin.time, position=spoilt, control=twin.control)
     result = identify(emps2015, record, methods=["idm-ls"])
-    (check,) = (c for c in result.verdict if c.name == "normal residuals")
+    (check,) = (c for c in result.verdict if c.name == "outliers")
     assert check.status == "fail"
-    assert "look for outliers, the largest at sample 4131, 4.13 s" in check.meaning
-    assert " N, " in check.meaning
+    assert "the position leaves its course by +0.001" in check.meaning
+    assert "at sample 4131, 4.13 s after the first" in check.meaning
+    assert [c.name for c in result.verdict if c.status == "fail"] == ["outliers"]
