@@ -11,9 +11,10 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.lacking import Lack, found_beside, scores_of
+from axisid.estimation.methods import bound_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import recorded_loops
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.signals import Prefilter
 from axisid.estimation.twins import Chain, measured_chain
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
@@ -46,7 +47,7 @@ def missing_of(
     """
     if axis.axis.states:
         return Missing("friction that remembers has no rows in which that could be looked for")
-    data = FilteredRecord.bind(axis, record, Prefilter())
+    data = bound_record(axis, record, Prefilter())
     data = data.by_position or data
     if chain is None:
         with suppress(AxisidError):

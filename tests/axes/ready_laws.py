@@ -86,4 +86,4 @@ def with_law(name: str, limit: float = 10.0) -> GeneratedAxis:
     axis = load_axis("emps2015")
     law = LAWS[name]()
     drive = replace(axis.drive, limit=limit)
-    return build(replace(axis, name="ready", control=law, drive=drive), native=False)
+    return build(replace(axis, name="ready", control=law, drive=drive))

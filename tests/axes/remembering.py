@@ -65,4 +65,4 @@ def stack(**other: Any) -> Axis:
 @cache
 def virtual(kind: str) -> GeneratedAxis:
     """One of them for the virtual machine, for which nothing is compiled."""
-    return build({"bristle": bristle, "dahl": dahl_axis, "stack": stack}[kind](), native=False)
+    return build({"bristle": bristle, "dahl": dahl_axis, "stack": stack}[kind]())

@@ -18,8 +18,8 @@ _QUICK = ("cascade_p_pi, clamped",)
 def test_twin_is_identified_within_its_own_intervals(name: str) -> None:
     axis = with_law(name).axis
     axis = replace(axis, experiment=replace(axis.experiment, position_noise=1e-6))
-    record = twin_record(build(axis, native=False))
-    result = identify(build(axis, native=False), record)
+    record = twin_record(build(axis))
+    result = identify(build(axis), record)
     assert not [check.name for check in result.verdict if check.status == "fail"]
     for parameter, value in result.preferred.parameters.items():
         truth = record.provenance.truth[parameter]

@@ -67,7 +67,7 @@ def test_the_parameters_of_a_bristle_lie_within_their_own_intervals() -> None:
 
 def test_what_friction_remembers_by_is_not_searched_from_nothing() -> None:
     unknown = Parameter("s0", "N/m", lower=0.0)
-    axis = build(declared("unsized", (unknown, Fc), dahl(unknown, x, coulomb=Fc)), native=False)
+    axis = build(declared("unsized", (unknown, Fc), dahl(unknown, x, coulomb=Fc)))
     right = virtual("dahl")
     record = _record(right, right.nominal, noise=0.0, samples=300)
     with refuses("fit-state-zero"):

@@ -41,7 +41,7 @@ def _bounded(**lower: float) -> GeneratedAxis:
         else p
         for p in axis.parameters
     )
-    return build(replace(axis, parameters=changed), native=False)
+    return build(replace(axis, parameters=changed))
 
 
 @cache

@@ -94,13 +94,13 @@ def test_a_wrong_gain_is_found_behind_rate_limit_steps_and_dead_band() -> None:
     right = noisy(lagging(**{**PATH, "quantisation": 0.5}, logged="applied"), 1e-6, seed=7)
     assert right.experiment is not None
     short = replace(right.experiment, moves=right.experiment.moves[:2])
-    record = twin_record(build(replace(right, experiment=short), native=False))
+    record = twin_record(build(replace(right, experiment=short)))
     assert len(np.unique(record.control)) < 40
-    found = check_law(build(right, native=False), record)
+    found = check_law(build(right), record)
     assert isinstance(found, LawCheck)
     assert found.residual_percent == 0
     law = cascade_pd_averaged(kp=1.1 * KP, kv=KV, period=PERIOD)
-    wrong = check_law(build(replace(right, control=law), native=False), record)
+    wrong = check_law(build(replace(right, control=law)), record)
     assert isinstance(wrong, LawCheck)
     assert not wrong.passed
     assert "kp is 0.909" in wrong.meaning

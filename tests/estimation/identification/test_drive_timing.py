@@ -81,7 +81,7 @@ def _estimated(**timing: float | Parameter) -> Axis:
 
 @pytest.fixture(scope="module")
 def declared_to_be_found() -> Identification:
-    axis = build(_estimated(lag=Parameter("Tc", "s", nominal=2e-4)), native=False)
+    axis = build(_estimated(lag=Parameter("Tc", "s", nominal=2e-4)))
     return identify(axis, _record(lag=1e-3), methods=["idm-ls", "idm-iv"])
 
 
@@ -95,7 +95,7 @@ def test_a_lag_that_is_a_parameter_is_found_and_is_in_every_deviation(
     assert abs(found.value - 1e-3) < 2.5 * found.deviation
     assert found.interval[0] < 1e-3 < found.interval[1]
     assert result.axis.axis.drive.lag == found.value
-    axis = build(lagging(lag=found.value), native=False)
+    axis = build(lagging(lag=found.value))
     known = identify(axis, result.record, methods=["idm-ls", "idm-iv"])
     for method in ("idm-ls", "idm-iv"):
         for name, truth in TRUTH.items():
@@ -130,7 +130,7 @@ def test_a_time_that_is_to_be_estimated_is_refused_where_it_cannot_be() -> None:
         _estimated(lag=Parameter("Tc", "m"))
     with refuses("drive-time-hidden"):
         replace(lagging().drive, lag=lag, logged="current")
-    axis, record = build(_estimated(lag=lag), native=False), _record(lag=1e-3)
+    axis, record = build(_estimated(lag=lag)), _record(lag=1e-3)
     with refuses("drive-timing-several"):
         identify(axis, [record, record])
 

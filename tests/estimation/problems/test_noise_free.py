@@ -95,7 +95,7 @@ def test_direct_parameters_and_functions_are_less_it_too(
 
 
 def test_it_is_not_told_without_a_loop(emps2015: GeneratedAxis, twin: Record) -> None:
-    lawless = build(replace(emps2015.axis, control=None), native=False)
+    lawless = build(replace(emps2015.axis, control=None))
     alone = identify(lawless, replace(twin, reference=None), methods="idm-ls")
     assert alone["idm-ls"].filter_bias is None
     assert alone["idm-ls"].parameters["M"].filter_bias is None

@@ -162,7 +162,7 @@ def test_a_declared_delay_that_is_not_there_is_said_to_be_too_long(
     emps2015: GeneratedAxis, twin: Record, declared: float, says: str
 ) -> None:
     axis = emps2015.axis
-    late = build(replace(axis, drive=replace(axis.drive, delay=declared)), native=False)
+    late = build(replace(axis, drive=replace(axis.drive, delay=declared)))
     verdict = {c.name: c for c in identify(late, twin, methods="idm-ls").verdict}
     assert verdict["alignment"].status == "fail"
     assert re.search(says, str(verdict["alignment"].remedy))

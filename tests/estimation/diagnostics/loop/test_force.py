@@ -108,7 +108,7 @@ def test_a_pure_factor_is_named_with_the_gain_that_it_would_be(
 
 @pytest.fixture(scope="module")
 def slowed() -> GeneratedAxis:
-    return build(braked(load_axis("emps2015")), native=False)
+    return build(braked(load_axis("emps2015")))
 
 
 def made(axis: GeneratedAxis, record: Record) -> np.ndarray:
@@ -145,7 +145,7 @@ def test_a_vague_gain_allows_the_factor_that_it_makes_of_the_drive(twin: Record)
     """The gain makes more of the force than the force is, so that a larger factor is allowed."""
     factors = {}
     for brake in (0.0, -BRAKE, BRAKE):
-        axis = build(braked(load_axis("emps2015"), relative_sd=0.03, brake=brake), native=False)
+        axis = build(braked(load_axis("emps2015"), relative_sd=0.03, brake=brake))
         factors[brake] = first_that_fails(axis, twin)
     assert factors[-BRAKE] < factors[0.0] < factors[BRAKE]
 
