@@ -7,15 +7,22 @@ each parameter by.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.diagnostics.law import LawCheck
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
+from axisid.estimation.methods import bound_record
 from axisid.estimation.predictions import Predictions, record_rows
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter
+from axisid.estimation.twins import Chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 _PERCENT = 0.01
+_TWINS = 8
 
 
 def moves_per_percent(
@@ -49,6 +56,45 @@ def moves_of_all(of_records: Sequence[Mapping[str, Array]]) -> Mapping[str, Arra
         name: np.asarray(np.sum([moves[name] for moves in of_records], axis=0))
         for name in of_records[0]
     }
+
+
+def spread_in_twins(
+    law: LawCheck | Missing,
+    axis: GeneratedAxis,
+    record: Record,
+    physical: Array,
+    found: FoundGains,
+    chain: Chain | None,
+) -> LawCheck | Missing:
+    """A law whose factors are as sure as those of twins, which are under the declared one, are.
+
+    A control that answers to noise within a sample is no sum of its terms, and HAC deviations know
+    of what stands in the rows alone. They remain where there are no twins.
+
+    Parameters
+    ----------
+    law : LawCheck or Missing
+    axis : GeneratedAxis
+        Of the record.
+    record : Record
+    physical : (p,) array
+        Its parameters.
+    found : FoundGains
+    chain : Chain or None
+        The record's noise.
+    """
+    if not isinstance(law, LawCheck) or not law.factors or chain is None:
+        return law
+    twins = twins_of(bound_record(axis, record, Prefilter()), physical, chain, _TWINS)
+    checked = (check_found_law(axis, twin.record, found) for twin in twins)
+    told = [each.factors for each in checked if isinstance(each, LawCheck)]
+    told = [each for each in told if each.keys() == law.factors.keys()]
+    if 2 * len(told) < _TWINS:
+        return law
+    away = {name: np.array([each[name] - 1 for each in told]) for name in law.factors}
+    spread = {name: float(np.sqrt(np.mean(each**2))) for name, each in away.items()}
+    least = law.deviations
+    return replace(law, deviations={n: max(s, least.get(n, 0.0)) for n, s in spread.items()})
 
 
 def move_by_record(

@@ -27,7 +27,7 @@ from axisid.support.remedy import Note
 
 from .basis import FitBasis, Judged
 from .judgement import judged
-from .law_moves import move_by_record, moves_of_all, moves_per_percent
+from .law_moves import move_by_record, moves_of_all, moves_per_percent, spread_in_twins
 from .missing import missing_of
 
 
@@ -166,7 +166,18 @@ class OutputFit(Presentable, Exact):
 
     @cached_property
     def _law_move(self) -> tuple[Array, Array] | Missing | None:
-        return unless_faulty(lambda: move_by_record(self._moves_of_records, self._laws))
+        basis = self.basis
+        chains = basis.chains or (None,) * len(self.records)
+        every = zip(self._laws, basis.axes, self.records, basis.own, chains, strict=True)
+
+        def moved() -> tuple[Array, Array] | None:
+            laws = [
+                spread_in_twins(law, axis, record, own, self.found_gains, chain)
+                for law, axis, record, own, chain in every
+            ]
+            return move_by_record(self._moves_of_records, laws)
+
+        return unless_faulty(moved)
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
