@@ -29,7 +29,7 @@ def failures(changed: axisid.Record) -> None:
         print(fill(str(reason), 88, initial_indent="      ", subsequent_indent="      "))
     for check in result.verdict:
         if check.status == "fail":
-            print(fill(f"FAIL  {check.name}: {check.note}", 88, subsequent_indent="      "))
+            print(fill(f"FAIL  {check.line}: {check.note}", 88, subsequent_indent="      "))
 
 
 failures(record)
@@ -108,23 +108,26 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # %% [markdown]
 # ## The checks
 #
-# | check | fails where | what to do |
-# |---|---|---|
-# | control law | the law's terms do not add up to the recorded control (5 % of its norm), one of its factors is off by more than 1 %, or it is late. Not evaluated where a log that rounds, or is slower than the law, leaves open more than a third of what is off; the sentence above the checks says so. In a fit, factors of a tenth at most that move no parameter by more count once, as *law's factors* | the factors name the unit, sign, gain or delay; mend it first. Where none explains it, `axisid law` finds which ready law the control is of |
-# | instrument strength | the first-stage F of a column, given the others, is below 10 | the simulated loop does not move like the axis, or the motion is too poor |
-# | least squares against instruments | they differ by more than 3 deviations, or by more than 10 % where Durbin-Wu-Hausman rejects, or by more than chance and the interval of least squares; a note where that holds the instruments' value, and where another method is judged: the column is marked | lower the cut-off, or believe the instruments |
-# | second opinion | IDM-IV without the bias of filter and noise and DIDIM differ by more than chance (all differences at once, 1 %), half a deviation and 1 % of the value, beyond the interval of either; a note where less, or where IDM-IV is three times as vague | the sentence says which to believe: DIDIM where the control law passes its check, else the instruments |
-# | precision | a parameter's deviation exceeds 30 % of it, unless it is known to be small wherever the axis was | the sentence says why the record does not show it; `--leave-out` does without it |
-# | bounds | a value is outside its declared bounds | signs and units |
-# | nominal values | a note: a value, with its whole interval, is more than 5 times its nominal one, or less than a fifth | units of the columns, the drive's gain |
-# | coarse positions | without a reference, where the control does not answer to the steps of the logged position: they move a value by more than half a deviation; a note up to 1 % of the value | log the position as finely as the drive measures it, or record the reference |
-# | fixed values | what was fixed contradicts the record | the fixed value, or the model |
-# | simulation | the simulated loop leaves half of the force unexplained, or cannot be simulated with the estimate | law, signs, units; or the record is mostly noise |
-# | outliers | a single sample of what was measured leaves its course by more than in twins of the record, and it is 1 % of the force or moves a parameter by more than its interval; a note with `--loss` | empty such cells and read with `--resample auto`, or `--loss huber` |
-# | alignment | the model lacks a delay, by the search for missing terms; the sentence says where the force fits the motion best | `hold`, the drive's delay or lag that is missing or declared too long, or the clock of the log (a note where the control law says so too); what other checks say of reversals, or of friction with a delay declared too long, is a note then |
-# | force against control | in what is slow against a current loop the force column is more than 20 % off the gain times the control, later than 5 ms, or off by a factor beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
-# | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note where the force is measured | record what the drive applies; the limit, the unit |
-# | missing terms | the residuals hold more of a term, or of a change in time, than those of twins of the record do, and it is 1 % of the force or moves a parameter by more than its interval | declare what is named, and identify again |
+# A verdict has eight lines. What fails stands first, with what to do about it; what passed is one line of
+# names. `--full` and `--json` have each check behind them.
+#
+# | line | check | fails where | what to do |
+# |---|---|---|---|
+# | law | control law | the law's terms do not add up to the recorded control (5 % of its norm), one of its factors is off by more than 1 %, or it is late. Not evaluated where a log that rounds, or is slower than the law, leaves open more than a third of what is off; the sentence above the checks says so. In a fit, factors of a tenth at most that move no parameter by more count once, as *law's factors* | the factors name the unit, sign, gain or delay; mend it first. Where none explains it, `axisid law` finds which ready law the control is of |
+# |  | force against control | in what is slow against a current loop the force column is more than 20 % off the gain times the control, later than 5 ms, or off by a factor beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
+# | timing | alignment | the model lacks a delay, by the search for missing terms; the sentence says where the force fits the motion best | `hold`, the drive's delay or lag that is missing or declared too long, or the clock of the log (a note where the control law says so too); what other checks say of reversals, or of friction with a delay declared too long, is a note then |
+# | loop | simulation | the simulated loop leaves half of the force unexplained, or cannot be simulated with the estimate | law, signs, units; or the record is mostly noise |
+# |  | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note where the force is measured | record what the drive applies; the limit, the unit |
+# | model | fixed values | what was fixed contradicts the record | the fixed value, or the model |
+# |  | missing terms | the residuals hold more of a term, or of a change in time, than those of twins of the record do, and it is 1 % of the force or moves a parameter by more than its interval | declare what is named, and identify again |
+# | outliers | outliers | a single sample of what was measured leaves its course by more than in twins of the record, and it is 1 % of the force or moves a parameter by more than its interval; a note with `--loss` | empty such cells and read with `--resample auto`, or `--loss huber` |
+# | precision | precision | a parameter's deviation exceeds 30 % of it, unless it is known to be small wherever the axis was | the sentence says why the record does not show it; `--leave-out` does without it |
+# |  | bounds | a value is outside its declared bounds | signs and units |
+# |  | nominal values | a note: a value, with its whole interval, is more than 5 times its nominal one, or less than a fifth | units of the columns, the drive's gain |
+# | method | instrument strength | the first-stage F of a column, given the others, is below 10 | the simulated loop does not move like the axis, or the motion is too poor |
+# |  | least squares against instruments | they differ by more than 3 deviations, or by more than 10 % where Durbin-Wu-Hausman rejects, or by more than chance and the interval of least squares; a note where that holds the instruments' value, and where another method is judged: the column is marked | lower the cut-off, or believe the instruments |
+# |  | second opinion | IDM-IV without the bias of filter and noise and DIDIM differ by more than chance (all differences at once, 1 %), half a deviation and 1 % of the value, beyond the interval of either; a note where less, or where IDM-IV is three times as vague | the sentence says which to believe: DIDIM where the control law passes its check, else the instruments |
+# |  | coarse positions | without a reference, where the control does not answer to the steps of the logged position: they move a value by more than half a deviation; a note up to 1 % of the value | log the position as finely as the drive measures it, or record the reference |
 #
 # `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).
 # [The DFKI pendulum](../dfki_pendulum) shows what they are worth on a difficult real record.

@@ -8,6 +8,7 @@ from axisid.support.number_text import plain_numbers
 from axisid.support.remedy import Note, Remedy
 
 from .faults import Fault
+from .lines import line_of
 
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
@@ -51,6 +52,11 @@ class Check:
         """A check that could not be made, as a verdict lists it; by a fault it fails."""
         status: Status = "fail" if isinstance(missing, Fault) else "not evaluated"
         return cls(name=name, status=status, meaning=missing.reason, remedy=missing.remedy)
+
+    @property
+    def line(self) -> str:
+        """The line of a verdict that it is of, one of `LINES`."""
+        return line_of(self.name)
 
     @property
     def note(self) -> Note:

@@ -9,6 +9,7 @@ from .diagnose import Belief as Belief
 from .diagnose import Diagnostic as Diagnostic
 from .diagnose import alignment_of as alignment_of
 from .diagnose import belief as belief
+from .diagnose import belief_in as belief_in
 from .diagnose import by_weight as by_weight
 from .diagnose import conclusion as conclusion
 from .diagnose import diagnose as diagnose

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
-from axisid.estimation.checks import Check, told_or, unless_faulty
+from axisid.estimation.checks import Check, line_of, lines_of, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     endogeneity_of,
@@ -397,18 +397,18 @@ def conclusion(checks: Sequence[Check]) -> str:
         case "believed":
             return f"Nothing that was checked speaks against these numbers{_unchecked(checks)}."
         case "not believed":
-            return f"Do not believe these numbers before this is mended: {failed[0]}."
+            return f"Do not believe these numbers before this is mended: {line_of(failed[0])}."
         case "with care":
             return (
                 "Believe these numbers with care; to look at: "
-                f"{', '.join(failed)}{_unchecked(checks)}."
+                f"{', '.join(lines_of(failed))}{_unchecked(checks)}."
             )
 
 
 def _unchecked(checks: Sequence[Check]) -> str:
     """What could not be asked of the model: what it lacks, and whether the law is the drive's."""
     skipped = [check.name for check in checks if check.status == "not evaluated"]
-    names = [name for name in _OF_THE_MODEL if name in skipped]
+    names = lines_of(name for name in _OF_THE_MODEL if name in skipped)
     return f"; not checked: {', '.join(names)}" if names else ""
 
 
@@ -419,6 +419,11 @@ def belief(failing: Iterable[str]) -> Belief:
     if names and (names[0] in _GRAVE_OF_FITS or (first is not None and first.grave)):
         return "not believed"
     return "with care" if names else "believed"
+
+
+def belief_in(checks: Iterable[Check]) -> Belief:
+    """How far the numbers of a result with these checks can be believed."""
+    return belief(check.name for check in checks if check.status == "fail")
 
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:

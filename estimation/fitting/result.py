@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check, told_or, unless_faulty
 from axisid.estimation.choices.outputs import OPEN_LOOP
+from axisid.estimation.diagnostics import Belief, belief_in
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
 from axisid.estimation.lacking import Lack
@@ -364,6 +365,11 @@ class OutputFit(Presentable, Exact):
     def step(self) -> float:
         """Of the coarsest encoder, SI; 0 where nothing is known of any."""
         return self.basis.predictions.step
+
+    @property
+    def belief(self) -> Belief:
+        """How far the numbers can be believed: "believed", "with care", "not believed"."""
+        return belief_in(self.checks)
 
     @property
     def believed(self) -> bool:

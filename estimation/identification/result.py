@@ -8,7 +8,7 @@ from typing import Any
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import STARTS
-from axisid.estimation.diagnostics import Choice, Diagnosis, diagnose
+from axisid.estimation.diagnostics import Belief, Choice, Diagnosis, belief_in, diagnose
 from axisid.estimation.estimates import (
     Estimate,
     Physical,
@@ -263,6 +263,16 @@ class Identification(Presentable, Exact):
     def verdict(self) -> tuple[Check, ...]:
         """What was checked, against what, and what it means."""
         return self.diagnosis.verdict
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """What was checked: a name, a status, a sentence and a figure each."""
+        return self.verdict
+
+    @property
+    def belief(self) -> Belief:
+        """How far the numbers can be believed: "believed", "with care", "not believed"."""
+        return belief_in(self.checks)
 
     def summary(self, draws: int = 0, *, full: bool = False) -> str:
         """The estimates side by side as text, with numbered notes.

@@ -39,7 +39,7 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
 
 def _every_sample(grid: Array, at: float) -> Array:
     step = int(np.diff(grid).max(initial=0)) // 2
-    return np.clip(np.arange(at - step, at + step + 1), grid[0], grid[-1])
+    return np.asarray(np.clip(np.arange(at - step, at + step + 1), grid[0], grid[-1]))
 
 
 class _Pulses:
@@ -50,7 +50,7 @@ class _Pulses:
         record = scores.data.record
         every = record.channels()
         hidden = {"control"} if record.force is not None else set()
-        self.signals = {role: every[role] for role in every if role not in hidden}
+        self.signals = {role: v for role, v in every.items() if role not in hidden}
         self._left = self._of({})
 
     def columns(self, role: str, samples: Array) -> Array:

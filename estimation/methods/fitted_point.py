@@ -91,7 +91,7 @@ class FittedPoint:
             return ""
         twins = self.bootstrap.twins
         if isinstance(twins, str):
-            return f", by no twins: {twins}"
+            return f", by no twins: {twins.rstrip('.')}"
         fit, freedom = self.fit, self.applied[_PIVOT].freedom
         with suppress(EstimationError):  # the solution of a twin may have no covariance
             found = calibrated(twins, self.form, fit.solver, fit.solution, self.pivot, freedom)

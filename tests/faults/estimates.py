@@ -177,28 +177,28 @@ FAULTS: tuple[Fault, ...] = (
         name="a force column that is the control times 1.1",
         make=_scaled_force,
         code=0,
-        says=r"FAIL force against control: the force column is 1\.1 \+- 0\.0001 times .* which "
+        says=r"FAIL law: the force column is 1\.1 \+- 0\.0001 times .* which "
         r"would be 38\.66 N/V for 35\.15",
     ),
     Fault(
         name="a force column with a constant error",
         make=_shifted_force,
         code=0,
-        says=r"FAIL force against control: the force column is \+3 \+- \S+ N beside what the "
+        says=r"FAIL law: the force column is \+3 \+- \S+ N beside what the "
         r"drive's gain makes of the control",
     ),
     Fault(
         name="a control beyond the drive's limit",
         make=_beyond_the_limit,
         code=0,
-        says=r"FAIL control against limit: the control is beyond the drive's limit of 10 V in "
+        says=r"FAIL loop: the control is beyond the drive's limit of 10 V in "
         r"\S+ % of the samples, up to",
     ),
     Fault(
         name="a control with a constant error",
         make=_offset,
         code=0,
-        says=r"with a constant of 0\.1 V off the control.*FAIL missing terms: a constant force, "
+        says=r"with a constant of 0\.1 V off the control.*FAIL model: a constant force, "
         r"\+3\.5\d? \+- \S+ N",
     ),
     Fault(

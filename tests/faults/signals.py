@@ -131,7 +131,7 @@ _TIME_BASE = (
             name=f"time times {factor:g} without a reference",
             make=_wrong_time(factor, *options),
             code=0,
-            says=r"Do not believe .*: control law\. FAIL control law: the record is sampled every "
+            says=r"Do not believe .*: law\. FAIL law: the record is sampled every "
             rf"{factor * 1e-3:g} s, the control law runs every 0\.001 s: check the time column",
         )
         for factor, options in (
@@ -145,20 +145,19 @@ _TIME_BASE = (
         name="time times 2, resampled at the law's rate",
         make=_wrong_time(2.0, "--resample", "1000"),
         code=0,
-        says="FAIL control law: the record is sampled every 0.002 s",
+        says="FAIL law: the record is sampled every 0.002 s",
     ),
     Fault(
         name="a sampling period that nothing confirms",
         make=lambda folder: _log(folder, _timeless, "--sample-period", "1.05e-3"),
         code=0,
-        says="FAIL control law: .* check --sample-period, which nothing else confirms",
+        says="FAIL law: .* check --sample-period, which nothing else confirms",
     ),
     Fault(
         name="a log that keeps one sample in two",
         make=lambda folder: _log(folder, _thinned, without="reference"),
         code=0,
-        says="FAIL control law: .* if the log keeps one sample in 2, confirm that by "
-        "--sample-period 0.002",
+        says="FAIL law: .* if the log keeps one sample in 2, confirm that by --sample-period 0.002",
     ),
     _repaired(
         "a log that keeps one sample in two, as the user confirms",
@@ -168,7 +167,7 @@ _TIME_BASE = (
             *("--sample-period", "2e-3", "--json", folder / _RESULT),
             without="reference",
         ),
-        "control law: not evaluated, the record is sampled every 0.002 s",
+        "law, .*: not evaluated, the record is sampled every 0.002 s",
     ),
     Fault(
         name="a period that drifts",
@@ -274,14 +273,14 @@ _VALUES = (
         name="a control that the recorder cut off",
         make=lambda folder: _log(folder, _clipped, axis="emps"),
         code=0,
-        says="FAIL control law",
+        says="FAIL law",
     ),
     _repaired(
         "a control that the recorder cut off, masked",
         lambda folder: _log(
             folder, _clipped, "--mask", "clipped", "--json", folder / _RESULT, axis="emps"
         ),
-        r"clipped samples masked.*: position 0, control \d+ \(at -.* and .*\).* pass control law",
+        r"clipped samples masked.*: position 0, control \d+ \(at -.* and .*\).* pass law, ",
         axis="emps",
     ),
 )

@@ -155,7 +155,7 @@ def test_a_wrong_velocity_is_named_first_with_what_to_do(run: Run, log: Path) ->
     code, out, _ = run(*given)
     assert code == 0
     text = " ".join(out.split())
-    assert "before this is mended: measured velocity." in text
+    assert "before this is mended: loop." in text
     assert "(--shift velocity=-3)" in text
 
 

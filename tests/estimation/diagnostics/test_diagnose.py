@@ -36,24 +36,23 @@ def check(name: str, status: Status) -> Check:
         ),
         (
             (check("control law", "not evaluated"), check("precision", "not evaluated")),
-            "Nothing that was checked speaks against these numbers; not checked: control law.",
+            "Nothing that was checked speaks against these numbers; not checked: law.",
         ),
         (
             (check("control law", "not evaluated"), check("alignment", "fail")),
-            "Believe these numbers with care; to look at: alignment; not checked: control law.",
+            "Believe these numbers with care; to look at: timing; not checked: law.",
         ),
         (
             (check("control law", "not evaluated"), check("missing terms", "not evaluated")),
-            "Nothing that was checked speaks against these numbers; not checked: missing terms, "
-            "control law.",
+            "Nothing that was checked speaks against these numbers; not checked: model, law.",
         ),
         (
             (check("alignment", "fail"), check("outliers", "fail")),
-            "Believe these numbers with care; to look at: outliers, alignment.",
+            "Believe these numbers with care; to look at: outliers, timing.",
         ),
         (
             (check("precision", "fail"), check("bounds", "fail"), check("control law", "fail")),
-            "Do not believe these numbers before this is mended: control law.",
+            "Do not believe these numbers before this is mended: law.",
         ),
     ],
 )

@@ -406,9 +406,7 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
     # The law's check itself fails for what is moved by much; else that is said once, with care.
     assert _status(position)["control law"] == "fail"
     assert conclusion(position.checks).startswith("Do not believe")
-    assert conclusion(control.checks) == (
-        "Believe these numbers with care; to look at: law's factors."
-    )
+    assert conclusion(control.checks) == ("Believe these numbers with care; to look at: law.")
 
 
 @pytest.mark.slow
@@ -416,7 +414,7 @@ def test_a_control_that_is_scaled_by_a_fifth_is_not_believed(twin: Record) -> No
     """Its factors explain it, and would be those of its scale, which every estimate has."""
     assert twin.control is not None
     result = fit(load_axis("emps2015"), replace(twin, control=1.2 * twin.control))
-    assert conclusion(result.checks).endswith("before this is mended: control law.")
+    assert conclusion(result.checks).endswith("before this is mended: law.")
 
 
 @pytest.mark.slow

@@ -31,12 +31,12 @@ def verdict_html(checks: Sequence[Check], judged: str, wording: Wording = as_arg
         How settings are told.
     """
     ordered = sorted(by_weight(checks), key=lambda c: _ORDER.index(c.status))
-    passed = [c for c in checks if c.status == "pass"]
     bars = "".join(
         f'<span class="{STATUS_CLASSES[c.status]}" title="{escape(c.name)}"></span>'
         for c in reversed(ordered)
     )
     groups = verdict_block(checks, wording).judged
+    passed = next((each.names for each in groups if each.status == "pass"), ("nothing",))
     items = checks_html(tuple(each for each in groups if each.status == "fail"))
     others = tuple(each for each in groups if each.status in ("note", "not evaluated"))
     folded = (
@@ -44,7 +44,7 @@ def verdict_html(checks: Sequence[Check], judged: str, wording: Wording = as_arg
         if others
         else ""
     )
-    names = escape(", ".join(c.name for c in passed)) or "nothing"
+    names = escape(", ".join(passed))
     table = replace(checks_table(ordered, sources=True), title="")
     return (
         f'<section class="verdict" id="verdict"><h2>{prose_html(conclusion(checks))}</h2>'

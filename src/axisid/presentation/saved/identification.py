@@ -10,7 +10,7 @@ from msgspec.structs import asdict
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Diagnosis
+from axisid.estimation.diagnostics import Belief, Diagnosis, belief_in
 from axisid.estimation.estimates import NamedValues, PhysicalByMethod
 from axisid.estimation.identification import DriveTime, OfRecord, record_place
 from axisid.estimation.joint import JointForm, Layout, known_of, layout_of
@@ -263,6 +263,16 @@ class SavedIdentification(Presentable):
     def verdict(self) -> tuple[Check, ...]:
         """What was checked, against what, and what it means."""
         return self.diagnosis.verdict
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """What was checked: a name, a status, a sentence and a figure each."""
+        return self.verdict
+
+    @property
+    def belief(self) -> Belief:
+        """How far the numbers can be believed: "believed", "with care", "not believed"."""
+        return belief_in(self.checks)
 
     @cached_property
     def record(self) -> SavedRecord:

@@ -11,6 +11,7 @@ from msgspec import UNSET
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Belief, belief_in
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
 from axisid.estimation.fitting import OutputFit
 from axisid.modeling.quantities import Parameter
@@ -119,6 +120,11 @@ class SavedOutputFit(Presentable):
     def checks(self) -> tuple[Check, ...]:
         """Whether to believe it."""
         return tuple(map(read_check, self.document.verdict))
+
+    @property
+    def belief(self) -> Belief:
+        """How far the numbers can be believed: "believed", "with care", "not believed"."""
+        return belief_in(self.checks)
 
     @property
     def believed(self) -> bool:

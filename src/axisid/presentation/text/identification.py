@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import LINES, Check, lines_of
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Estimate, Physical, Value
 from axisid.estimation.identification import DriveTime, Identification
@@ -342,17 +342,20 @@ def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
     ordered = by_weight(checks)
     statuses: tuple[Status, ...] = ("fail", "note")
     judged = [
-        CheckGroup(status, (check.name,), check.note.worded(wording))
+        CheckGroup(status, (check.line,), check.note.worded(wording))
         for status in statuses
         for check in ordered
         if check.status == status
     ]
     skipped = unmade(checks)
     judged += [
-        CheckGroup("not evaluated", tuple(names), why.worded(wording))
+        CheckGroup("not evaluated", lines_of(names), why.worded(wording))
         for why, names in skipped.items()
     ]
-    passed = tuple(check.name for check in checks if check.status == "pass")
+    told = {line for group in judged for line in group.names}
+    own = lines_of(check.name for check in checks)
+    every = dict.fromkeys((*LINES, *own))
+    passed = tuple(line for line in every if line in own and line not in told)
     judged += [CheckGroup("pass", passed)] if passed else []
     return Checks(judged=tuple(judged), conclusion=conclusion(checks))
 

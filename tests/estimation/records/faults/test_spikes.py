@@ -71,7 +71,9 @@ def test_row_is_not_named_where_empty_rows_were_left_out(twin: Record) -> None:
 
 
 @pytest.mark.slow
-def test_a_spike_is_named_with_its_signal_sample_and_size_and_nothing_else_is(emps2015: GeneratedAxis, twin: Record) -> None:
+def test_a_spike_is_named_with_its_signal_sample_and_size_and_nothing_else_is(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
     spoilt = twin.position.copy()
     spoilt[4130] += 0.001
     record = Record(time=twin.time, position=spoilt, control=twin.control)
