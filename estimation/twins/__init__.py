@@ -6,7 +6,9 @@ twins, and by them the estimate's bias and deviations. Knows nothing of methods 
 
 from .calibration import Calibration as Calibration
 from .calibration import calibrated as calibrated
+from .chain import Autoregressions as Autoregressions
 from .chain import Chain as Chain
+from .chain import Draws as Draws
 from .measured_chain import measured_chain as measured_chain
 from .twins import DEFAULT_COUNT as DEFAULT_COUNT
 from .twins import Twins as Twins

@@ -1,13 +1,18 @@
 """The chain: what stands between a motion and its log, and what acts beside the drive."""
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from scipy.fft import next_fast_len
 
+from axisid.estimation.records import Record
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
+from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
 
 #: Of forces that a chain may have, s: first-order autoregressions; 0 is white noise.
 CORRELATION_TIMES = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
@@ -15,6 +20,11 @@ CORRELATION_TIMES = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 _RUN_IN = (
     2.0  # of the longest correlation times: what ends meet by, as noise is drawn by its spectrum
 )
+
+_FORGOTTEN = 9.0  # correlation times around a circle, after which nothing comes back
+
+#: Correlation times, s, and deviations of independent first-order autoregressions, which add up.
+Autoregressions = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,42 +51,75 @@ class Draws:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chain:
-    """The noise of one record, SI.
+    """The noise of a record, as it was measured in one or is declared for twins, SI.
 
     Attributes
     ----------
     position_step : float
         Of the encoder; 0 for none.
+    anywhere : bool
+        Whether a motion begins anywhere in a count of the encoder, drawn for each twin, which
+        decides how the loop hunts; else where the experiment has it.
     control_step : float
         Of the logged control, or force where that is logged, beside the loop; 0 for none.
     position : float
         Deviation of white noise of the measured position.
-    velocity_step, velocity, acceleration : float
-        Steps, and deviations of white noise, of a measured velocity and acceleration, beside the
-        loop.
+    velocity_step : float
+        Of a measured velocity, beside the loop; 0 for none.
+    velocity, acceleration : float or None
+        Deviations of white noise of a measured velocity and acceleration, beside the loop; None
+        where they are not measured.
     jitter : float
         Deviation of the instants at which the position is sampled, s: white.
     is_measured_by_law : bool
         Whether the law has the steps, noise and jitter of the position, or the log alone.
+    control : tuple of (float, float)
+        Correlation time, s, and deviation, in the drive's unit, of noise that the logged control
+        has, beside the loop: independent first-order autoregressions; a time of 0 for white noise.
     disturbances : tuple of (float, float)
-        Correlation time, s, and deviation, in the drive's unit, of what acts beside the control:
-        independent first-order autoregressions.
+        Likewise of what acts beside the control and is not logged.
+
+    Raises
+    ------
+    UsageError
+        One of these is no size of a noise.
     """
 
     position_step: float = 0.0
+    anywhere: bool = False
     control_step: float = 0.0
     position: float = 0.0
     velocity_step: float = 0.0
-    velocity: float = 0.0
-    acceleration: float = 0.0
+    velocity: float | None = None
+    acceleration: float | None = None
     jitter: float = 0.0
     is_measured_by_law: bool = True
-    disturbances: tuple[tuple[float, float], ...] = ()
+    control: Autoregressions = ()
+    disturbances: Autoregressions = ()
+
+    def __post_init__(self) -> None:
+        for name in _SIZES:
+            value = getattr(self, name)
+            if not (_is_size(value) or (value is None and name in _SENSORS)):
+                raise _refused(name, value, "a number of 0 or more")
+        for name in _AUTOREGRESSIONS:
+            value = getattr(self, name)
+            if not (isinstance(value, tuple) and all(map(_is_autoregression, value))):
+                form = "pairs of a correlation time and a deviation, as in ((0.05, 0.1),)"
+                raise _refused(name, value, form)
+
+    @classmethod
+    def of_experiment(cls, axis: Axis) -> "Chain":
+        """What an axis's experiment declares: noise of the position and an encoder, if any."""
+        experiment = axis.experiment
+        if experiment is None:
+            return cls()
+        return cls(position=experiment.position_noise, position_step=experiment.resolution)
 
     @property
     def is_silent(self) -> bool:
         """Whether a twin with it would be the loop without noise."""
-        return self == Chain(is_measured_by_law=self.is_measured_by_law)
+        return not any(getattr(self, name) for name in (*_SIZES, *_AUTOREGRESSIONS))
 
     @property
     def is_uneven(self) -> bool:
@@ -100,12 +143,19 @@ class Chain:
             if value
         ]
         parts += [
-            f"{sd:.3g} {of_control} beside the control"
-            + (f" over {time:g} s" if time else ", white")
-            for time, sd in self.disturbances
+            f"{sd:.3g} {of_control} {where}" + (f" over {time:g} s" if time else ", white")
+            for each, where in (
+                (self.control, "of noise of the recorded control"),
+                (self.disturbances, "beside the control"),
+            )
+            for time, sd in each
         ]
         told = ", ".join(parts) or "no noise"
         return told if self.is_measured_by_law else f"{told}; the law measures another position"
+
+    def drawn_offset(self, rng: Draws) -> float:
+        """How far from the middle of a count a motion begins."""
+        return self.anywhere * self.position_step * rng.of_a_step()
 
     def drawn_position(self, rng: Draws, samples: int) -> Array:
         """White noise of the position, (N,)."""
@@ -113,19 +163,95 @@ class Chain:
 
     def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
         """What acts beside the control, (N,), in the drive's unit."""
-        longest = max((time for time, _ in self.disturbances), default=0.0)
-        m = next_fast_len(samples + int(np.ceil(_RUN_IN * longest / period)), real=True)
-        noise = np.fft.rfft(rng.normal(m))
-        return np.fft.irfft(noise * _response(self.disturbances, period, m), m)[:samples]
+        return _drawn(self.disturbances, rng, samples, period)
+
+    def logged_control(self, rng: Draws, control: Array, period: float) -> Array:
+        """A control, or force, as the log has it, (N,)."""
+        if self.control:
+            control = control + _drawn(self.control, rng, len(control), period)
+        return _rounded(control, self.control_step, rng)
+
+    def logged(self, record: Record, rng: Draws, of_control: Draws) -> Record:
+        """A record as sensors and drive log it, from what their columns are without noise.
+
+        Parameters
+        ----------
+        record : Record
+            Its position is measured already, as the law may measure it.
+        rng, of_control : Draws
+            Of velocity and acceleration, and of the control or force.
+        """
+        columns: dict[str, Array] = {}
+        if record.velocity is not None:
+            noise = (self.velocity or 0.0) * rng.normal(len(record))
+            columns["velocity"] = _rounded(record.velocity + noise, self.velocity_step, rng)
+        if record.acceleration is not None:
+            noise = (self.acceleration or 0.0) * rng.normal(len(record))
+            columns["acceleration"] = record.acceleration + noise
+        if self.control or self.control_step:
+            role = "control" if record.force is None else "force"
+            values = getattr(record, role)
+            columns[role] = self.logged_control(of_control, values, record.period)
+        return record.with_motion(columns) if columns else record
+
+
+_SENSORS = ("velocity", "acceleration")
+_SIZES = ("position_step", "control_step", "position", "velocity_step", "jitter", *_SENSORS)
+_AUTOREGRESSIONS = ("control", "disturbances")
+
+
+def _is_size(value: object) -> bool:
+    return is_real(value) and 0 <= value < math.inf
+
+
+def _is_autoregression(value: object) -> bool:
+    return isinstance(value, tuple) and len(value) == 2 and all(map(_is_size, value))
+
+
+def _refused(name: str, value: object, form: str) -> UsageError:
+    return UsageError(
+        f"the {name.replace('_', ' ')} of the noise is {quoted(value)}; give {form}.",
+        code="twin-noise",
+    )
+
+
+def _rounded(values: Array, step: float, rng: Draws) -> Array:
+    """Values in steps, which begin anywhere; as they are without."""
+    if not step:
+        return values
+    away = rng.of_a_step()
+    return np.asarray((np.round(values / step + away) - away) * step)
+
+
+def _drawn(parts: Autoregressions, rng: Draws, samples: int, period: float) -> Array:
+    """A sum of autoregressions, (N,)."""
+    longest = max((time for time, _ in parts), default=0.0)
+    run_in = min(samples, int(np.ceil(_RUN_IN * longest / period)))
+    m = next_fast_len(samples + run_in, real=True)
+    noise = rng.normal(m)
+    if not longest:
+        return math.hypot(*(sd for _, sd in parts)) * noise[:samples]
+    return np.fft.irfft(np.fft.rfft(noise) * _response(parts, period, m), m)[:samples]
 
 
 @lru_cache(maxsize=4)
-def _response(disturbances: tuple[tuple[float, float], ...], period: float, samples: int) -> Array:
-    """What makes white noise of these disturbances, by frequency."""
+def _response(parts: Autoregressions, period: float, samples: int) -> Array:
+    """What makes white noise of these autoregressions, by frequency."""
     power = np.zeros(samples // 2 + 1)
-    for time, deviation in disturbances:
-        power += deviation**2 * spectrum(time / period, samples)
+    for time, deviation in parts:
+        power += deviation**2 * _power(time / period, samples)
     return np.sqrt(power)
+
+
+def _power(time: float, samples: int) -> Array:
+    """Power of an autoregression in a circle of samples, by frequency.
+
+    Of one that lasts, by circulant embedding: its covariance declines either way around.
+    """
+    if samples > _FORGOTTEN * time:
+        return spectrum(time, samples)
+    lags = np.minimum(np.arange(samples), samples - np.arange(samples))
+    return np.maximum(np.fft.rfft(np.exp(-lags / time)).real, 0.0)
 
 
 def spectrum(time: float, samples: int, apart: float = 1.0) -> Array:

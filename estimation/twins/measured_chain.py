@@ -68,6 +68,7 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     sensors = sensor_steps(data.axis, data.record)
     chain = Chain(
         position_step=sensors.position,
+        anywhere=sensors.position > 0,
         velocity_step=sensors.velocity,
         velocity=0.0 if sensors.velocity else _white(data.record, quiet.record, "velocity"),
         acceleration=_white(data.record, quiet.record, "acceleration"),
@@ -186,10 +187,10 @@ def _position_noise(
     return position * (position > rounding), jitter * (jitter * fast > rounding)
 
 
-def _white(record: Record, quiet: Record, role: str) -> float:
-    """Deviation of white noise of a measured role, by its second differences; 0 if not measured."""
+def _white(record: Record, quiet: Record, role: str) -> float | None:
+    """Deviation of white noise of a role, by its second differences; None if not measured."""
     if getattr(record, role) is None:
-        return 0.0
+        return None
     apart = getattr(record, role) - getattr(quiet, role)
     second = np.concatenate([np.diff(apart[a:b], 2) for a, b in record.spans])
     return float(np.sqrt(np.mean(second**2) / 6)) if len(second) else 0.0

@@ -8,7 +8,7 @@ from zlib import crc32
 
 import numpy as np
 
-from axisid.estimation.problems import ControlSteps, Problem, Solver, noise_free_record
+from axisid.estimation.problems import Problem, Solver, noise_free_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Equations, Form, Solution, recorded_loops
 from axisid.estimation.signals import FilteredRecord
@@ -171,7 +171,7 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
         Its loop cannot be simulated.
     """
     record, samples = data.record, len(data.record)
-    away = chain.position_step * rng.of_a_step()
+    away = chain.drawn_offset(rng)
     noise = chain.drawn_position(rng, samples) + away
     disturbance = chain.drawn_disturbance(rng, samples, record.period)
     if chain.jitter:
@@ -196,25 +196,8 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
         )
         for loop, (a, b) in zip(loops, record.spans, strict=True)
     ]
-    twin = _as_sensed(noise_free_record(data, logged), chain, rng)
-    if not chain.control_step:
-        return twin
-    return ControlSteps.role_of(record, chain.control_step).rounded(twin, rng.of_a_step())
-
-
-def _as_sensed(twin: FilteredRecord, chain: Chain, rng: Draws) -> FilteredRecord:
-    """A twin whose velocity and acceleration are as their sensors have them."""
-    record, columns = twin.record, {}
-    if record.velocity is not None:
-        velocity = record.velocity + chain.velocity * rng.normal(len(record))
-        if step := chain.velocity_step:
-            away = rng.of_a_step()
-            velocity = (np.round(velocity / step + away) - away) * step
-        columns["velocity"] = velocity
-    if record.acceleration is not None:
-        noise = chain.acceleration * rng.normal(len(record))
-        columns["acceleration"] = record.acceleration + noise
-    return replace(twin, record=record.with_motion(columns)) if columns else twin
+    twin = noise_free_record(data, logged)
+    return replace(twin, record=chain.logged(twin.record, rng, rng))
 
 
 def _as_logged(loop: Simulation, chain: Chain, noise: Array, away: float) -> Simulation:

@@ -1,10 +1,13 @@
 """Noise that is drawn has the deviation and the correlation that its chain says."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from axisid import load_axis
 from axisid.estimation.twins.chain import CORRELATION_TIMES, Chain, Draws, spectrum
+from tests.refusals import refuses
 
 PERIOD = 1e-3
 
@@ -30,10 +33,49 @@ def test_a_disturbance_is_the_sum_of_its_autoregressions() -> None:
     assert abs(np.mean(noise[:, 0] * noise[:, -1])) < 2.5
 
 
+@pytest.mark.parametrize("time", [0.02, 1.0, 1e5])
+def test_noise_is_stationary_from_the_first_sample_however_long_it_lasts(time: float) -> None:
+    chain, rng, apart = Chain(disturbances=((time, 0.5),)), Draws(np.random.default_rng(2)), 400
+    noise = np.array([chain.drawn_disturbance(rng, 1000, PERIOD) for _ in range(400)])
+    assert noise[:, [0, -1]].std(axis=0) == pytest.approx(0.5, rel=0.15)
+    moved = np.std(noise[:, apart:] - noise[:, :-apart])
+    assert moved == pytest.approx(0.5 * np.sqrt(-2 * np.expm1(-apart * PERIOD / time)), rel=0.15)
+
+
+def test_noise_of_the_control_is_in_the_log_beside_its_steps() -> None:
+    control, rng = np.zeros(4000), Draws(np.random.default_rng(3))
+    logged = Chain(control=((0.0, 0.3), (0.01, 0.4))).logged_control(rng, control, PERIOD)
+    assert logged.std() == pytest.approx(0.5, rel=0.1)
+    rounded = Chain(control_step=0.1).logged_control(rng, logged, PERIOD)
+    assert np.unique(np.round(rounded % 0.1, 9) % 0.1).size <= 2
+    assert np.abs(rounded - logged).max() <= 0.05 + 1e-12
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"position": -1.0},
+        {"control": 0.1},
+        {"control": ((-0.1, 1.0),)},
+        {"disturbances": ((0.1, 1.0, 2.0),)},
+        {"jitter": None},
+        {"velocity": np.inf},
+    ],
+)
+def test_noise_that_makes_no_sense_is_refused(given: dict[str, Any]) -> None:
+    with refuses("twin-noise"):
+        Chain(**given)
+
+
 def test_a_chain_is_told_with_its_units() -> None:
     axis = load_axis("emps2015")
-    chain = Chain(position_step=2e-6, jitter=5e-5, disturbances=((0.0, 0.02), (0.1, 0.01)))
+    chain = Chain(
+        position_step=2e-6,
+        jitter=5e-5,
+        control=((0.0, 0.3),),
+        disturbances=((0.0, 0.02), (0.1, 0.01)),
+    )
     said = chain.told(axis)
-    for part in ("2e-06 m", "5e-05 s", "0.02 V", "0.01 V", "0.1 s"):
+    for part in ("2e-06 m", "5e-05 s", "0.3 V", "0.02 V", "0.01 V", "0.1 s"):
         assert part in said
     assert Chain().told(axis)
