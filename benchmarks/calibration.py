@@ -12,7 +12,7 @@ Student's distribution. Decimation colours white noise a little. The seed is fix
 from figures import give, parser_of
 
 from axisid import Prefilter, build, load_axis, monte_carlo
-from axisid.estimation import TwinNoise
+from axisid.estimation import Chain
 
 NOISE, CORRELATION_TIME = 5.0, 0.05  # N, s
 REPEATED = 3  # times the motion of the twin: as long as the EMPS record
@@ -32,9 +32,7 @@ def coverage(runs: int, seed: int = 1, jobs: int = 1) -> dict[str, dict[str, flo
             axis,
             runs,
             "idm-ls",
-            noise=TwinNoise(
-                position=0.0, control=NOISE / axis.axis.drive.gain, correlation_time=time
-            ),
+            noise=Chain(control=((time, NOISE / axis.axis.drive.gain),)),
             moves=REPEATED * axis.axis.experiment.moves,
             prefilter=FILTER,
             seed=seed,

@@ -26,7 +26,6 @@ from .monte_carlo import Mean as Mean
 from .monte_carlo import MonteCarlo as MonteCarlo
 from .monte_carlo import MonteCarloPlan as MonteCarloPlan
 from .monte_carlo import Share as Share
-from .monte_carlo import TwinNoise as TwinNoise
 from .monte_carlo import write_runs as write_runs
 from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit
@@ -54,3 +53,4 @@ from .studies import default_cutoffs as default_cutoffs
 from .studies import validate_fit as validate_fit
 from .tables import Provenance as Provenance
 from .tables import Repair as Repair
+from .twins import Chain as Chain

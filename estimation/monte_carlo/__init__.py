@@ -10,9 +10,10 @@ from .fits import COLOURED as COLOURED
 from .fits import stated_by as stated_by
 from .monte_carlo import Keep as Keep
 from .monte_carlo import monte_carlo as monte_carlo
-from .noise import TwinNoise as TwinNoise
+from .noise import declared_chain as declared_chain
+from .noise import declared_figures as declared_figures
 from .plan import MonteCarloPlan as MonteCarloPlan
-from .plan import check_noise as check_noise
+from .plan import noise_of as noise_of
 from .plan import twin_of as twin_of
 from .result import MonteCarlo as MonteCarlo
 from .runs import DIRECT as DIRECT

@@ -1,7 +1,7 @@
 """Twins that are identified side by side: of an axis and a noise that lanes serve."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,11 +9,11 @@ from axisid.estimation.batched import identify_lanes, is_served
 from axisid.estimation.batched.rows import LaneEstimates, RecordLanes
 from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
 from axisid.estimation.simulation import TwinPlan, simulate_batch, twin_plan
+from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
 
-from .noise import DrawnNoise, TwinNoise, resolution_of
 from .plan import MonteCarloPlan
-from .twins import at_rest
+from .twins import CONTROL, DrawnChain, at_rest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +45,7 @@ def runs_in_lanes(plan: MonteCarloPlan, start: int, stop: int) -> range:
 def identified_lanes(plan: MonteCarloPlan, runs: range, threads: int | None) -> LaneRuns:
     """Simulate and identify runs side by side."""
     made = twin_plan(plan.twin)
-    drawn = [DrawnNoise(noise=plan.noise, plan=made, seed=plan.seed, run=run) for run in runs]
+    drawn = [DrawnChain(chain=plan.noise, seed=plan.seed, run=run) for run in runs]
     lanes, unsimulated = _simulated(made, drawn, threads)
     estimates = identify_lanes(
         plan.axis,
@@ -65,7 +65,7 @@ def _are_lanes(plan: MonteCarloPlan) -> bool:
         position=np.zeros((2, 1)),
         control=np.zeros((2, 1)),
         period=made.period,
-        resolution=resolution_of(plan.noise, made),
+        resolution=plan.noise.position_step,
     )
     return (
         len(plan.methods) == len(plan.regressions) == 1
@@ -81,14 +81,13 @@ def _are_lanes(plan: MonteCarloPlan) -> bool:
     )
 
 
-def _is_of_position(noise: TwinNoise) -> bool:
+def _is_of_position(noise: Chain) -> bool:
     """Whether twins differ by the noise of their position, and of their recorded control, alone."""
-    beside = noise.velocity is not None or noise.acceleration is not None
-    return not (beside or noise.disturbance or noise.anywhere)
+    return replace(noise, position=0.0, position_step=0.0, control=()) == Chain()
 
 
 def _simulated(
-    plan: TwinPlan, drawn: list[DrawnNoise], threads: int | None
+    plan: TwinPlan, drawn: list[DrawnChain], threads: int | None
 ) -> tuple[RecordLanes, dict[int, str]]:
     """The records of twins as lanes, and why there is none of some."""
     samples = len(plan.reference)
@@ -109,8 +108,10 @@ def _simulated(
     noise += batch["position"]
     control = batch["control"]
     for lane, each in enumerate(drawn):
-        if (added := each.control) is not None:
-            control[:, lane] += added
+        if each.chain.control:
+            control[:, lane] = each.chain.logged_control(
+                each.draws(CONTROL), control[:, lane], plan.period
+            )
     lanes = RecordLanes(
         reference=plan.reference, position=noise, control=control, period=plan.period
     )

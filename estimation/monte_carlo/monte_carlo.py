@@ -10,7 +10,7 @@ from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, method_names
 from axisid.estimation.identification import check_choices, requested_methods
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
-from axisid.estimation.twins import DEFAULT_COUNT, check_count
+from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress
@@ -19,8 +19,7 @@ from axisid.support.user_values import quoted
 
 from .calibration import StudyCalibration
 from .fits import split_methods
-from .noise import TwinNoise
-from .plan import MonteCarloPlan, twin_of
+from .plan import MonteCarloPlan, noise_of, twin_of
 from .result import MonteCarlo
 from .runs import joined
 from .spread import Done, Spreading
@@ -37,7 +36,7 @@ def monte_carlo(
     methods: str | Sequence[str] | None = "idm-iv",
     *,
     prefilter: Prefilter | None = None,
-    noise: TwinNoise | None = None,
+    noise: Chain | None = None,
     twin: Axis | GeneratedAxis | None = None,
     truth: Mapping[str, float] | None = None,
     moves: Sequence[Move] | None = None,
@@ -71,8 +70,9 @@ def monte_carlo(
         the run, not of the study.
     prefilter : Prefilter, optional
         As `identify` takes it.
-    noise : TwinNoise, optional
-        The experiment's by default.
+    noise : Chain, optional
+        Declared, or as it was measured in a record (`Estimate.inference`, its ``chains``); the
+        experiment's by default.
     twin : Axis or GeneratedAxis, optional
         That is simulated, where the model is to be wrong: another friction, another law. The same
         axis by default.
@@ -139,7 +139,7 @@ def monte_carlo(
         runs=runs,
         seed=seed,
         methods=_methods(methods),
-        noise=TwinNoise() if noise is None else noise,
+        noise=noise_of(noise, made),
         prefilter=given,
         checks=min(checks, runs) if is_whole(checks) and is_whole(runs) else checks,
         settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},

@@ -9,13 +9,12 @@ from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.choices.outputs import fitted_output
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
+from axisid.estimation.twins import Chain
 from axisid.modeling.declaration import Experiment, Move
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
-
-from .noise import TwinNoise, resolution_of
 
 _MOST_RUNS = 10_000_000  # whose numbers a study holds together
 
@@ -34,7 +33,7 @@ class MonteCarloPlan:
     seed : int
     methods : tuple of str
         Of `METHODS`, and fits such as ``fit:control``.
-    noise : TwinNoise
+    noise : Chain
     prefilter : Prefilter
         What it leaves open is chosen for the twins' rate.
     checks : int
@@ -51,7 +50,7 @@ class MonteCarloPlan:
     runs: int
     seed: int
     methods: tuple[str, ...]
-    noise: TwinNoise
+    noise: Chain
     prefilter: Prefilter
     checks: int
     settings: Mapping[str, Any]
@@ -67,7 +66,6 @@ class MonteCarloPlan:
             )
         _check_count("seed", self.seed, least=0)
         _check_count("checks", self.checks, least=0)
-        check_noise(self.noise, self.twin)
         if not isinstance(self.prefilter, Prefilter):
             raise UsageError(
                 f"the prefilter is {quoted(self.prefilter)}; give a Prefilter, or leave it out.",
@@ -103,34 +101,43 @@ class MonteCarloPlan:
         return str(self.settings["covariance"])
 
 
-def check_noise(noise: object, twin: GeneratedAxis) -> None:
-    """Refuse noise that an axis's twins cannot have.
+def noise_of(given: object, twin: GeneratedAxis) -> Chain:
+    """The noise of an axis's twins, the experiment's where none is given.
 
     Raises
     ------
     UsageError
-        It is none, or it begins anywhere in a count and the encoder has none.
+        It is none, it begins anywhere in a count and the encoder has none, or it is beside the law
+        or not sampled evenly, which no twin of an experiment is.
     ModelError
         It disturbs what is logged.
     """
     name = twin.axis.name
-    if not isinstance(noise, TwinNoise):
+    noise = Chain.of_experiment(twin.axis) if given is None else given
+    if not isinstance(noise, Chain):
         raise UsageError(
-            f"the noise is {quoted(noise)}; give a TwinNoise, or leave it out.",
+            f"the noise is {quoted(noise)}; give a Chain, or leave it out.",
             code="twin-noise-type",
         )
-    if noise.disturbance and twin.axis.drive.logs_what_acts:
+    if noise.jitter or not noise.is_measured_by_law:
+        raise UsageError(
+            f"the twins of {name!r} are sampled evenly and their law measures the logged position; "
+            "give noise without jitter, with is_measured_by_law=True.",
+            code="twin-sampling",
+        )
+    if noise.disturbances and twin.axis.drive.logs_what_acts:
         raise ModelError(
             f"the twins of {name!r} log what acts, which a disturbance is part of; leave it out, "
             "or declare a drive that logs its command.",
             code="twin-disturbance",
         )
-    if noise.anywhere and not resolution_of(noise, twin_plan(twin)):
+    if noise.anywhere and not noise.position_step:
         raise UsageError(
             f"the twins of {name!r} are to begin anywhere in a count, and their encoder has none; "
             "give its resolution, or leave it out.",
             code="twin-anywhere",
         )
+    return noise
 
 
 def twin_of(

@@ -14,6 +14,7 @@ from axisid.estimation.tables import library, parquet_bytes
 from axisid.support.errors import UsageError
 from axisid.support.version import __version__
 
+from .noise import declared_figures
 from .result import MonteCarlo
 from .runs import INTERVALS, PARAMETER, STATUSES, Estimand
 
@@ -85,7 +86,8 @@ def settings_text(result: MonteCarlo) -> str:
             "runs": plan.runs,
             "done": len(result),
             "methods": list(plan.methods),
-            "noise": asdict(plan.noise),
+            "noise": declared_figures(plan.noise),
+            "chain": asdict(plan.noise),
             "prefilter": asdict(plan.prefilter),
             "settings": dict(plan.settings),
             "checks": plan.checks,

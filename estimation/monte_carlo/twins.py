@@ -1,7 +1,7 @@
 """The records of a block of twins, simulated side by side."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,12 +14,63 @@ from axisid.estimation.simulation import (
     simulate_batch,
     twin_plan,
 )
+from axisid.estimation.twins import Chain, Draws
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import Note
 
-from .noise import DrawnNoise, TwinNoise, resolution_of
 from .plan import MonteCarloPlan
+
+_POSITION, _SENSORS, CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrawnChain:
+    """The noise of one twin, whatever others there are.
+
+    Attributes
+    ----------
+    chain : Chain
+    seed : int
+    run : int
+        The number of the twin.
+    """
+
+    chain: Chain
+    seed: int
+    run: int
+
+    def draws(self, stream: int) -> Draws:
+        """The random numbers of a stream: a child of the seed for each run, whoever runs it."""
+        child = np.random.SeedSequence(self.seed, spawn_key=(self.run, stream))
+        return Draws(np.random.default_rng(child))
+
+    def position(self, samples: int) -> Array:
+        """Noise of the measured position, (samples,)."""
+        return self.chain.drawn_position(self.draws(_POSITION), samples)
+
+    def own(self, plan: TwinPlan) -> TwinPlan:
+        """The plan of this twin: its encoder, where it begins, and what disturbs it."""
+        chain, step, added = self.chain, self.chain.position_step, plan.added
+        begin = chain.anywhere * step / 2 + chain.drawn_offset(self.draws(_OFFSET))
+        if chain.disturbances:
+            draws, samples = self.draws(_DISTURBANCE), len(plan.reference)
+            added = {"control": chain.drawn_disturbance(draws, samples, plan.period)}
+        experiment = replace(plan.experiment, resolution=step)
+        return replace(plan, reference=plan.reference + begin, added=added, experiment=experiment)
+
+    def record(self, plan: TwinPlan, loop: Simulation) -> Record:
+        """What is logged of the loop of its own plan, without what disturbs it."""
+        chain = self.chain
+        if chain.disturbances:
+            loop = replace(loop, control=loop.control - plan.added["control"])
+        record = plan.record(
+            loop,
+            f"twin {self.run + 1} of {plan.axis.axis.name}, seed {self.seed}",
+            None if chain.velocity is None else loop.velocity,
+            None if chain.acceleration is None else plan.acceleration(loop),
+        )
+        return chain.logged(record, self.draws(_SENSORS), self.draws(CONTROL))
 
 
 def twins(
@@ -30,8 +81,8 @@ def twins(
     A record is made when it is asked for: of a block the signals of the loops are held, not the
     records.
     """
-    made = _measuring(twin_plan(plan.twin), plan.noise)
-    drawn = [DrawnNoise(noise=plan.noise, plan=made, seed=plan.seed, run=run) for run in runs]
+    made = twin_plan(plan.twin)
+    drawn = [DrawnChain(chain=plan.noise, seed=plan.seed, run=run) for run in runs]
     # A law with a clock of its own is simulated loop by loop.
     loops = _alone(made, drawn) if made.clocks is not None else _together(made, drawn, threads)
     for each, (own, loop) in zip(drawn, loops, strict=True):
@@ -40,7 +91,7 @@ def twins(
         elif still := at_rest(own, loop.position):
             yield each.run, Note(still)
         else:
-            yield each.run, _record(own, each, loop, plan.noise)
+            yield each.run, each.record(own, loop)
 
 
 def at_rest(plan: TwinPlan, position: Array) -> str:
@@ -60,13 +111,13 @@ def at_rest(plan: TwinPlan, position: Array) -> str:
     )
 
 
-def drawn_twin(plan: TwinPlan, noise: TwinNoise, seed: int, run: int) -> Record:
+def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     """The record of one run alone.
 
     Parameters
     ----------
     plan : TwinPlan
-    noise : TwinNoise
+    noise : Chain
     seed, run : int
         As of a study, whose run has the same noise.
 
@@ -75,42 +126,26 @@ def drawn_twin(plan: TwinPlan, noise: TwinNoise, seed: int, run: int) -> Record:
     AxisidError
         The loop runs away.
     """
-    made = _measuring(plan, noise)
-    drawn = DrawnNoise(noise=noise, plan=made, seed=seed, run=run)
-    own = _own(made, drawn)
-    return _record(own, drawn, own.loop(drawn.position), noise)
-
-
-def _measuring(plan: TwinPlan, noise: TwinNoise) -> TwinPlan:
-    """The plan with the encoder of its noise."""
-    experiment = replace(plan.experiment, resolution=resolution_of(noise, plan))
-    return replace(plan, experiment=experiment)
+    drawn = DrawnChain(chain=noise, seed=seed, run=run)
+    own = drawn.own(plan)
+    return drawn.record(own, own.loop(drawn.position))
 
 
 Loop = tuple[TwinPlan, Simulation | Note]
 
 
-def _own(plan: TwinPlan, drawn: DrawnNoise) -> TwinPlan:
-    """The plan of one twin: where it begins, and what disturbs it."""
-    phase, disturbance = drawn.phase, drawn.disturbance
-    moved = replace(plan, reference=plan.reference + phase) if phase else plan
-    if disturbance is None:
-        return moved
-    return replace(moved, added={"control": disturbance})
-
-
-def _alone(plan: TwinPlan, drawn: Sequence[DrawnNoise]) -> Iterator[Loop]:
+def _alone(plan: TwinPlan, drawn: Sequence[DrawnChain]) -> Iterator[Loop]:
     for each in drawn:
-        own = _own(plan, each)
+        own = each.own(plan)
         try:
             yield own, own.loop(each.position)
         except AxisidError as error:
             yield own, error.note
 
 
-def _together(plan: TwinPlan, drawn: Sequence[DrawnNoise], threads: int | None) -> Iterator[Loop]:
-    samples, resolution = len(plan.reference), plan.experiment.resolution
-    own = [_own(plan, each) for each in drawn]
+def _together(plan: TwinPlan, drawn: Sequence[DrawnChain], threads: int | None) -> Iterator[Loop]:
+    samples, resolution = len(plan.reference), drawn[0].chain.position_step
+    own = [each.own(plan) for each in drawn]
     noise = np.column_stack([each.position(samples) for each in drawn])
     disturbed = [each.added["control"] for each in own if each.added]
     batch = simulate_batch(
@@ -140,16 +175,3 @@ def _together(plan: TwinPlan, drawn: Sequence[DrawnNoise], threads: int | None) 
             each,
             Simulation(time=time, measured_position=measured, recorded=recorded, **signals),
         )
-
-
-def _record(plan: TwinPlan, drawn: DrawnNoise, loop: Simulation, noise: TwinNoise) -> Record:
-    """What is logged of a twin's loop, without what disturbs it."""
-    sensed = plan.sensed(loop, drawn.sensors, noise.velocity, noise.acceleration)
-    added = drawn.control
-    if noise.disturbance:
-        loop = replace(loop, control=loop.control - plan.added["control"])
-    source = f"twin {drawn.run + 1} of {plan.axis.axis.name}, seed {drawn.seed}"
-    record = plan.record(loop, source, sensed)
-    if added is None or record.control is None:
-        return record
-    return replace(record, control=record.control + added)

@@ -125,12 +125,16 @@ def twin_record(
         )
     loop = plan.loop(_noise(np.random.default_rng(chosen), deviation))
     rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them
+    noise = rng.normal(size=(2, len(loop.velocity)))
     declared = plan.axis.axis
     return plan.record(
         loop,
         f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
         f"{declared.coordinate.unit}{_counts(declared, experiment)}",
-        plan.sensed(loop, rng, velocity_noise, acceleration_noise),
+        None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
+        None
+        if acceleration_noise is None
+        else plan.acceleration(loop) + acceleration_noise * noise[1],
     )
 
 
@@ -237,10 +241,13 @@ class TwinPlan:
         return self._simulated(noise) if self.clocks is None else self._sampled(noise, self.clocks)
 
     def record(
-        self, loop: Simulation, source: str, sensed: tuple[Array | None, Array | None]
+        self,
+        loop: Simulation,
+        source: str,
+        velocity: Array | None = None,
+        acceleration: Array | None = None,
     ) -> Record:
-        """What is logged of a loop, with what sensors have of velocity and acceleration."""
-        velocity, acceleration = sensed
+        """What is logged of a loop, with what sensors have of velocity and acceleration, if any."""
         names = (s.name for s in self.axis.axis.signals)
         return Record(
             time=self.period * np.arange(len(self.reference), dtype=np.float64),
@@ -256,27 +263,13 @@ class TwinPlan:
             provenance=Provenance(source=source, truth=self.true_values),
         )
 
-    def sensed(
-        self,
-        loop: Simulation,
-        rng: np.random.Generator,
-        velocity_noise: float | None,
-        acceleration_noise: float | None,
-    ) -> tuple[Array | None, Array | None]:
-        """What sensors beside the loop have of velocity and acceleration, where there are any."""
-        if velocity_noise is None and acceleration_noise is None:
-            return None, None
-        noise = rng.normal(size=(2, len(loop.velocity)))
-        acceleration, axis = loop.acceleration, self.axis.axis
+    def acceleration(self, loop: Simulation) -> Array:
+        """What an ideal sensor has of the acceleration, (N,): about a jump the mean."""
+        axis = self.axis.axis
         if loop.held is not None or (axis.jumps and not axis.holds_force):
             before = signals_about(self.axis, self.truth, loop)[1].acceleration
-            acceleration = (loop.acceleration + before) / 2
-        elif axis.jumps:
-            acceleration = about_samples(loop.acceleration, [0])
-        return (
-            None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
-            None if acceleration_noise is None else acceleration + acceleration_noise * noise[1],
-        )
+            return (loop.acceleration + before) / 2
+        return about_samples(loop.acceleration, [0]) if axis.jumps else loop.acceleration
 
     def _simulated(self, noise: Callable[[int], Array]) -> Simulation:
         """The loop of a law that is evaluated at each sample."""

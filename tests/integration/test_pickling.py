@@ -45,6 +45,7 @@ from axisid.codegen import GeneratedAxis
 from axisid.codegen.lowering.feed_forward import feed_forward
 from axisid.elements import CONTROL, VELOCITY, State, formula_drive, voltage_drive
 from axisid.estimation import (
+    Chain,
     Classical,
     FailedRun,
     Hac,
@@ -55,7 +56,6 @@ from axisid.estimation import (
     Repairs,
     Robust,
     SampledFilter,
-    TwinNoise,
     identify_lanes,
     simulate_batch,
     validate_fit,
@@ -174,7 +174,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
             judged(),
             judged().figures,
             judged().checks,
-            TwinNoise(position=1e-6),
+            Chain(position=1e-6, disturbances=((0.01, 0.1),)),
             FailedRun(run=3, of="idm-iv", reason="singular"),
         ),
         "block": axisid.control.difference(axisid.control.REFERENCE, name="q1", start=0),

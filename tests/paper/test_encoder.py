@@ -10,7 +10,7 @@ import pytest
 
 from axisid import Record, UsageError
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation import TwinNoise
+from axisid.estimation import Chain
 from axisid.estimation.monte_carlo.twins import twins
 from axisid.paper import encoder
 from axisid.paper.encoder import NOISE, REVOLUTION, EncoderStudy, run_encoder_study
@@ -32,7 +32,7 @@ def test_twins_have_the_encoder_in_the_loop_and_in_the_record(emps2015: Generate
     assert experiment is not None
     assert experiment.position_noise == NOISE
     step = REVOLUTION / 200
-    noise = TwinNoise(position=NOISE, resolution=step, anywhere=True)
+    noise = Chain(position=NOISE, position_step=step, anywhere=True)
     plan = study_of(2, "idm-ls", noise=noise).plan
     one, other = (record for _, record in twins(plan, [0, 1]))
     assert isinstance(one, Record)

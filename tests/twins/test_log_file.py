@@ -9,7 +9,7 @@ import pytest
 
 from axisid import build, load_axis, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.monte_carlo import TwinNoise
+from axisid.estimation import Chain
 from axisid.modeling.declaration import Axis, Column
 from axisid.twins import TwinMachines, write_twin
 from tests.refusals import refuses
@@ -75,7 +75,7 @@ def test_a_log_says_what_is_true_of_its_twin(tmp_path: Path, emps2015: Generated
 
 
 def test_sensors_are_columns_that_are_named(tmp_path: Path, emps2015: GeneratedAxis) -> None:
-    machines = TwinMachines(axis=emps2015, noise=TwinNoise(velocity=1e-4))
+    machines = TwinMachines(axis=emps2015, noise=Chain(velocity=1e-4))
     file = write_twin(machines, tmp_path / "t.csv")
     record = read_record(file, emps2015, columns={"velocity": "velocity"})
     assert np.array_equal(record.velocity, machines.record(0, 0).velocity)  # type: ignore[arg-type]

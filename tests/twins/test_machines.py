@@ -11,7 +11,8 @@ import pytest
 
 from axisid import Record, UsageError, build, load_axis, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.monte_carlo import TwinNoise, monte_carlo, twin_of, twins
+from axisid.estimation import Chain
+from axisid.estimation.monte_carlo import monte_carlo, twin_of, twins
 from axisid.fleets.items import gather_items
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, twin_files, write_twins
@@ -116,7 +117,7 @@ def _failing_at(place: int, record: Callable[..., Any]) -> Callable[..., Any]:
         ({"days": 2, "drift": {"Fc": -1.5}}, "twin-share"),
         ({"scatter": {"M": -0.1}}, "twin-scatter"),
         ({"noise": 3}, "twin-noise-type"),
-        ({"noise": TwinNoise(anywhere=True)}, "twin-anywhere"),
+        ({"noise": Chain(anywhere=True)}, "twin-anywhere"),
     ],
 )
 def test_what_makes_no_sense_is_refused(

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.monte_carlo import MonteCarlo, TwinNoise, monte_carlo
+from axisid.estimation.monte_carlo import MonteCarlo, monte_carlo
+from axisid.estimation.twins import Chain
 from axisid.modeling.text import load_axis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
@@ -150,11 +151,11 @@ def run_encoder_study(
     return EncoderStudy(names=axis.names, runs=runs, cases=tuple(found))
 
 
-def _noise(counts: int) -> TwinNoise:
-    return TwinNoise(position=NOISE, resolution=REVOLUTION / counts, anywhere=True)
+def _noise(counts: int) -> Chain:
+    return Chain(position=NOISE, position_step=REVOLUTION / counts, anywhere=True)
 
 
-def _fitted(axis: GeneratedAxis, noise: TwinNoise, runs: int, seed: int) -> MethodFigures:
+def _fitted(axis: GeneratedAxis, noise: Chain, runs: int, seed: int) -> MethodFigures:
     """Of the fit of the control, in percent of the true values."""
     fits = control_fits(axis, noise, runs, seed)
     if len(fits) < _FEWEST:

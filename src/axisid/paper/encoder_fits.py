@@ -3,21 +3,22 @@
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.outputs import CONTROL
 from axisid.estimation.fitting import OutputFit, fit
-from axisid.estimation.monte_carlo import MonteCarloPlan, TwinNoise, twins
+from axisid.estimation.monte_carlo import MonteCarloPlan, twins
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.twins import Chain
 from axisid.support.errors import EstimationError
 
 _TOGETHER = 32  # twins that are simulated side by side
 
 
-def control_fits(axis: GeneratedAxis, noise: TwinNoise, runs: int, seed: int) -> list[OutputFit]:
+def control_fits(axis: GeneratedAxis, noise: Chain, runs: int, seed: int) -> list[OutputFit]:
     """The fits of the twins that `monte_carlo` makes of a noise and a seed, where there is one.
 
     Parameters
     ----------
     axis : GeneratedAxis
-    noise : TwinNoise
+    noise : Chain
     runs, seed : int
     """
     plan = MonteCarloPlan(

@@ -8,9 +8,10 @@ from datetime import date, timedelta
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.monte_carlo import TwinNoise, check_noise, drawn_twin, twin_of
+from axisid.estimation.monte_carlo import drawn_twin, noise_of, twin_of
 from axisid.estimation.records import Record
 from axisid.estimation.simulation import twin_plan
+from axisid.estimation.twins import Chain
 from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
@@ -34,7 +35,8 @@ class TwinMachines:
         By parameter, the relative deviation between machines, at most 1.
     drift : mapping of str to float
         By parameter, the share of its value that it changes by a day, from -1 to 1.
-    noise : TwinNoise
+    noise : Chain or None
+        The experiment's where there is none.
     seed : int
         Of all: machines and days that are added change none that were there.
     sample_period : float or None
@@ -51,7 +53,7 @@ class TwinMachines:
     days: int = 1
     scatter: Mapping[str, float] = field(default_factory=dict)
     drift: Mapping[str, float] = field(default_factory=dict)
-    noise: TwinNoise = field(default_factory=TwinNoise)
+    noise: Chain | None = None
     seed: int = 1
     sample_period: float | None = None
 
@@ -68,7 +70,7 @@ class TwinMachines:
                 f"the scatter of {least[0]} is {self.scatter[least[0]]:g}; give 0 or more.",
                 code="twin-scatter",
             )
-        check_noise(self.noise, self.axis)
+        noise_of(self.noise, self.axis)
 
     @property
     def true_values(self) -> dict[str, float]:
@@ -105,7 +107,7 @@ class TwinMachines:
         if self.scatter or self.drift:
             axis = twin_of(axis, self.truth(machine, day), None)
         plan = twin_plan(axis, sample_period=self.sample_period)
-        made = drawn_twin(plan, self.noise, self.seed, machine + _MOST * day)
+        made = drawn_twin(plan, noise_of(self.noise, axis), self.seed, machine + _MOST * day)
         named = filter(None, (self.serial(machine), self.date(day)))
         source = f"twin {' '.join(named)} of {axis.axis.name}, seed {self.seed}"
         return replace(made, provenance=replace(made.provenance, source=source))

@@ -34,7 +34,7 @@ def test_figures_are_printed_and_everything_is_written(run: Run, tmp_path: Path)
     code, out, _ = run(*arguments)
     assert code == 0
     assert "IDM-LS" in out
-    assert "control 0.01 V" in out
+    assert "0.01 V of noise of the recorded control, white" in out
     document = json.loads(Path(files["study.json"]).read_text(encoding="utf-8"))
     assert document["estimands"][0]["truth"] == 90.0
     with np.load(files["runs.npz"]) as arrays:

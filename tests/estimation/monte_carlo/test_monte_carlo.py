@@ -10,10 +10,9 @@ import pytest
 
 from axisid import build, fix, identify, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation import MonteCarlo, TwinNoise
+from axisid.estimation import Chain, MonteCarlo
 from axisid.estimation.monte_carlo import spread
 from axisid.estimation.monte_carlo.figures import Share
-from axisid.estimation.monte_carlo.noise import DrawnNoise
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
     STATUSES,
@@ -22,7 +21,7 @@ from axisid.estimation.monte_carlo.runs import (
     FailedRun,
     joined,
 )
-from axisid.estimation.monte_carlo.twins import twins
+from axisid.estimation.monte_carlo.twins import DrawnChain, twins
 from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
 from axisid.modeling.declaration import Move
@@ -112,7 +111,7 @@ def test_a_twin_is_the_loop_under_its_own_noise() -> None:
     plan = twin_plan(made.plan.twin)
     (_, record), *_ = twins(made.plan, [1])
     assert isinstance(record, Record)
-    drawn = DrawnNoise(noise=made.plan.noise, plan=plan, seed=made.plan.seed, run=1)
+    drawn = DrawnChain(chain=made.plan.noise, seed=made.plan.seed, run=1)
     alone = plan.loop(drawn.position)
     assert np.array_equal(record.position, alone.measured_position)
     assert record.control is not None
@@ -122,7 +121,7 @@ def test_a_twin_is_the_loop_under_its_own_noise() -> None:
 def test_a_disturbance_acts_and_is_not_in_the_record() -> None:
     quiet, moved = (
         next(iter(twins(study(1, "idm-ls", noise=noise).plan, [0])))[1]
-        for noise in (TwinNoise(position=0.0), TwinNoise(position=0.0, disturbance=0.2))
+        for noise in (Chain(), Chain(disturbances=((0.0, 0.2),)))
     )
     assert isinstance(quiet, Record)
     assert isinstance(moved, Record)
@@ -284,7 +283,9 @@ def test_other_true_values_are_simulated() -> None:
         ({"methods": "ols"}, "unknown-method"),
         ({"methods": ()}, "no-method"),
         ({"noise": 1e-6}, "twin-noise-type"),
-        ({"noise": TwinNoise(anywhere=True)}, "twin-anywhere"),
+        ({"noise": Chain(anywhere=True)}, "twin-anywhere"),
+        ({"noise": Chain(jitter=1e-5)}, "twin-sampling"),
+        ({"noise": Chain(is_measured_by_law=False)}, "twin-sampling"),
         ({"truth": {"m": 1.0}}, "unknown-truth"),
         ({"truth": {"M": "heavy"}}, "bad-truth"),
         ({"truth": 3}, "study-truth-type"),
@@ -315,7 +316,7 @@ def test_a_disturbance_that_the_drive_would_log_is_refused() -> None:
     declared = axis().axis
     logging = replace(declared, drive=replace(declared.drive, delay=1e-3, logged="applied"))
     with refuses("twin-disturbance"):
-        study(1, twin=logging, noise=TwinNoise(disturbance=0.1))
+        study(1, twin=logging, noise=Chain(disturbances=((0.0, 0.1),)))
 
 
 def test_a_study_of_which_nothing_comes_says_why() -> None:

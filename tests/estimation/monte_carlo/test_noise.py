@@ -4,61 +4,87 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pytest
 
-from axisid.estimation import TwinNoise
-from axisid.estimation.monte_carlo.noise import DrawnNoise
+from axisid import identify
+from axisid.estimation import Chain
+from axisid.estimation.monte_carlo import declared_chain, declared_figures
+from axisid.estimation.monte_carlo.twins import DrawnChain, drawn_twin, twins
+from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
-from tests.estimation.monte_carlo.short import axis
-from tests.refusals import refuses
+from tests.estimation.monte_carlo.short import FILTER, axis, study
+
+EVERY = {
+    "position": 2e-6,
+    "resolution": 1e-5,
+    "anywhere": True,
+    "velocity": 1e-4,
+    "acceleration": 0.0,
+    "control": 0.1,
+    "disturbance": 0.2,
+    "correlation_time": 0.02,
+}
 
 
-def drawn(run: int = 3, **noise: Any) -> DrawnNoise:
-    return DrawnNoise(noise=TwinNoise(**noise), plan=twin_plan(axis()), seed=7, run=run)
+def drawn(run: int = 3, **noise: Any) -> DrawnChain:
+    return DrawnChain(chain=Chain(**noise), seed=7, run=run)
 
 
 def test_a_run_has_its_own_noise_of_the_deviation_that_is_asked_for() -> None:
     one, other = drawn(position=2e-6), drawn(run=4, position=2e-6)
-    assert one.position(5000).std() == pytest.approx(2e-6, rel=0.05)
+    assert abs(one.position(5000).std() / 2e-6 - 1) < 0.05
     assert np.array_equal(one.position(50), replace(one).position(50))
     assert not np.array_equal(one.position(50), other.position(50))
 
 
 def test_one_source_of_noise_does_not_change_another() -> None:
-    beside = drawn(control=0.1, disturbance=0.2, anywhere=True, resolution=1e-5)
-    assert np.array_equal(drawn().position(50), beside.position(50))
-    assert drawn().control is None
-    assert drawn().phase == 0
-    assert 0 < beside.phase < 1e-5
+    beside = drawn(
+        position=1e-6,
+        position_step=1e-5,
+        anywhere=True,
+        control=((0.0, 0.1),),
+        disturbances=((0.0, 0.2),),
+    )
+    alone, plan = drawn(position=1e-6), twin_plan(axis())
+    assert np.array_equal(alone.position(50), beside.position(50))
+    assert np.array_equal(alone.own(plan).reference, plan.reference)
+    assert not alone.own(plan).added
+    own = beside.own(plan)
+    assert 0 < own.reference[0] - plan.reference[0] < 1e-5
+    assert abs(own.added["control"].std() / 0.2 - 1) < 0.05
 
 
-def test_correlated_noise_forgets_within_its_time() -> None:
-    noise = drawn(control=0.5, correlation_time=0.02).control
-    assert noise is not None
-    assert len(noise) == len(twin_plan(axis()).reference)
-    assert noise.std() == pytest.approx(0.5, rel=0.15)
-    after = np.corrcoef(noise[:-20], noise[20:])[0, 1]
-    assert after == pytest.approx(np.exp(-1), abs=0.12)
+def test_a_chain_has_what_options_give_and_the_rest_of_the_experiment() -> None:
+    experiment = Chain.of_experiment(axis().axis)
+    assert declared_chain(experiment) == experiment == Chain(position=3.8e-6)
+    chain = declared_chain(experiment, **EVERY)
+    assert chain.disturbances == ((0.02, 0.2),)
+    assert declared_figures(chain) == EVERY
 
 
-def test_correlated_noise_is_stationary_from_the_first_sample_however_long_it_lasts() -> None:
-    for time in (0.02, 1e5):
-        one = drawn(control=0.5, correlation_time=time)
-        noises = [replace(one, run=run).control for run in range(200)]
-        ends = np.array([noise[[0, -1]] for noise in noises if noise is not None])
-        assert ends.std(axis=0) == pytest.approx(0.5, rel=0.2)
+def test_figures_of_several_disturbances_are_of_their_sum() -> None:
+    figures = declared_figures(Chain(disturbances=((0.0, 3.0), (0.1, 4.0))))
+    assert (figures["disturbance"], figures["correlation_time"]) == (5.0, 0.1)
 
 
-@pytest.mark.parametrize(
-    "given",
-    [{"position": -1.0}, {"control": None}, {"correlation_time": "1"}, {"velocity": np.inf}],
-)
-def test_noise_that_makes_no_sense_is_refused(given: dict[str, Any]) -> None:
-    with refuses("twin-noise"):
-        TwinNoise(**given)
+def test_a_record_has_all_that_a_chain_has() -> None:
+    plain, noisy = (
+        drawn_twin(twin_plan(axis()), chain, 1, 0)
+        for chain in (Chain(), Chain(velocity=1e-3, velocity_step=1e-2, control_step=0.01))
+    )
+    assert plain.velocity is None
+    assert noisy.velocity is not None
+    assert noisy.control is not None
+    assert noisy.acceleration is None
+    for values, step in ((noisy.velocity, 1e-2), (noisy.control, 0.01)):
+        counts = (values - values[0]) / step
+        np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
+    assert np.array_equal(plain.position, noisy.position)
 
 
-def test_a_correlation_time_of_no_noise_is_refused() -> None:
-    with refuses("twin-noise-of-nothing"):
-        TwinNoise(correlation_time=1.0)
-    TwinNoise(correlation_time=1.0, control=0.1)
+def test_a_study_takes_the_chain_of_a_record() -> None:
+    (_, record), *_ = twins(study(1, "idm-ls").plan, [0])
+    assert isinstance(record, Record)
+    (chain,) = identify(axis(), record, FILTER, "idm-iv")["idm-iv"].inference.chains
+    found = study(2, "idm-iv", noise=chain)
+    assert found.plan.noise == chain
+    assert found.of("idm-iv", "M").runs == 2

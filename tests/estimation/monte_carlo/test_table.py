@@ -26,6 +26,7 @@ def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
     assert told["seed"] == 1
     assert told["truth"]["idm-iv.M"] == 100.2
     assert told["noise"]["correlation_time"] == 0
+    assert told["chain"]["position"] == told["noise"]["position"] == 3.8e-6
     assert told["prefilter"]["cutoff"] == 60
     assert told["settings"]["covariance"] == "hac"
     assert told["checks"] == 1

@@ -120,7 +120,6 @@ def study(
     methods: tuple[str, ...],
     twin: str | None,
     truth: tuple[str, ...],
-    anywhere: bool,
     checks: int,
     filtering: Filtering,
     left_out: tuple[str, ...],
@@ -152,7 +151,7 @@ def study(
     outputs.check(json_file, (axis, twin), force=force)
     with ProgressLine(f"deriving {axis}"):
         identified, simulated = _axes(axis, twin, left_out, native=not no_native)
-    from axisid.estimation.monte_carlo import TwinNoise, monte_carlo
+    from axisid.estimation.monte_carlo import monte_carlo
 
     with ProgressLine("twins") as line:
         result = monte_carlo(
@@ -160,7 +159,7 @@ def study(
             runs,
             methods,
             prefilter=filtering.prefilter(),
-            noise=TwinNoise(anywhere=anywhere, **given_noise(noise)),
+            noise=given_noise(simulated, noise),
             twin=simulated,
             truth=truth_of(truth),
             checks=checks,

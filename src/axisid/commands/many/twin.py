@@ -96,7 +96,6 @@ def twin(
     scatter: tuple[str, ...],
     drift: tuple[str, ...],
     truth: tuple[str, ...],
-    anywhere: bool,
     speeds: tuple[float, ...],
     acceleration: float | None,
     seconds: float | None,
@@ -127,16 +126,17 @@ def twin(
     moves, values = _moves(speeds, acceleration, seconds, repeat, dwell), truth_of(truth)
     with ProgressLine(f"deriving {axis}"):
         from axisid.codegen.artefacts import build
-        from axisid.estimation.monte_carlo import TwinNoise, twin_of
+        from axisid.estimation.monte_carlo import twin_of
         from axisid.modeling.text import load_axis
         from axisid.twins import TwinMachines
 
+        made = twin_of(build(load_axis(axis), native=not no_native), values, moves)
         alike = TwinMachines(
-            axis=twin_of(build(load_axis(axis), native=not no_native), values, moves),
+            axis=made,
             count=count or 1,
             days=days or 1,
             drift=drifts,
-            noise=TwinNoise(anywhere=anywhere, **given_noise(noise)),
+            noise=given_noise(made, noise),
             seed=seed,
             sample_period=sample_period,
         )

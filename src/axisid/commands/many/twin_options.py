@@ -1,9 +1,13 @@
 """Options of what twins are: their true values and their noise."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from axisid.codegen.artefacts import GeneratedAxis
+    from axisid.estimation.twins import Chain
 
 #: The noise of the twins, by option: what it is called in Python, its unit, and its help.
 NOISE = {
@@ -35,16 +39,19 @@ truth_option = click.option(
 
 anywhere_option = click.option(
     "--anywhere",
+    "noise_anywhere",
     is_flag=True,
     help="Begin each motion elsewhere in a count of the encoder, as on a machine.",
 )
 
 
-def given_noise(noise: Mapping[str, float | None]) -> dict[str, Any]:
-    """The noise as `TwinNoise` takes it, what is not given left out."""
-    return {
-        name.removeprefix("noise_"): value for name, value in noise.items() if value is not None
-    }
+def given_noise(axis: "GeneratedAxis", noise: Mapping[str, float | None]) -> "Chain":
+    """The noise of an axis's twins, the experiment's where it is not given."""
+    from axisid.estimation.monte_carlo import declared_chain
+    from axisid.estimation.twins import Chain
+
+    given: dict[str, Any] = {name.removeprefix("noise_"): each for name, each in noise.items()}
+    return declared_chain(Chain.of_experiment(axis.axis), **given)
 
 
 def truth_of(texts: tuple[str, ...]) -> dict[str, float]:

@@ -57,34 +57,13 @@ def monte_carlo_document(result: MonteCarlo, *, wording: Wording = as_arguments)
 
 def study_facts(result: MonteCarlo) -> dict[str, str]:
     """What was done in each run."""
-    plan, unit = result.plan, result.plan.twin.axis.coordinate.unit
-    noise = plan.noise
+    plan = result.plan
+    begun = ", begun anywhere in a count" if plan.noise.anywhere else ""
     done = f"{len(result)}" if len(result) == plan.runs else f"{len(result)} of {plan.runs}"
-    experiment = plan.twin.axis.experiment
-    position = noise.position
-    if position is None:
-        position = 0.0 if experiment is None else experiment.position_noise
-    about = [f"position noise {position:g} {unit}"]
-    resolution = noise.resolution
-    if resolution is None:
-        resolution = 0.0 if experiment is None else experiment.resolution
-    if resolution or noise.resolution is not None:
-        where = ", begun anywhere in a count" if noise.anywhere else ""
-        about.append(f"encoder of {resolution:g} {unit}{where}")
-    drive = plan.twin.axis.drive.unit
-    told = {"velocity": f"{unit}/s", "acceleration": f"{unit}/s^2"}
-    told |= {"control": drive, "disturbance": drive}
-    about += [
-        f"{name} {getattr(noise, name):g} {own}"
-        for name, own in told.items()
-        if getattr(noise, name)
-    ]
-    if noise.correlation_time:
-        about.append(f"correlated over {noise.correlation_time:g} s")
     return {
         "axis": plan.axis.axis.name,
         "twins": f"{done} twins of {plan.twin.axis.name}, seed {plan.seed}",
-        "noise": ", ".join(about),
+        "noise": plan.noise.told(plan.twin.axis) + begun,
         "model": "the twins' own" if plan.is_right else "another than the twins'",
         "methods": ", ".join(map(method_title, plan.methods)),
         "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_stated_labels(result)}",

@@ -2,7 +2,10 @@
 
 from typing import Any, cast
 
-from axisid.estimation.monte_carlo import MonteCarlo, TwinNoise
+from msgspec import UnsetType
+
+from axisid.estimation.monte_carlo import MonteCarlo, declared_chain
+from axisid.estimation.twins import Chain
 from axisid.presentation.blocks import Document
 from axisid.presentation.saved import Like, SavedMonteCarlo
 from axisid.presentation.schema import plain
@@ -28,12 +31,15 @@ def _live(saved: SavedMonteCarlo) -> MonteCarlo:
         name=twins.axis,
         coordinate=Like(unit=twins.unit),
         drive=Like(unit=twins.drive_unit),
-        experiment=Like(position_noise=twins.position_noise, resolution=twins.resolution),
     )
+    noise = twins.chain
+    if isinstance(noise, UnsetType):
+        experiment = Chain(position=twins.position_noise, position_step=twins.resolution)
+        noise = declared_chain(experiment, **cast(Any, twins.noise))
     plan = Like(
         axis=Like(axis=Like(name=written.axis)),
         twin=Like(axis=twin),
-        noise=TwinNoise(**cast(Any, twins.noise)),
+        noise=noise,
         runs=written.runs,
         seed=written.seed,
         methods=written.methods,

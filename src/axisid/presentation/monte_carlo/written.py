@@ -1,9 +1,16 @@
 """A study as plain data."""
 
-from dataclasses import asdict
 from typing import Any
 
-from axisid.estimation.monte_carlo import CheckFigures, EstimandFigures, Mean, MonteCarlo, Share
+from axisid.estimation.monte_carlo import (
+    CheckFigures,
+    EstimandFigures,
+    Mean,
+    MonteCarlo,
+    Share,
+    declared_figures,
+)
+from axisid.estimation.twins import Chain
 from axisid.presentation.documents import request_document
 from axisid.presentation.schema import (
     WrittenCheckFigures,
@@ -25,7 +32,7 @@ def monte_carlo_dict(result: MonteCarlo) -> dict[str, Any]:
 
 def _written(result: MonteCarlo) -> WrittenMonteCarlo:
     plan = result.plan
-    experiment = plan.twin.axis.experiment
+    experiment = Chain.of_experiment(plan.twin.axis)
     return WrittenMonteCarlo(
         axis=plan.axis.axis.name,
         signature=plan.axis.signature,
@@ -33,9 +40,10 @@ def _written(result: MonteCarlo) -> WrittenMonteCarlo:
             axis=plan.twin.axis.name,
             signature=plan.twin.signature,
             right=plan.is_right,
-            noise=asdict(plan.noise),
-            position_noise=0.0 if experiment is None else experiment.position_noise,
-            resolution=0.0 if experiment is None else experiment.resolution,
+            noise=declared_figures(plan.noise),
+            chain=plan.noise,
+            position_noise=experiment.position,
+            resolution=experiment.position_step,
             unit=plan.twin.axis.coordinate.unit,
             drive_unit=plan.twin.axis.drive.unit,
         ),

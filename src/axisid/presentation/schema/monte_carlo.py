@@ -3,6 +3,10 @@
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
+from msgspec import UNSET, UnsetType
+
+from axisid.estimation.twins import Chain
+
 from .base import JsonObject, about
 from .record import WrittenRequest
 
@@ -75,8 +79,15 @@ class WrittenTwins(JsonObject, frozen=True, kw_only=True):
     signature: str
     right: Annotated[bool, about("Whether what was identified is what was simulated.")]
     noise: Annotated[
-        Mapping[str, float | bool | None], about("As given; null for the experiment's, or none.")
+        Mapping[str, float | bool | None],
+        about(
+            "By the names of the options; of several autoregressions the deviation of their sum. "
+            "In files without a chain null is the experiment's, or none."
+        ),
     ]
+    chain: Annotated[
+        Chain | UnsetType, about("The same whole, SI; left out in files of earlier versions.")
+    ] = UNSET
     position_noise: Annotated[float, about("The experiment's, in the coordinate's unit.")]
     resolution: Annotated[float, about("Likewise; 0 for none.")]
     unit: Annotated[str, about("Of the coordinate.")]
