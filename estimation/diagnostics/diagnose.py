@@ -13,7 +13,6 @@ from axisid.estimation.checks import Check, line_of, lines_of, told_or, unless_f
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     endogeneity_of,
-    forms_apart_check,
     forms_check,
     gain_check,
     ls_against_iv,
@@ -112,12 +111,11 @@ def _coarse_positions(case: Case) -> Check | Missing | None:
     return case.coarse
 
 
-def _forms(case: Case) -> Check | Missing:
-    by_instruments = bool(case.noise_biases)
-    inverse, direct = case.estimates.get("idm-ls"), case.estimates.get("ddm-ls")
-    if isinstance(case.attenuation, Missing) and inverse is not None and direct is not None:
-        return forms_apart_check(inverse, direct, by_instruments=by_instruments)
-    return forms_check(case.attenuation, by_instruments=by_instruments)
+def _forms(case: Case) -> Check | None:
+    found = case.attenuation
+    if isinstance(found, Missing):  # one of them was not asked for, or no correlation parts them
+        return None
+    return forms_check(found, by_instruments=bool(case.noise_biases))
 
 
 def _second_opinion(case: Case) -> Check | Missing | None:

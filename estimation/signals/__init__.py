@@ -11,7 +11,6 @@ from .drive_response import acting_control as acting_control
 from .drive_response import acting_force as acting_force
 from .drive_response import through_path as through_path
 from .filtered_record import FilteredRecord as FilteredRecord
-from .filtered_record import could_leave_out as could_leave_out
 from .filtered_record import show_too_little as show_too_little
 from .motion import motion_lacks as motion_lacks
 from .motion import one_direction as one_direction

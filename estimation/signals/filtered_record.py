@@ -348,17 +348,6 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     return found.remaining < MIN_INFORMATION_LEFT.value
 
 
-def could_leave_out(records: Sequence[FilteredRecord], into: Sequence[Array] = ()) -> bool:
-    """Whether records keep samples near reversals that hardly tell of any parameter.
-
-    Arguments as of `show_too_little`.
-    """
-    if any(each.excluded for each in records) or not records[0].axis.has_direction:
-        return False
-    without = [each.without_turns(each.fastest) for each in records]
-    return any(each.excluded for each in without) and not show_too_little(without, into)
-
-
 def check_filter(
     prefilter: Prefilter,
     axis: GeneratedAxis,

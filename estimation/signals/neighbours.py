@@ -82,15 +82,6 @@ class Neighbours:
         """Values, (n,) or (n, k), in stretches of rows that follow each other."""
         return list(np.split(values, self.breaks))
 
-    def with_zeros(self, values: Array) -> Array:
-        """Values, (n,), at their places, and zeros where rows are missing.
-
-        Pieces that were joined are as far apart as the longest stretch is long: nothing is known of
-        the time between them.
-        """
-        steps = np.diff(self.places)
-        return _filled(values, np.where(steps < _APART, steps, self.lengths.max(initial=0) + 1))
-
     def on_grid(self, values: Array, reach: int) -> Array:
         """Values, (n, k), at their places, with zeros between; no two rows further than a reach."""
         return values if self.whole else _filled(values, np.minimum(np.diff(self.places), reach))

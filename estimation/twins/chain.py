@@ -17,10 +17,8 @@ from axisid.support.user_values import quoted
 #: Of forces that a chain may have, s: first-order autoregressions; 0 is white noise.
 CORRELATION_TIMES = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
-_RUN_IN = (
-    2.0  # of the longest correlation times: what ends meet by, as noise is drawn by its spectrum
-)
-
+#: Of the longest correlation times: what ends meet by, as noise is drawn by its spectrum.
+_RUN_IN = 2.0
 _FORGOTTEN = 9.0  # correlation times around a circle, after which nothing comes back
 
 #: Correlation times, s, and deviations of independent first-order autoregressions, which add up.

@@ -13,7 +13,6 @@ from .drive_gain import gain_check as gain_check
 from .excitation import Excitation as Excitation
 from .excitation import excitation as excitation
 from .excitation import excitation_of_several as excitation_of_several
-from .forms_apart import forms_apart_check as forms_apart_check
 from .instruments import NO_ENDOGENEITY as NO_ENDOGENEITY
 from .instruments import Endogeneity as Endogeneity
 from .instruments import InstrumentTests as InstrumentTests

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from axisid.estimation.checks import Check, passed
+from axisid.estimation.choices.outputs import OPEN_LOOP_FIT
 from axisid.estimation.estimates import (
     Estimate,
     Physical,
@@ -23,9 +24,16 @@ from axisid.estimation.thresholds.diagnostics import (
 )
 from axisid.modeling.declaration import known_text
 from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy
 
-from .forms_apart import TOLD_BY_OPEN_LOOP
 from .instruments import Endogeneity, biased_parameters
+
+#: What tells which of the two forms is off, or that both are, where no instruments do.
+_TOLD_BY_OPEN_LOOP = Remedy.of(
+    "; take a fit of the position under the recorded control, which no noise of a derivative "
+    "moves: ",
+    OPEN_LOOP_FIT,
+)
 
 
 def ls_against_iv(
@@ -129,10 +137,8 @@ def _biased(
     )
 
 
-def forms_check(found: Attenuation | Missing, *, by_instruments: bool) -> Check | Missing:
+def forms_check(found: Attenuation, *, by_instruments: bool) -> Check:
     """Least squares of the inverse against the direct model: noise parts them, nothing else may."""
-    if isinstance(found, Missing):
-        return found
     same = found.identity_error <= MAX_IDENTITY_ERROR.value
     near = found.shift <= MAX_UNSEEN_BIAS.value or by_instruments
     wide = found.parted > NOTICEABLE_BIAS.value
@@ -150,7 +156,7 @@ def forms_check(found: Attenuation | Missing, *, by_instruments: bool) -> Check 
         if same
         else "least squares of the two forms contradicts the correlation of its own rows, which "
         "no data can do: an internal fault, please report it",
-        remedy=TOLD_BY_OPEN_LOOP if same and far else None,
+        remedy=_TOLD_BY_OPEN_LOOP if same and far else None,
     )
 
 

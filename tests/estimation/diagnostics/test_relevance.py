@@ -1,15 +1,11 @@
 """A check fails where it matters: nothing does on records that are right to 0.003 %."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from axisid import Identification, build, identify, load_axis, twin_record
+from axisid import Identification, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics.estimates import forms_apart_check
 
 RIGHT = 0.003  # percent
 #: Where the twin has whole counts, and friction that a dead time delays.
@@ -44,33 +40,3 @@ def test_nothing_fails_on_a_record_that_is_right(
     result = identify(library_axis, record, methods=methods)
     assert off(result) < RIGHT_OF.get(library_axis.axis.name, RIGHT)
     assert failing(result) == []
-
-
-def check_of(result: Identification) -> Check:
-    return next(c for c in result.verdict if c.name == "inverse against direct")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["vertical_screw", "belt_axis"])
-def test_the_two_forms_are_compared_where_no_one_correlation_parts_them(name: str) -> None:
-    """Friction of a load or of each direction: parameter by parameter."""
-    library = load_axis(name)
-    twin = replace(twin_record(build(library)), reference=None)
-    axis = build(replace(library, control=None))
-    forms = ["idm-ls", "ddm-ls"]
-    assert check_of(identify(axis, twin, methods=forms)).status == "pass"
-    rng = np.random.default_rng(0)
-    noise = rng.normal(0.0, 5e-4 * float(np.ptp(twin.position)), len(twin))
-    result = identify(axis, replace(twin, position=twin.position + noise), methods=forms)
-    alone = check_of(result)
-    assert alone.status == "fail"
-    assert "by idm-ls and" in alone.meaning
-    assert "without instruments nothing tells" in alone.meaning
-    beside = forms_apart_check(result["idm-ls"], result["ddm-ls"], by_instruments=True)
-    assert beside.status == "note"
-    assert "believe the instruments" in beside.meaning
-
-
-def test_the_two_forms_are_compared_over_several_records(emps2015: GeneratedAxis) -> None:
-    records = [replace(twin_record(emps2015, seed=seed), reference=None) for seed in (1, 2)]
-    assert check_of(identify(emps2015, records)).status != "not evaluated"

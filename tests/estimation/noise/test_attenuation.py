@@ -36,8 +36,7 @@ def test_quotient_of_the_inertias_is_r_squared_of_a_regression_by_others(
 def test_it_is_not_told_without_both(emps2015: GeneratedAxis, twin: Record) -> None:
     alone = identify(emps2015, twin, methods=["idm-ls", "idm-iv"])
     assert isinstance(alone.diagnosis.attenuation, Missing)
-    (check,) = (c for c in alone.verdict if c.name == "inverse against direct")
-    assert check.status == "not evaluated"
+    assert "inverse against direct" not in {check.name for check in alone.verdict}
 
 
 def test_other_units_of_the_force_change_nothing(twin: Record) -> None:

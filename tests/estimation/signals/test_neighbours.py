@@ -79,21 +79,6 @@ def test_segments_part_their_rows_whatever_their_lengths(
     assert np.diff(data.neighbours.places)[breaks - 1].min() >= len(data.row_numbers)
 
 
-@pytest.mark.slow
-@given(st.lists(st.integers(0, 60), min_size=1, max_size=40, unique=True))
-def test_zeros_stand_where_rows_are_missing(numbers: list[int]) -> None:
-    places = np.array(sorted(numbers), dtype=np.int64)
-    order, values = Neighbours(places), np.arange(1.0, len(places) + 1)
-    filled = order.with_zeros(values)
-    assert filled[filled != 0].tolist() == values.tolist()
-    assert np.diff(np.flatnonzero(filled)).tolist() == np.diff(places).tolist()
-
-
-def test_rows_of_two_records_are_laid_out_within_memory() -> None:
-    order = Neighbours.joined([Neighbours.consecutive(5), Neighbours.consecutive(3)])
-    assert order.with_zeros(np.ones(8)).tolist() == [1] * 5 + [0] * 5 + [1] * 3
-
-
 def test_rows_of_shifted_segments_are_still_a_row_period_apart(emps2015: GeneratedAxis) -> None:
     """Without a cut the last row of one segment may be a sample before the next one's first."""
     record = twin_record(emps2015, seed=1)
