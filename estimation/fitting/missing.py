@@ -15,7 +15,7 @@ from axisid.estimation.methods import bound_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import recorded_loops
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.twins import Chain, measured_chain
+from axisid.estimation.twins import measured_chain
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
@@ -27,7 +27,6 @@ def missing_of(
     physical: Array,
     half_widths: Mapping[str, float],
     held: Collection[str],
-    chain: Chain | None,
 ) -> tuple[Lack, ...] | Missing:
     """What is found beside the model of one record.
 
@@ -42,16 +41,14 @@ def missing_of(
         Of their intervals, by name; none of what has no interval.
     held : collection of str
         Names of those that the record did not tell.
-    chain : Chain or None
-        Of the record where it is known; it is measured otherwise.
     """
     if axis.axis.states:
         return Missing("friction that remembers has no rows in which that could be looked for")
     data = bound_record(axis, record, Prefilter())
     data = data.by_position or data
-    if chain is None:
-        with suppress(AxisidError):
-            chain = measured_chain(data, physical, recorded_loops(data, physical))
+    chain = None
+    with suppress(AxisidError):
+        chain = measured_chain(data, physical, recorded_loops(data, physical))
     names = [q.name for q in axis.parameters]
     free = [j for j, name in enumerate(names) if name not in held]
     scores = scores_of(data, physical, chain, free)

@@ -19,7 +19,6 @@ from axisid.estimation.lacking import Lack
 from axisid.estimation.records import Record
 from axisid.estimation.searches import FitStep
 from axisid.estimation.told_by_outputs import noise_left
-from axisid.estimation.twins import Chain
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
@@ -187,13 +186,11 @@ class OutputFit(Presentable, Exact):
     @cached_property
     def lacks(self) -> tuple[tuple[Lack, ...] | Missing, ...]:
         """What the model lacks on each record, what explains most first."""
-        basis, count = self.basis, len(self.records)
-        chains = basis.chains or (None,) * count
-        every = zip(basis.axes, self.records, basis.own, chains, strict=True)
+        every = zip(self.basis.axes, self.records, self.basis.own, strict=True)
         return tuple(unless_faulty(partial(self._lacks, i, *each)) for i, each in enumerate(every))
 
     def _lacks(
-        self, number: int, axis: GeneratedAxis, record: Record, own: Array, chain: Chain | None
+        self, number: int, axis: GeneratedAxis, record: Record, own: Array
     ) -> tuple[Lack, ...] | Missing:
         names = {name: name for name in self.names}
         for name, locals_ in self.local.items():
@@ -205,7 +202,7 @@ class OutputFit(Presentable, Exact):
         }
         told = set(self.searched) - self.prior.keys()
         held = [own_name for own_name, name in names.items() if name not in told]
-        return missing_of(axis, record, own, half, held, chain)
+        return missing_of(axis, record, own, half, held)
 
     @cached_property
     def noise(self) -> tuple[float, ...]:

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.methods import bound_record
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, Hac, Solution, simulated_loops
-from axisid.estimation.signals import Neighbours, Prefilter
+from axisid.estimation.signals import FilteredRecord, Neighbours, Prefilter
 from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -76,7 +75,7 @@ def fit_twins(
     of_position: list[Array] = []
     chains = []
     for place, (axis, record) in enumerate(zip(axes, records, strict=True)):
-        data, own = bound_record(axis, record, Prefilter()), form.own(physical, place)
+        data, own = FilteredRecord.bind(axis, record, Prefilter()), form.own(physical, place)
         data = data.by_position or data
         loops = simulated_loops(axis, record, own)
         chain = measured_chain(data, own, loops)
