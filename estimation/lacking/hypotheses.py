@@ -12,9 +12,11 @@ import numpy as np
 
 from axisid.estimation.signals import about_samples
 from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+from axisid.support.user_values import quoted
 
 from .scores import RecordScores
-from .terms import Kind, Term, terms_for
+from .terms import Along, Term, terms_for
 
 #: What stands for a parameter where it is the drive's gain that changes.
 GAIN = "the drive gain"
@@ -50,7 +52,7 @@ class Hypothesis:
         Places out of which these were chosen by what is left, where they were.
     """
 
-    kind: Kind
+    kind: str
     columns: Callable[[Array], Array]
     parameter: str = ""
     places: Array = field(default_factory=lambda: np.array([np.nan]))
@@ -85,11 +87,25 @@ def _of_term(scores: RecordScores, term: Term) -> Hypothesis:
     return Hypothesis(
         kind=term.kind,
         places=term.places(scores.along),
-        columns=partial(term.columns, scores.along),
-        measured=partial(term.columns, scores.measured),
+        columns=partial(_columns, term, scores.along),
+        measured=partial(_columns, term, scores.measured),
         between=term.between,
         is_positive=term.is_positive,
     )
+
+
+def _columns(term: Term, along: Along, places: Array) -> Array:
+    """Columns of a term, (n, m, g), which a user's own may give in another shape."""
+    found = np.asarray(term.columns(along, places), dtype=float)
+    rows = len(along.place)
+    if found.ndim != 3 or found.shape[:2] != (rows, len(places)) or not np.isfinite(found).all():
+        raise EstimationError(
+            f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}; give "
+            f"finite ones of {rows} rows, {len(places)} places and one or a few of each, as "
+            "motion.reduce(force)[:, None, None] for a force without places.",
+            code="candidate-columns",
+        )
+    return found
 
 
 def _held(scores: RecordScores) -> list[Hypothesis]:

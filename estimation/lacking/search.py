@@ -23,7 +23,6 @@ from axisid.support.missing import Missing
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of
 from .outliers import outliers_of
 from .scores import AddedColumns, ColumnTests, RecordScores, scores_of
-from .terms import Kind
 
 _MOST = 3  # that are told
 _RIVALS, _NEARLY = 4, 0.6  # of the strongest: how many may be the name, from which share on
@@ -54,7 +53,7 @@ class Lack:
         Over all its places.
     """
 
-    kind: Kind
+    kind: str
     parameter: str
     values: tuple[float, ...]
     deviations: tuple[float, ...]

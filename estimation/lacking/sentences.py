@@ -8,7 +8,7 @@ from axisid.support.arrays import Array
 
 from .hypotheses import GAIN
 from .search import Lack
-from .terms import OF_KIND, said_of
+from .terms import TERMS, said_of
 
 
 def sentence(lack: Lack, axis: GeneratedAxis) -> str:
@@ -42,7 +42,7 @@ def amount(lack: Lack, axis: GeneratedAxis) -> tuple[float, float, str]:
     if lack.parameter:
         units = {q.name: str(q.unit) for q in axis.parameters} | {GAIN: "times"}
         return size, deviation, units.get(lack.parameter, "")
-    q, unit = axis.axis.coordinate, OF_KIND[lack.kind].unit
+    q, unit = axis.axis.coordinate, TERMS[lack.kind].unit
     return size, deviation, unit.format(force=q.force_unit, unit=q.unit)
 
 
@@ -58,7 +58,7 @@ def outlier_sentence(lack: Lack, axis: GeneratedAxis, time: Array) -> str:
 
 def _term(lack: Lack, axis: GeneratedAxis) -> str:
     size, deviation, unit = amount(lack, axis)
-    what, advice = said_of(OF_KIND[lack.kind], lack.at, axis.axis, size)
+    what, advice = said_of(TERMS[lack.kind], lack.at, axis.axis, size)
     told = f", {size:+.3g} +- {deviation:.1g} {unit}" if unit else ""
     return f"{what}{told}: {advice} ({of_force(lack.share)})"
 

@@ -8,8 +8,6 @@ antiresonances), says what it is, and which element declares it.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,35 +15,6 @@ from numpy.typing import NDArray
 from axisid.estimation.signals import Span
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
-
-Kind = Literal[
-    "constant",
-    "coulomb",
-    "viscous",
-    "inertia",
-    "direction",
-    "quadratic",
-    "stribeck",
-    "slope",
-    "bend",
-    "turn",
-    "place",
-    "friction slope",
-    "friction bend",
-    "friction place",
-    "resonance",
-    "delay",
-    "dead band",
-    "loss",
-    "presliding",
-    "backlash",
-    "held",
-    "late signal",
-    "scaled signal",
-    "change",
-    "drift",
-    "outlier",
-]
 
 _SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
 _MOST_WAVES, _WAVES_APART = 60, 0.75  # in the travel
@@ -135,6 +104,7 @@ class Term:
     Attributes
     ----------
     kind : str
+        Its name, by which it stands in `TERMS`.
     what : str
         In words; with the place of the grid, ``{at}``.
     declare : str
@@ -154,7 +124,7 @@ class Term:
         the residuals too, so that it is looked for along simulated loops alone.
     """
 
-    kind: Kind
+    kind: str
     what: str
     declare: str
     unit: str
@@ -252,7 +222,7 @@ def _after(
     return columns
 
 
-TERMS: tuple[Term, ...] = (
+_TERMS = (
     Term(
         kind="constant",
         what="a constant force",
@@ -417,14 +387,14 @@ TERMS: tuple[Term, ...] = (
 )
 
 
-#: `TERMS` by their kind.
-OF_KIND = MappingProxyType({term.kind: term for term in TERMS})
+#: What is looked for, by kind; a row that is added is looked for too.
+TERMS: dict[str, Term] = {term.kind: term for term in _TERMS}
 
 
 def terms_for(axis: Axis, *, commanded: bool) -> tuple[Term, ...]:
     """Terms that can be told of an axis: a turn of an angle, a dead band of what is commanded."""
     told = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
-    return tuple(term for term in TERMS if told.get(term.kind, True))
+    return tuple(term for term in TERMS.values() if told.get(term.kind, True))
 
 
 def said_of(term: Term, at: float, axis: Axis, more: float = 0.0) -> tuple[str, str]:

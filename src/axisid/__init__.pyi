@@ -1,3 +1,4 @@
+from . import candidates as candidates
 from . import codegen as codegen
 from . import control as control
 from . import elements as elements

@@ -15,7 +15,7 @@ from axisid import Axis, Coordinate, Parameter, load_axis, newton
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.lacking.search import Lack
 from axisid.estimation.lacking.sentences import sentence
-from axisid.estimation.lacking.terms import OF_KIND, TERMS, Term
+from axisid.estimation.lacking.terms import TERMS, Term
 from axisid.modeling.declaration import ELEMENTS, Drive
 
 _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
@@ -93,7 +93,7 @@ _LINEAR, _ROTARY = Coordinate("x", unit="m"), Coordinate("theta", unit="rad")
     ("term", "q"),
     [
         (term, q)
-        for term in TERMS
+        for term in TERMS.values()
         for q in (_LINEAR, _ROTARY)
         if term.kind not in _OTHERS and (term.kind, q) != ("turn", _LINEAR)
     ],
@@ -109,7 +109,7 @@ def test_the_element_that_a_missing_term_names_is_declared(
 
 
 def test_no_share_beyond_all_of_the_force_is_shown(emps2015: GeneratedAxis) -> None:
-    lack = _lack(OF_KIND["resonance"])
+    lack = _lack(TERMS["resonance"])
     sentences = [sentence(replace(lack, at=31.0, share=share), emps2015) for share in (0.25, 3.3)]
     assert "(25 % of the force is this)" in sentences[0]
     assert "330" not in sentences[1]
@@ -118,7 +118,7 @@ def test_no_share_beyond_all_of_the_force_is_shown(emps2015: GeneratedAxis) -> N
 def test_a_resonance_is_told_with_its_frequency_and_what_a_rigid_axis_holds_for(
     emps2015: GeneratedAxis,
 ) -> None:
-    lack = replace(_lack(OF_KIND["resonance"]), at=31.0)
+    lack = replace(_lack(TERMS["resonance"]), at=31.0)
     said = sentence(lack, emps2015)
     assert re.search(r"resonance: an antiresonance near 31 Hz", said)
     assert re.search(r"rigid axis does not hold beyond about 10 Hz: lower the cut-off", said)

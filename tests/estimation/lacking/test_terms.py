@@ -7,7 +7,6 @@ import pytest
 
 from axisid import load_axis
 from axisid.estimation.lacking.terms import (
-    OF_KIND,
     TERMS,
     Along,
     Term,
@@ -57,7 +56,7 @@ def test_a_load_much_faster_than_a_motion_takes_its_fourth_derivative_away() -> 
 
 
 def test_each_stretch_is_by_itself() -> None:
-    s, delay = replace(_along(), spans=[(0, 1000), (1000, 2500)]), OF_KIND["delay"]
+    s, delay = replace(_along(), spans=[(0, 1000), (1000, 2500)]), TERMS["delay"]
     jumps = replace(s, force=s.force + np.where(s.time < 1.0, 100.0, 0.0))
     found, other = (delay.columns(each, np.zeros(1))[:, 0, 0] for each in (s, jumps))
     np.testing.assert_allclose(found, other, atol=1e-8)
@@ -69,18 +68,18 @@ def test_each_stretch_is_by_itself() -> None:
 
 def test_waves_are_of_every_period_that_rows_can_tell() -> None:
     s = _along(0.4)
-    periods = OF_KIND["place"].places(s)
+    periods = TERMS["place"].places(s)
     assert periods[0] == pytest.approx(s.travel)
     assert np.all(periods > np.median(np.abs(s.velocity)) * 4 * s.row_period)
-    assert len(OF_KIND["place"].places(replace(s, row_period=0.1))) < len(periods)
+    assert len(TERMS["place"].places(replace(s, row_period=0.1))) < len(periods)
     for true in (0.03, 0.0131, 0.051):
         at = float(periods[np.argmin(np.abs(1 / periods - 1 / true))])
-        between = OF_KIND["place"].between
+        between = TERMS["place"].between
         assert between is not None
         assert np.abs(between(periods, at) / true - 1).min() < 0.02
 
 
-@pytest.mark.parametrize("term", TERMS, ids=lambda term: term.what[:30])
+@pytest.mark.parametrize("term", TERMS.values(), ids=lambda term: term.what[:30])
 def test_a_term_has_columns_at_each_of_its_places_and_words(term: Term) -> None:
     s, axis = _along(), load_axis("pendulum")
     places = term.places(s)[:3]
@@ -96,5 +95,5 @@ def test_friction_that_is_declared_is_told_by_what_it_may_be_instead(
 ) -> None:
     axis = load_axis(name)
     assert axis.has_stribeck is declares
-    _, advice = said_of(OF_KIND["stribeck"], 0.01, axis)
+    _, advice = said_of(TERMS["stribeck"], 0.01, axis)
     assert ("declare stribeck" in advice) != declares

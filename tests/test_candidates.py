@@ -1,0 +1,62 @@
+"""A term of a user's own is looked for, named with its size, and told where it is none."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Constant, build, fit, identify, load_axis, twin_record
+from axisid.candidates import TERMS, Along, Term
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.records import Record
+from axisid.support.arrays import Array
+
+
+def _cubic(motion: Along, _: Array) -> Array:
+    return motion.reduce((motion.position + motion.middle) ** 3)[:, None, None]
+
+
+CUBIC = Term(
+    kind="cubic",
+    what="a spring that hardens",
+    declare="declare offset(kc*{q}**3)",
+    unit="{force}/{unit}^3",
+    columns=_cubic,
+)
+
+
+@pytest.fixture(scope="module")
+def hardening() -> tuple[GeneratedAxis, Record]:
+    """The axis, and a twin on a spring that it does not declare."""
+    axis = load_axis("emps2015")
+    hard = Constant(1e5, "N/m^3", "hard") * axis.coordinate.symbol**3
+    return build(axis), twin_record(build(replace(axis, force=axis.force + hard)))
+
+
+@pytest.mark.parametrize("by", ["identify", "fit"])
+def test_it_is_named_with_what_to_declare(
+    hardening: tuple[GeneratedAxis, Record], by: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(TERMS, "cubic", CUBIC)
+    result = identify(*hardening, methods=["idm-iv"]) if by == "identify" else fit(*hardening)
+    (check,) = (c for c in result.checks if c.name == "missing terms")
+    assert check.status == "fail"
+    assert result.belief != "believed"
+    said = re.match(
+        r"a spring that hardens, ([+]\S+) \+- .* declare offset\(kc\*q\*\*3\)", check.meaning
+    )
+    assert said is not None
+    assert float(said[1]) == pytest.approx(1e5, rel=0.02)
+
+
+def test_one_of_a_wrong_shape_is_told_and_costs_no_estimate(
+    hardening: tuple[GeneratedAxis, Record], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong = replace(CUBIC, columns=lambda motion, _: np.ones(len(motion.place)))
+    monkeypatch.setitem(TERMS, "cubic", wrong)
+    result = identify(*hardening, methods=["idm-iv"])
+    (check,) = (c for c in result.checks if c.name == "missing terms")
+    assert check.status == "not evaluated"
+    assert "the candidate 'cubic'" in check.meaning
+    assert result["idm-iv"].physical.all()
