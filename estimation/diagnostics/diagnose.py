@@ -148,6 +148,10 @@ def _outliers(case: Case) -> Check | Missing:
     found, bounded = case.lacking, case.preferred.counts is not None
     if isinstance(found, Missing):
         return found
+    if not case.preferred.inference.chains:  # HAC takes their size from the samples themselves
+        return Missing(
+            "single samples are held against twins of the record, of which there are none"
+        )
     return outliers_check(found, case.data.axis, case.data.record, bounded=bounded)
 
 
@@ -215,7 +219,7 @@ def _missing_terms(case: Case) -> Check | Missing:
         return lacking
     if _fails(_alignment(case)):  # which says how late
         lacking = tuple(lack for lack in lacking if lack.kind != "delay")
-    found = terms_check(lacking, case.data.axis)
+    found = terms_check(lacking, case.data.axis, case.data.record)
     if found.status != "fail":
         return found
     if _fails(case.coarse):

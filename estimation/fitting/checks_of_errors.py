@@ -92,7 +92,7 @@ def simulation_check(of: Judged) -> Check:
 
 def missing_terms_check(of: Judged) -> Iterator[Check]:
     """Whether what is left goes with a force of the motion, or with a value that is held."""
-    check = _joined("missing terms", of, lambda lacks, axis, _: terms_check(lacks, axis))
+    check = _joined("missing terms", of, terms_check)
     if check is None:
         return
     # What the model lacks moves the gains that are found with it.

@@ -7,22 +7,22 @@ each parameter by.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
-from axisid.estimation.methods import bound_record
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.records import Record
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.twins import Chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 _PERCENT = 0.01
 _TWINS = 8
+_LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
 
 
 def moves_per_percent(
@@ -58,18 +58,18 @@ def moves_of_all(of_records: Sequence[Mapping[str, Array]]) -> Mapping[str, Arra
     }
 
 
-def spread_in_twins(
+def factors_in_twins(
     law: LawCheck | Missing,
     axis: GeneratedAxis,
     record: Record,
     physical: Array,
     found: FoundGains,
     chain: Chain | None,
-) -> LawCheck | Missing:
-    """A law whose factors are as sure as those of twins, which are under the declared one, are.
+) -> list[Mapping[str, float]]:
+    """Factors that the law has in twins, which are under the declared one; none without twins.
 
     A control that answers to noise within a sample is no sum of its terms, and HAC deviations know
-    of what stands in the rows alone. They remain where there are no twins.
+    of what stands in the rows alone.
 
     Parameters
     ----------
@@ -84,26 +84,32 @@ def spread_in_twins(
         The record's noise.
     """
     if not isinstance(law, LawCheck) or not law.factors or chain is None:
-        return law
-    twins = twins_of(bound_record(axis, record, Prefilter()), physical, chain, _TWINS)
+        return []
+    data = FilteredRecord.bind(axis, record, Prefilter())
+    twins = twins_of(data.by_position or data, physical, chain, _TWINS)
     checked = (check_found_law(axis, twin.record, found) for twin in twins)
-    told = [each.factors for each in checked if isinstance(each, LawCheck)]
-    told = [each for each in told if each.keys() == law.factors.keys()]
-    if 2 * len(told) < _TWINS:
-        return law
-    away = {name: np.array([each[name] - 1 for each in told]) for name in law.factors}
-    spread = {name: float(np.sqrt(np.mean(each**2))) for name, each in away.items()}
-    least = law.deviations
-    return replace(law, deviations={n: max(s, least.get(n, 0.0)) for n, s in spread.items()})
+    every = [each.factors for each in checked if isinstance(each, LawCheck)]
+    told: list[Mapping[str, float]] = [f for f in every if f.keys() == law.factors.keys()]
+    return told if 2 * len(told) >= _TWINS else []
 
 
 def move_by_record(
-    of_records: Sequence[Mapping[str, Array]], laws: Sequence[LawCheck | Missing]
+    of_records: Sequence[Mapping[str, Array]],
+    laws: Sequence[LawCheck | Missing],
+    in_twins: Sequence[Sequence[Mapping[str, float]]] = (),
 ) -> tuple[Array, Array] | None:
     """What the law as the records have it, less the declared one, moves the parameters by, (P,).
 
-    Each record moves them by its own factors; one that does not tell them is taken for the mean of
-    those that do.
+    Each record moves them by its own factors, less what those of its twins do in the mean; one that
+    does not tell them is taken for the mean of those that do.
+
+    Parameters
+    ----------
+    of_records : sequence of mapping of str to (P,) array
+        As `moves_per_percent` has it.
+    laws : sequence of LawCheck or Missing
+    in_twins : sequence of sequence of mapping of str to float
+        Factors in each record's twins; by HAC where there are none.
 
     Returns
     -------
@@ -120,9 +126,22 @@ def move_by_record(
         return None
     mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
     moved, variances = [], []
-    for moves, factors, law in zip(of_records, told, laws, strict=True):
-        sure = law.deviations if isinstance(law, LawCheck) else {}
-        for name in names:
-            moved.append(moves[name] * ((factors or mean)[name] - 1) / _PERCENT)
-            variances.append((moves[name] * sure.get(name, 0.0) / _PERCENT) ** 2)
+    every = zip(of_records, told, laws, in_twins or [[]] * len(laws), strict=True)
+    for moves, factors, law, twins in every:
+        of_twins = [_moved_by(moves, each) for each in twins]
+        by_chance = np.mean(of_twins, axis=0) if twins else 0.0
+        moved.append(_moved_by(moves, factors or mean) - by_chance)
+        if twins:
+            count = len(twins)
+            widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
+            variances.append(widened * np.var(of_twins, axis=0, ddof=1))
+        elif isinstance(law, LawCheck):
+            sure = [moves[n] * law.deviations.get(n, 0.0) / _PERCENT for n in names]
+            variances.append(np.sum(np.square(sure), axis=0))
     return np.asarray(np.sum(moved, axis=0)), np.sqrt(np.sum(variances, axis=0))
+
+
+def _moved_by(moves: Mapping[str, Array], factors: Mapping[str, float]) -> Array:
+    return np.asarray(
+        np.sum([moves[name] * (factors[name] - 1) / _PERCENT for name in moves], axis=0)
+    )

@@ -27,6 +27,7 @@ def missing_of(
     physical: Array,
     half_widths: Mapping[str, float],
     held: Collection[str],
+    records: int,
 ) -> tuple[Lack, ...] | Missing:
     """What is found beside the model of one record.
 
@@ -41,6 +42,8 @@ def missing_of(
         Of their intervals, by name; none of what has no interval.
     held : collection of str
         Names of those that the record did not tell.
+    records : int
+        How many there are.
     """
     if axis.axis.states:
         return Missing("friction that remembers has no rows in which that could be looked for")
@@ -55,4 +58,4 @@ def missing_of(
     if isinstance(scores, Missing):
         return scores
     half = np.array([half_widths.get(name, np.inf) for name in names])
-    return found_beside(scores, physical, half)
+    return found_beside(scores, physical, half, records)

@@ -27,7 +27,7 @@ from axisid.support.remedy import Note
 
 from .basis import FitBasis, Judged
 from .judgement import judged
-from .law_moves import move_by_record, moves_of_all, moves_per_percent, spread_in_twins
+from .law_moves import factors_in_twins, move_by_record, moves_of_all, moves_per_percent
 from .missing import missing_of
 
 
@@ -171,11 +171,11 @@ class OutputFit(Presentable, Exact):
         every = zip(self._laws, basis.axes, self.records, basis.own, chains, strict=True)
 
         def moved() -> tuple[Array, Array] | None:
-            laws = [
-                spread_in_twins(law, axis, record, own, self.found_gains, chain)
+            twins = [
+                factors_in_twins(law, axis, record, own, self.found_gains, chain)
                 for law, axis, record, own, chain in every
             ]
-            return move_by_record(self._moves_of_records, laws)
+            return move_by_record(self._moves_of_records, self._laws, twins)
 
         return unless_faulty(moved)
 
@@ -202,7 +202,7 @@ class OutputFit(Presentable, Exact):
         }
         told = set(self.searched) - self.prior.keys()
         held = [own_name for own_name, name in names.items() if name not in told]
-        return missing_of(axis, record, own, half, held)
+        return missing_of(axis, record, own, half, held, len(self.records))
 
     @cached_property
     def noise(self) -> tuple[float, ...]:

@@ -9,6 +9,4 @@ from .search import Lack as Lack
 from .search import found_beside as found_beside
 from .search import lacking as lacking
 from .sentences import amount as amount
-from .sentences import outlier_sentence as outlier_sentence
 from .sentences import sentence as sentence
-from .sentences import signal_sentence as signal_sentence

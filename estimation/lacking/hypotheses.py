@@ -15,7 +15,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.user_values import quoted
 
-from .scores import RecordScores
+from .scores import ColumnTests, RecordScores
 from .terms import Along, Term, terms_for
 
 #: What stands for a parameter where it is the drive's gain that changes.
@@ -48,8 +48,10 @@ class Hypothesis:
         Places about one of the grid, that it is looked for at once it is told.
     is_positive : bool
         Whether it must be: friction, a mass.
-    among : int
-        Places out of which these were chosen by what is left, where they were.
+    least : float
+        That its chance is no smaller than: of places that were chosen by what is left.
+    is_whole : bool
+        Whether the columns are the whole of it, so that its place alone tells how much.
     """
 
     kind: str
@@ -59,12 +61,20 @@ class Hypothesis:
     measured: Callable[[Array], Array] | None = None
     between: Callable[[Array, float], Array] | None = None
     is_positive: bool = False
-    among: int = 0
+    least: float = 0.0
+    is_whole: bool = False
 
-    @property
-    def tries(self) -> int:
-        """How many places had the chance to be told."""
-        return max(len(self.places), self.among)
+    def taken(self, tested: ColumnTests) -> Array:
+        """Mean square that each place takes of the residuals, (m,)."""
+        if not self.is_whole:
+            return tested.powers
+        values = np.where(tested.values[:, 0] == 0, np.inf, tested.values[:, 0])
+        return np.asarray(tested.powers * (2 / values - 1 / values**2))
+
+    def chances(self, tested: ColumnTests) -> Array:
+        """That noise has as much of it at each place, over all of them, (m,)."""
+        told = np.clip(tested.p_values * len(self.places), self.least, 1.0)
+        return np.where(tested.values[:, 0] <= 0, 1.0, told) if self.is_positive else told
 
 
 def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
@@ -177,6 +187,7 @@ def _of_signals(scores: RecordScores) -> list[Hypothesis]:
                 columns=late_by,
                 places=delays,
                 between=_between,
+                is_whole=True,
             ),
             Hypothesis(kind="scaled signal", parameter=signal.name, columns=scaled),
         ]

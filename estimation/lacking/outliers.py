@@ -1,9 +1,11 @@
 """Single samples of a signal that leave its course: what such a pulse makes of the rows."""
 
+import math
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from scipy.special import stdtr
 
 from axisid.support.arrays import Array
 
@@ -15,10 +17,17 @@ _PLACES = 5  # from one row to the next but one
 
 
 def outliers_of(scores: RecordScores) -> list[Hypothesis]:
-    """A pulse in each signal that was measured, about the row of which most is left."""
+    """A pulse in each signal that was measured, about the row of which most is left.
+
+    None without twins: the variance by HAC is that of the very samples.
+    """
+    if not scores.twins:
+        return []
     data = scores.data
     rows = data.row_numbers.astype(np.int64)
-    worst = int(np.argmax(np.abs(scores.net)))
+    left = scores.residuals - scores.basis @ (scores.basis.T @ scores.residuals)
+    left = np.abs(left - left[:, 1:].mean(axis=1, keepdims=True))
+    worst, chance = int(np.argmax(left[:, 0])), _chance(left.max(axis=0))
     width = data.prefilter.decimate
     near = np.round(np.linspace(-width, width, _PLACES if width > 1 else 3))
     places = np.clip(rows[worst] + near, 0, len(data.record) - 1)
@@ -29,12 +38,21 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
             parameter=role,
             columns=partial(pulses.columns, role),
             places=np.unique(places),
-            among=len(rows),
+            least=chance,
             between=_every_sample,
         )
         for role in ("position", "velocity", "acceleration", "force", "control")
         if role in pulses.signals
     ]
+
+
+def _chance(largest: Array) -> float:
+    """That noise leaves as much in the row of which most is left: by twins', log-normal."""
+    sizes = np.log(np.maximum(largest, np.finfo(float).tiny))
+    own, twins = sizes[0], sizes[1:]
+    spread = float(np.std(twins, ddof=1)) * math.sqrt(1 + 1 / len(twins))
+    beyond = (own - twins.mean()) / spread if spread else np.inf
+    return float(stdtr(len(twins) - 1, -beyond))
 
 
 def _every_sample(grid: Array, at: float) -> Array:

@@ -82,12 +82,6 @@ class ColumnTests:
     covariances: Array
     powers: Array
 
-    def best(self, level: float) -> int:
-        """Of the places that are told at a level the one that takes most, else the surest."""
-        if self.p_values.min() > level:
-            return int(np.argmin(self.p_values))
-        return int(np.argmax(np.where(self.p_values <= level, self.powers, -np.inf)))
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordScores:
@@ -97,8 +91,8 @@ class RecordScores:
     ----------
     basis : (n, r) array
         Orthonormal: what instruments, and columns that were added to them, span.
-    response : (k, r) array
-        Of the parameters that are free by what stands in those directions.
+    columns : (n, k + j) array
+        Of the free parameters, as they were measured, and those that were added.
     free : (k,) array of int
         Which parameters of the axis these are.
     regressor : (n, p) array
@@ -120,7 +114,7 @@ class RecordScores:
     """
 
     basis: Array
-    response: Array
+    columns: Array
     free: NDArray[np.int64]
     regressor: Array
     residuals: Array
@@ -140,8 +134,9 @@ class RecordScores:
 
     @cached_property
     def net(self) -> Array:
-        """Residuals of the record less what is in the directions of the basis, (n,)."""
+        """Residuals of the record beyond twins' and less what is in the basis, (n,)."""
         own = self.residuals[:, 0]
+        own = own - self.residuals[:, 1:].mean(axis=1) if self.twins else own
         return np.asarray(own - self.basis @ (self.basis.T @ own))
 
     @cached_property
@@ -160,7 +155,11 @@ class RecordScores:
         sizes, least = np.linalg.norm(own, axis=0), _RANK * np.linalg.norm(columns, axis=0)
         shown = sizes > least  # none of a column that the model spans, or that no row shows
         extra = np.linalg.qr(own[:, shown] / sizes[shown])[0]
-        return replace(self, basis=np.hstack([self.basis, extra]))
+        return replace(
+            self,
+            basis=np.hstack([self.basis, extra]),
+            columns=np.hstack([self.columns, columns]),
+        )
 
     def nearest(self, instruments: Array, columns: Array) -> int:
         """The place of columns (n, m, g) that fits the residuals best, by their instruments.
@@ -185,8 +184,9 @@ class RecordScores:
 
     def moved_by(self, columns: Array, values: Array) -> Array:
         """What the free parameters move by where so much of columns (n, g) is taken in, (k,)."""
-        first = self.response.shape[1]
-        return -self.response @ (self.basis[:, :first].T @ (columns @ values))
+        by = self.basis.T @ (columns @ values)
+        moved = np.linalg.lstsq(self.basis.T @ self.columns, by, rcond=_RANK)[0]
+        return -np.asarray(moved[: len(self.free)])
 
     def spans_not(self, columns: Array) -> NDArray[np.bool_]:
         """Which places of columns (n, m, g) the model's own do not span, (m,)."""
@@ -352,7 +352,7 @@ def _scores(
         found = [each - left for each in found]
     return RecordScores(
         basis=basis,
-        response=np.asarray(np.linalg.pinv(basis.T @ rows.regressor[:, free], rcond=_RANK)),
+        columns=rows.regressor[:, free],
         free=np.array(free, dtype=np.int64),
         regressor=clean.regressor,
         residuals=np.column_stack(found),

@@ -38,8 +38,10 @@ class Lack:
     kind : str
     parameter : str
         What changes in time or is held at a wrong value, or the signal; empty for a term.
-    values, deviations : tuple of float
-        Factors of its columns, and how they scatter in twins; of a parameter by what it changes.
+    values : tuple of float
+        Factors of its columns; of a parameter by what it changes.
+    deviation : float
+        Of their size, as they scatter in twins.
     before : float
         Of a parameter that changes: its value before, or at the start; 0 for a term.
     at : float
@@ -47,8 +49,8 @@ class Lack:
         outlier; NaN for none.
     share : float
         Of the force that is its part of it, root mean square.
-    explained : float
-        Share of the residuals' sum of squares that it takes.
+    own_share : float
+        The same beside what the parameters make of it, by which it matters.
     p_value : float
         Over all its places.
     """
@@ -56,11 +58,11 @@ class Lack:
     kind: str
     parameter: str
     values: tuple[float, ...]
-    deviations: tuple[float, ...]
+    deviation: float
     before: float
     at: float
     share: float
-    explained: float
+    own_share: float
     p_value: float
 
     @property
@@ -116,17 +118,21 @@ class TestResult:
         return min(-math.log10(max(self.p_value, 1e-300)), _CERTAIN)
 
 
-def lacking(data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...] | Missing:
-    """What the judged estimate's model lacks on a record, the strongest first."""
+def lacking(
+    data: FilteredRecord, preferred: Estimate, records: int = 1
+) -> tuple[Lack, ...] | Missing:
+    """What the judged estimate's model lacks on a record, one of several, the strongest first."""
     chains = preferred.inference.chains
     half = np.array([np.ptp(value.interval) / 2 for value in preferred.parameters.values()])
     at = preferred.corrected if chains else preferred.physical
     free = range(len(at))
     scores = scores_of(data, at, chains[0] if chains else None, free)
-    return scores if isinstance(scores, Missing) else found_beside(scores, at, half)
+    return scores if isinstance(scores, Missing) else found_beside(scores, at, half, records)
 
 
-def found_beside(scores: RecordScores, physical: Array, half_widths: Array) -> tuple[Lack, ...]:
+def found_beside(
+    scores: RecordScores, physical: Array, half_widths: Array, records: int = 1
+) -> tuple[Lack, ...]:
     """What is found beside a model, the name that explains most first.
 
     Parameters
@@ -136,21 +142,23 @@ def found_beside(scores: RecordScores, physical: Array, half_widths: Array) -> t
         The estimate.
     half_widths : (p,) array
         Of its intervals.
+    records : int
+        How many are searched by themselves, which share the level.
     """
+    level = LACKING_LEVEL.value / records
     lasting = _prepared(scores, hypotheses_of(scores))
     half = half_widths[scores.free]
     named, beside = list[Lack](), scores
     while len(named) < _MOST:
         hypotheses = [*lasting, *_prepared(beside, outliers_of(beside))]
-        failing = findings(beside, hypotheses, half)
+        failing = findings(beside, hypotheses, half, level)
         if not failing:
             break
-        name = _name(beside, hypotheses, failing, half)
+        name = _name(beside, hypotheses, failing, half, level)
         if named and name.share <= MIN_LACKING_SHARE.value:
             break
         named.append(_told(beside, name, physical))
         beside = beside.beside(name.columns)
-        lasting = [each for each in lasting if each[0] is not name.hypothesis]
     return tuple(named)
 
 
@@ -158,27 +166,31 @@ def _prepared(scores: RecordScores, hypotheses: Sequence[Hypothesis]) -> list[Pr
     return [(each, scores.block(each.columns(each.places))) for each in hypotheses]
 
 
-def findings(scores: RecordScores, hypotheses: Sequence[Prepared], half: Array) -> list[TestResult]:
+def findings(
+    scores: RecordScores, hypotheses: Sequence[Prepared], half: Array, level: float
+) -> list[TestResult]:
     """What is there and matters, by its part of the force, the largest first."""
-    every = [_finding(scores, *each, half) for each in hypotheses]
+    sure = level / max(len(hypotheses), 1)
+    every = [_finding(scores, *each, half, sure) for each in hypotheses]
     every.sort(key=lambda each: each.p_value)
     there = []
     for place, each in enumerate(every):
-        if each.p_value > LACKING_LEVEL.value / (len(every) - place):
+        if each.p_value > level / (len(every) - place):
             break
         there.append(each)
     return sorted((e for e in there if e.matters), key=lambda each: -each.share)
 
 
 def _finding(
-    scores: RecordScores, hypothesis: Hypothesis, block: AddedColumns, half: Array
+    scores: RecordScores, hypothesis: Hypothesis, block: AddedColumns, half: Array, sure: float
 ) -> TestResult:
+    """It at the place that takes most of those that are sure, else at the surest."""
     tested, columns = scores.test(block), block.columns
-    best = tested.best(LACKING_LEVEL.value / hypothesis.tries)
+    p_values = hypothesis.chances(tested)
+    told = p_values <= sure
+    taken = np.where(told, hypothesis.taken(tested), -np.inf)
+    best = int(np.argmax(taken) if told.any() else np.argmin(p_values))
     values = tested.values[best]
-    p_value = min(1.0, float(tested.p_values.min()) * hypothesis.tries)
-    if hypothesis.is_positive and values[0] <= 0:
-        p_value = 1.0
     moved = np.abs(scores.moved_by(columns[:, best], values))
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.nan_to_num(moved / half, nan=0.0, posinf=0.0)
@@ -186,22 +198,25 @@ def _finding(
         hypothesis=hypothesis,
         at=float(hypothesis.places[best]),
         columns=columns[:, best],
-        p_value=p_value,
+        p_value=float(p_values[best]),
         share=float(np.sqrt(tested.powers[best])) / (scores.force_size or 1.0),
         moved=float(far.max(initial=0.0)),
     )
 
 
 def _name(
-    scores: RecordScores, hypotheses: Sequence[Prepared], failing: Sequence[TestResult], half: Array
+    scores: RecordScores,
+    hypotheses: Sequence[Prepared],
+    failing: Sequence[TestResult],
+    half: Array,
+    level: float,
 ) -> TestResult:
     """Of what fails the one that leaves least to be said by the others."""
     rivals = [e for e in failing if e.share > _NEARLY * failing[0].share][:_RIVALS]
-    tried = []
-    for each in (_located(scores, rival) for rival in rivals):
-        after = scores.beside(each.columns)
-        others = [c for c in hypotheses if c[0] is not each.hypothesis]
-        tried.append((each, findings(after, others, half)))
+    tried = [
+        (each, findings(scores.beside(each.columns), hypotheses, half, level))
+        for each in (_located(scores, rival) for rival in rivals)
+    ]
     return min(tried, key=lambda t: sum(e.certainty for e in t[1]) - 1e-3 * t[0].certainty)[0]
 
 
@@ -212,8 +227,10 @@ def _located(scores: RecordScores, found: TestResult) -> TestResult:
         return found
     near = hypothesis.between(hypothesis.places, found.at)
     made = hypothesis.columns(near)
-    seen = made if hypothesis.measured is None else hypothesis.measured(near)
-    best = scores.nearest(made, seen)
+    if hypothesis.measured is None:
+        best = int(np.argmax(hypothesis.taken(scores.test(scores.block(made)))))
+    else:
+        best = scores.nearest(made, hypothesis.measured(near))
     values = scores.test(scores.block(made[:, [best]])).values[0]
     if hypothesis.is_positive and values[0] <= 0:
         return found
@@ -224,18 +241,18 @@ def _told(scores: RecordScores, name: TestResult, physical: Array) -> Lack:
     """What is found, as it is told."""
     hypothesis, at, columns = name.hypothesis, name.at, name.columns
     tested = scores.test(scores.block(columns[:, None]))
-    values, deviations = _amounts(scores, hypothesis, at, tested)
-    power = float(np.mean(scores.net**2))
+    values, covariance = _amounts(scores, hypothesis, at, tested)
+    size = float(np.linalg.norm(values))
     made_by = columns @ tested.values[0]
     return Lack(
         kind=hypothesis.kind,
         parameter=hypothesis.parameter,
         values=tuple(map(float, values)),
-        deviations=tuple(map(float, deviations)),
+        deviation=math.sqrt(max(float(values @ covariance @ values), 0.0)) / (size or 1.0),
         before=_before(scores, hypothesis, columns, tested.values[0], physical),
         at=at,
         share=float(np.linalg.norm(made_by) / (np.linalg.norm(scores.force) or 1.0)),
-        explained=float(tested.powers[0]) / power if power else 0.0,
+        own_share=name.share,
         p_value=name.p_value,
     )
 
@@ -243,30 +260,36 @@ def _told(scores: RecordScores, name: TestResult, physical: Array) -> Lack:
 def _amounts(
     scores: RecordScores, hypothesis: Hypothesis, at: float, tested: ColumnTests
 ) -> tuple[Array, Array]:
-    """How much of it there is, with deviations: a change, a delay, a factor, or of each column."""
+    """How much of it there is, and its covariance: a change, a delay, a factor, or each column."""
     values, covariance = tested.values[0], tested.covariances[0]
     if hypothesis.kind == "late signal":
         step = hypothesis.columns(np.array([at - 0.5, at + 0.5])) @ values
         slope = scores.test(scores.block((step[:, 1:] - step[:, :1])[:, :, None]))
-        return np.array([at]), np.sqrt(slope.covariances[0, 0])
+        return np.array([at]), slope.covariances[0]
     if hypothesis.kind == "drift":
-        shapes = drifts(scores.data.times_of_rows)
-        course = shapes @ values
-        first, last = sorted((int(np.argmin(course)), int(np.argmax(course))))
-        values = np.array([shapes[last] - shapes[first]]) @ values
-        change = shapes[last] - shapes[first]
+        first, last = _extremes(scores, values)
+        change = last - first
+        values = np.array([change @ values])
         covariance = np.array([[change @ covariance @ change]])
     if hypothesis.parameter == GAIN:  # what it makes is on the other side
         values = -values
     if hypothesis.kind == "scaled signal":
         values = 1 + values
-    return values, np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return values, covariance
+
+
+def _extremes(scores: RecordScores, values: Array) -> tuple[Array, Array]:
+    """Shapes of a drift at its lowest and highest, in the order of time."""
+    shapes = drifts(scores.data.times_of_rows)
+    course = shapes @ values
+    first, last = sorted((int(np.argmin(course)), int(np.argmax(course))))
+    return shapes[first], shapes[last]
 
 
 def _before(
     scores: RecordScores, hypothesis: Hypothesis, columns: Array, values: Array, physical: Array
 ) -> float:
-    """What a parameter is at the start: the estimate is in between; 0 of what is none."""
+    """What a parameter is before it changes: the estimate is in between; 0 of what is none."""
     names = [q.name for q in scores.data.axis.parameters]
     if hypothesis.parameter == GAIN:
         return 1.0
@@ -275,4 +298,5 @@ def _before(
     place = names.index(hypothesis.parameter)
     moved = np.zeros(len(names))
     moved[scores.free] = scores.moved_by(columns, values)
-    return float(physical[place] + moved[place])
+    begun = _extremes(scores, values)[0] @ values if hypothesis.kind == "drift" else 0.0
+    return float(physical[place] + moved[place] + begun)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units
 from axisid.support.arrays import Array
 
@@ -11,8 +12,12 @@ from .search import Lack
 from .terms import TERMS, said_of
 
 
-def sentence(lack: Lack, axis: GeneratedAxis) -> str:
-    """What is missing or changes, how much of it, and what to do about it."""
+def sentence(lack: Lack, axis: GeneratedAxis, record: Record) -> str:
+    """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
+    if lack.is_outlier:
+        return _outlier(lack, axis, record.time)
+    if lack.is_of_signal:
+        return _signal(lack, record.period)
     if not lack.parameter:
         return _term(lack, axis)
     size, deviation, unit = amount(lack, axis)
@@ -34,9 +39,8 @@ def sentence(lack: Lack, axis: GeneratedAxis) -> str:
 
 def amount(lack: Lack, axis: GeneratedAxis) -> tuple[float, float, str]:
     """How much of it there is, its deviation, and their unit."""
-    values, deviations = np.array(lack.values), np.array(lack.deviations)
+    values, deviation = np.array(lack.values), lack.deviation
     size = float(np.linalg.norm(values)) if len(values) > 1 else float(values[0])
-    deviation = float(np.linalg.norm(values * deviations) / (abs(size) or 1.0))
     if lack.is_outlier:
         return size, deviation, expected_units(lack.parameter, axis.axis)[0]
     if lack.parameter:
@@ -46,7 +50,7 @@ def amount(lack: Lack, axis: GeneratedAxis) -> tuple[float, float, str]:
     return size, deviation, unit.format(force=q.force_unit, unit=q.unit)
 
 
-def outlier_sentence(lack: Lack, axis: GeneratedAxis, time: Array) -> str:
+def _outlier(lack: Lack, axis: GeneratedAxis, time: Array) -> str:
     """Which sample of a signal leaves its course, and by how much."""
     size, deviation, unit = amount(lack, axis)
     sample, part = int(lack.at), of_force(lack.share)
@@ -69,9 +73,9 @@ def of_force(share: float) -> str:
     return "this is more than the force" if beyond else f"{100 * share:.2g} % of the force is this"
 
 
-def signal_sentence(lack: Lack, period: float) -> str:
+def _signal(lack: Lack, period: float) -> str:
     """How late or how much too small a recorded signal is, beside the force that it makes."""
-    value, deviation = lack.values[0], lack.deviations[0]
+    value, deviation = lack.values[0], lack.deviation
     if lack.kind == "scaled signal":
         said = f"the model needs {value:.4g} +- {deviation:.1g} times the recorded {lack.parameter}"
     else:

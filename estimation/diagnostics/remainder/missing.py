@@ -8,9 +8,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.lacking import (
     Lack,
-    outlier_sentence,
     sentence,
-    signal_sentence,
 )
 from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.tables import label_unit
@@ -35,10 +33,10 @@ _SOURCE = (
 )
 
 
-def terms_check(found: Sequence[Lack], axis: GeneratedAxis) -> Check:
+def terms_check(found: Sequence[Lack], axis: GeneratedAxis, record: Record) -> Check:
     """Whether the residuals hold a term that the model lacks, or a parameter that changes."""
     own = [lack for lack in found if not (lack.is_of_signal or lack.is_outlier)]
-    said = "; ".join(sentence(lack, axis) for lack in own)
+    said = "; ".join(sentence(lack, axis, record) for lack in own)
     return _check("missing terms", own, said or "nothing that was looked for is in the residuals")
 
 
@@ -52,7 +50,7 @@ def signals_check(
     if not own:
         said = "the recorded signals are in time with the forces that they make, and of their size"
         return _check("recorded signals", own, said)
-    said = "; ".join(signal_sentence(lack, record.period) for lack in own)
+    said = "; ".join(sentence(lack, axis, record) for lack in own)
     return _check("recorded signals", own, f"{said}: ", _remedy(axis, record, own[0]))
 
 
@@ -64,7 +62,7 @@ def outliers_check(
     They are no more than a note where the loss has bounded what they do.
     """
     own = [lack for lack in found if lack.is_outlier]
-    said = "; ".join(outlier_sentence(lack, axis, record.time) for lack in own)
+    said = "; ".join(sentence(lack, axis, record) for lack in own)
     check = _check("outliers", own, said or "no single sample leaves its course", _LESS)
     if not own:
         return replace(check, remedy=None)
@@ -75,7 +73,7 @@ def _check(name: str, own: Sequence[Lack], meaning: str, remedy: Remedy | None =
     return Check(
         name=name,
         status=passed(not own),
-        figure=100 * max((lack.share for lack in own), default=0.0),
+        figure=100 * max((lack.own_share for lack in own), default=0.0),
         threshold=100 * MIN_LACKING_SHARE.value,
         p_value=min((lack.p_value for lack in own), default=None),
         source=_SOURCE,
@@ -85,7 +83,7 @@ def _check(name: str, own: Sequence[Lack], meaning: str, remedy: Remedy | None =
 
 
 def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:
-    value, deviation, name = found.values[0], found.deviations[0], found.parameter
+    value, deviation, name = found.values[0], found.deviation, found.parameter
     if found.kind == "late signal":
         return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
     column = record.provenance.columns.get(name, "NAME")
@@ -104,7 +102,7 @@ def _unit(axis: GeneratedAxis, found: Lack) -> str:
     """The unit that the column would be in; empty for no usual one."""
     (declared,) = (s for s in axis.axis.signals if s.name == found.parameter)
     own, factor = label_unit(str(declared.unit)), found.values[0]
-    vague = _SAME_UNIT + MIN_DISTANCE_FROM_NOISE.value * found.deviations[0] / abs(factor)
+    vague = _SAME_UNIT + MIN_DISTANCE_FROM_NOISE.value * found.deviation / abs(factor)
     for name in _UNITS:
         known = label_unit(name)
         if own is None or known is None or known[1] != own[1]:

@@ -26,7 +26,7 @@ def scores_of(errors: Array, X: Array) -> RecordScores:
     nothing = cast(FilteredRecord, None)
     return RecordScores(
         basis=basis,
-        response=np.linalg.inv(basis.T @ X),
+        columns=X,
         free=np.arange(X.shape[1]),
         regressor=X,
         residuals=errors - basis @ (basis.T @ errors),
@@ -61,6 +61,10 @@ def test_values_are_those_of_least_squares_with_the_columns_in_the_model(
         moved = scores.moved_by(columns[:, place], tested.values[place])
         assert moved == pytest.approx(both.params[:PARAMETERS] - alone.params)
         assert scores.beside(columns[:, place]).net == pytest.approx(both.resid)
+        then, more = scores.beside(columns[:, place]), columns[:, (place + 1) % 4]
+        three = sm.OLS(y, np.hstack([X, columns[:, place], more])).fit()
+        moved = then.moved_by(more, then.test(then.block(more[:, None])).values[0])
+        assert moved == pytest.approx(three.params[:PARAMETERS] - both.params[:PARAMETERS])
 
 
 @pytest.mark.parametrize("width", [1, 2, 3])

@@ -19,7 +19,7 @@ Q = AXIS.coordinate
 ADDED: dict[str, tuple[object, tuple[float, ...], float]] = {
     "direction": (asymmetric_viscous(20.0, -20.0, Q), (40.0,), 0.1),
     "quadratic": (quadratic(1000.0, Q), (1000.0,), 0.1),
-    "stribeck": (stribeck(8.0, Q, velocity=0.02, exponent=1), (8.0,), 0.4),
+    "stribeck": (stribeck(8.0, Q, velocity=0.02, exponent=1), (8.0,), 0.5),
     "slope": (spring(200.0, Q), (200.0,), 0.1),
     "friction place": (periodic_coulomb(2.5, 1.0, Q, period=0.03), (), 0.1),
 }

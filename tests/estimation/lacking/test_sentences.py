@@ -11,7 +11,7 @@ import pytest
 import sympy
 
 import axisid.elements
-from axisid import Axis, Coordinate, Parameter, load_axis, newton
+from axisid import Axis, Coordinate, Parameter, Record, load_axis, newton
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.lacking.search import Lack
 from axisid.estimation.lacking.sentences import sentence
@@ -24,17 +24,21 @@ _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
 _OTHERS = ("inertia", "resonance", "delay", "dead band", "loss", "presliding", "backlash")
 
 
+#: Of which no term says anything.
+RECORD = cast(Record, None)
+
+
 def _lack(term: Term) -> Lack:
     two = "place" in term.kind or term.kind == "turn"
     return Lack(
         kind=term.kind,
         parameter="",
         values=(2.5, -1.0) if two else (2.5,),
-        deviations=(0.1, 0.1) if two else (0.1,),
+        deviation=0.1,
         before=0.0,
         at=2 * math.pi if term.kind == "turn" else 0.0123456,
         share=0.04,
-        explained=0.5,
+        own_share=0.03,
         p_value=1e-9,
     )
 
@@ -102,7 +106,7 @@ def test_the_element_that_a_missing_term_names_is_declared(
     tmp_path: Path, term: Term, q: Coordinate
 ) -> None:
     declared = SimpleNamespace(coordinate=q, drive=Drive(gain=1.0), has_stribeck=False)
-    said = sentence(_lack(term), cast(GeneratedAxis, SimpleNamespace(axis=declared)))
+    said = sentence(_lack(term), cast(GeneratedAxis, SimpleNamespace(axis=declared)), RECORD)
     assert "declare" in said
     unit = term.unit.format(force="N", unit="m")
     assert _declared_alike(tmp_path, q, said, unit) == 1
@@ -110,7 +114,9 @@ def test_the_element_that_a_missing_term_names_is_declared(
 
 def test_no_share_beyond_all_of_the_force_is_shown(emps2015: GeneratedAxis) -> None:
     lack = _lack(TERMS["resonance"])
-    sentences = [sentence(replace(lack, at=31.0, share=share), emps2015) for share in (0.25, 3.3)]
+    sentences = [
+        sentence(replace(lack, at=31.0, share=share), emps2015, RECORD) for share in (0.25, 3.3)
+    ]
     assert "(25 % of the force is this)" in sentences[0]
     assert "330" not in sentences[1]
 
@@ -119,6 +125,6 @@ def test_a_resonance_is_told_with_its_frequency_and_what_a_rigid_axis_holds_for(
     emps2015: GeneratedAxis,
 ) -> None:
     lack = replace(_lack(TERMS["resonance"]), at=31.0)
-    said = sentence(lack, emps2015)
+    said = sentence(lack, emps2015, RECORD)
     assert re.search(r"resonance: an antiresonance near 31 Hz", said)
     assert re.search(r"rigid axis does not hold beyond about 10 Hz: lower the cut-off", said)

@@ -70,19 +70,19 @@ def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
 def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
     """Of all records in which it was looked for; None where it was in none."""
     looked = [
-        (lacks, axis)
-        for lacks, axis in zip(fit.lacks, fit.basis.axes, strict=True)
+        (lacks, axis, record)
+        for lacks, axis, record in zip(fit.lacks, fit.basis.axes, fit.records, strict=True)
         if not isinstance(lacks, Missing)
     ]
     if not looked:
         return None
     found = []
-    for lacks, axis in looked:
+    for lacks, axis, record in looked:
         for each in lacks:
             size, deviation, unit = amount(each, axis)
             found.append(
                 WrittenLack(
-                    subject=sentence(each, axis),
+                    subject=sentence(each, axis, record),
                     size=size,
                     deviation=deviation,
                     unit=unit,
