@@ -38,6 +38,7 @@ from axisid.estimation.diagnostics.remainder import (
     signals_check,
     terms_check,
 )
+from axisid.estimation.lacking import Lack
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
@@ -160,17 +161,17 @@ def _alignment(case: Case) -> Check | Missing:
         case.preferred,
         case.alignment,
         case.data,
-        is_late=_is_late(case),
+        late=_delay(case),
         weak=case.weak,
         remedy=timing_remedy(case.timing, case.data.axis.axis.control),
         by_log=_is_logged_elsewhere(case),
     )
 
 
-def _is_late(case: Case) -> bool:
-    """Whether the model lacks a delay, which twins tell from noise."""
-    lacking = case.lacking
-    return not isinstance(lacking, Missing) and any(lack.kind == "delay" for lack in lacking)
+def _delay(case: Case) -> Lack | None:
+    """The delay that the model lacks, which twins tell from noise."""
+    lacking = () if isinstance(case.lacking, Missing) else case.lacking
+    return next((lack for lack in lacking if lack.kind == "delay"), None)
 
 
 def _is_logged_elsewhere(case: Case) -> bool:

@@ -86,7 +86,9 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     found = [_of_term(scores, t) for t in terms if scores.twins or not t.is_of_force]
     if held := _held(scores):  # of what is declared the parameter is told, not the term
         declared = scores.beside(np.hstack([each.columns(each.places)[:, 0] for each in held]))
-        found = [f for f in found if np.any(declared.spans_not(f.columns(f.places)))]
+        blocks = [declared.block(each.columns(each.places)) for each in found]
+        own = [declared.test(block).values.any() for block in blocks]
+        found = [each for each, is_own in zip(found, own, strict=True) if is_own]
     found += held
     found += _changing(scores, commanded=commanded and bool(scores.twins))
     found += _of_signals(scores) if axis.signals else []

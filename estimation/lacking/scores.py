@@ -188,12 +188,6 @@ class RecordScores:
         moved = np.linalg.lstsq(self.basis.T @ self.columns, by, rcond=_RANK)[0]
         return -np.asarray(moved[: len(self.free)])
 
-    def spans_not(self, columns: Array) -> NDArray[np.bool_]:
-        """Which places of columns (n, m, g) the model's own do not span, (m,)."""
-        block = self.block(columns)
-        within = (block.flat.T @ self.basis).reshape(*columns.shape[1:], -1)
-        return _is_own(block.whole - within @ within.transpose(0, 2, 1), block.whole)
-
     def block(self, columns: Array) -> AddedColumns:
         """Columns, (n, m, g), to be tested."""
         by_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))

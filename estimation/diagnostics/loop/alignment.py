@@ -15,6 +15,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.lacking import Lack
 from axisid.estimation.methods import bound_record
 from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.regression import (
@@ -326,14 +327,14 @@ def alignment_check(
     profile: Alignment | Missing,
     data: FilteredRecord,
     *,
-    is_late: bool,
+    late: Lack | None,
     weak: bool,
     remedy: Remedy | None = None,
     by_log: bool = False,
 ) -> Check | Missing:
     """The delay that fits best against the one that the hold takes; `weak` are the instruments.
 
-    It fails where the model lacks a delay, `is_late`, by the search for all that it may lack.
+    It fails where the model lacks a delay, `late`, by the search for all that it may lack.
     The `remedy` is for a force that acts whole samples after it is recorded. `by_log` the control
     law says that the log wrote it at another time, by as much: that is the only remedy then, and
     counts once.
@@ -362,12 +363,12 @@ def alignment_check(
     advice = Remedy.of("Try ", other) if other is not None else remedy
     if not by_log and other is None:
         advice = _of_drive(profile, data, remedy)
-    aligned = not (is_late or profile.at_the_end)
+    aligned = not (late or profile.at_the_end)
     return Check(
         name="alignment",
         status=passed(aligned, matters=not by_log),
         figure=apart,
-        threshold=MAX_MISALIGNMENT.value,
+        p_value=late.p_value if late else None,
         source="samples between the delay of least equation error and the one that is used; fails "
         "where the model lacks a delay, see missing terms, or the least is beyond the delays that "
         "are tried; a drive that holds its force is half a sample late",
