@@ -78,7 +78,7 @@ FLOORS = (
     ("exports",),
     ("populations", "fleets.items"),
     ("fleets",),
-    ("trends", "twins"),
+    ("trends", "twins", "candidates"),
     ("paper",),
     ("commands.options",),
     ("commands.many",),

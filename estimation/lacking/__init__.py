@@ -10,3 +10,6 @@ from .search import found_beside as found_beside
 from .search import lacking as lacking
 from .sentences import amount as amount
 from .sentences import sentence as sentence
+from .terms import TERMS as TERMS
+from .terms import Along as Along
+from .terms import Term as Term

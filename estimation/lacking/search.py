@@ -81,7 +81,7 @@ Prepared: TypeAlias = tuple[Hypothesis, AddedColumns]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Finding:
+class TestedHypothesis:
     """A hypothesis at its best place, tested beside a model.
 
     Attributes
@@ -168,7 +168,7 @@ def _prepared(scores: RecordScores, hypotheses: Sequence[Hypothesis]) -> list[Pr
 
 def findings(
     scores: RecordScores, hypotheses: Sequence[Prepared], half: Array, level: float
-) -> list[Finding]:
+) -> list[TestedHypothesis]:
     """What is there and matters, by its part of the force, the largest first."""
     sure = level / max(len(hypotheses), 1)
     every = [_finding(scores, *each, half, sure) for each in hypotheses]
@@ -183,7 +183,7 @@ def findings(
 
 def _finding(
     scores: RecordScores, hypothesis: Hypothesis, block: AddedColumns, half: Array, sure: float
-) -> Finding:
+) -> TestedHypothesis:
     """It at the place that takes most of those that are sure, else at the surest."""
     tested, columns = scores.test(block), block.columns
     p_values = hypothesis.chances(tested)
@@ -194,7 +194,7 @@ def _finding(
     moved = np.abs(scores.moved_by(columns[:, best], values))
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.nan_to_num(moved / half, nan=0.0, posinf=0.0)
-    return Finding(
+    return TestedHypothesis(
         hypothesis=hypothesis,
         at=float(hypothesis.places[best]),
         columns=columns[:, best],
@@ -207,10 +207,10 @@ def _finding(
 def _name(
     scores: RecordScores,
     hypotheses: Sequence[Prepared],
-    failing: Sequence[Finding],
+    failing: Sequence[TestedHypothesis],
     half: Array,
     level: float,
-) -> Finding:
+) -> TestedHypothesis:
     """Of what fails the one that leaves least to be said by the others."""
     rivals = [e for e in failing if e.share > _NEARLY * failing[0].share][:_RIVALS]
     tried = [
@@ -220,7 +220,7 @@ def _name(
     return min(tried, key=lambda t: sum(e.certainty for e in t[1]) - 1e-3 * t[0].certainty)[0]
 
 
-def _located(scores: RecordScores, found: Finding) -> Finding:
+def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     """The same at the best place between those of its grid."""
     hypothesis = found.hypothesis
     if hypothesis.between is None:
@@ -237,7 +237,7 @@ def _located(scores: RecordScores, found: Finding) -> Finding:
     return replace(found, at=float(near[best]), columns=made[:, best])
 
 
-def _told(scores: RecordScores, name: Finding, physical: Array) -> Lack:
+def _told(scores: RecordScores, name: TestedHypothesis, physical: Array) -> Lack:
     """What is found, as it is told."""
     hypothesis, at, columns = name.hypothesis, name.at, name.columns
     tested = scores.test(scores.block(columns[:, None]))

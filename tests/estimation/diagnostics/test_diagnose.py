@@ -85,7 +85,7 @@ def test_a_right_model_on_a_good_record_is_believed(emps2015: GeneratedAxis, twi
 def test_a_flipped_sign_is_not_believed(emps2015: GeneratedAxis, twin: Record) -> None:
     assert twin.control is not None
     result = identify(emps2015, replace(twin, control=-twin.control), methods="idm-ls")
-    assert conclusion(result.verdict).endswith(": control law.")
+    assert conclusion(result.verdict).endswith(": law.")
 
 
 def test_one_file_and_one_row_add_a_diagnostic(

@@ -774,7 +774,7 @@ def test_a_value_that_is_held_wrongly_is_named(
     assert _status(result)["missing terms"] == "fail"
     first = _lacks(result)[0]
     assert (first.kind, first.parameter) == ("held", "M")
-    assert abs(first.values[0] - 5.2) < 5 * first.deviations[0] + 0.2
+    assert abs(first.values[0] - 5.2) < 5 * first.deviation + 0.2
 
 
 @pytest.mark.slow

@@ -2,8 +2,10 @@
 
 A candidate is a `Term`: what it is called, what to declare, and the columns that it has along a
 motion. ``TERMS["ripple"] = Term(kind="ripple", ...)`` is looked for from then on.
+
+In: a term. Out: the table of all. Knows nothing of how they are tested.
 """
 
-from axisid.estimation.lacking.terms import TERMS as TERMS
-from axisid.estimation.lacking.terms import Along as Along
-from axisid.estimation.lacking.terms import Term as Term
+from axisid.estimation.lacking import TERMS as TERMS
+from axisid.estimation.lacking import Along as Along
+from axisid.estimation.lacking import Term as Term
