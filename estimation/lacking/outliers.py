@@ -25,8 +25,7 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
         return []
     data = scores.data
     rows = data.row_numbers.astype(np.int64)
-    left = scores.residuals - scores.basis @ (scores.basis.T @ scores.residuals)
-    left = np.abs(left - left[:, 1:].mean(axis=1, keepdims=True))
+    left = np.abs(scores.nets)
     worst, chance = int(np.argmax(left[:, 0])), _chance(left.max(axis=0))
     width = data.prefilter.decimate
     near = np.round(np.linspace(-width, width, _PLACES if width > 1 else 3))

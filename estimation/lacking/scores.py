@@ -135,9 +135,13 @@ class RecordScores:
     @cached_property
     def net(self) -> Array:
         """Residuals of the record beyond twins' and less what is in the basis, (n,)."""
-        own = self.residuals[:, 0]
-        own = own - self.residuals[:, 1:].mean(axis=1) if self.twins else own
-        return np.asarray(own - self.basis @ (self.basis.T @ own))
+        return np.asarray(self.nets[:, 0])
+
+    @cached_property
+    def nets(self) -> Array:
+        """The same of the record and of its twins, (n, 1 + R)."""
+        nets = self.residuals - self.basis @ self._in_basis
+        return nets - nets[:, 1:].mean(axis=1, keepdims=True) if self.twins else nets
 
     @cached_property
     def _in_basis(self) -> Array:
