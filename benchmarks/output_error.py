@@ -34,7 +34,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import cascade_pd, cascade_pd_difference
-from axisid.estimation.noise import second_opinion
+from axisid.estimation.estimates import hausman
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration import ControlLaw
 from axisid.paper.study import APPROPRIATE, INAPPROPRIATE
@@ -166,11 +166,11 @@ def _count(figures: Figures, result: Identification) -> None:
         figures.deviations.setdefault(method, []).append([v.deviation for v in values.values()])
         inside = [v.interval[0] <= TRUTH[n] <= v.interval[1] for n, v in values.items()]
         figures.held.setdefault(method, []).append(inside)
-    apart = second_opinion(result["idm-iv"], result["didim"]).values()
+    apart = hausman(result["idm-iv"], result["didim"]).values()
     figures.apart.append([each.difference for each in apart])
     figures.apart_deviations.append([each.deviation for each in apart])
     checks = {check.name: check for check in result.verdict}
-    opinion = checks["second opinion"]
+    opinion = checks["method"]
     figures.opinions[opinion.status] += 1
     figures.laws[checks["control law"].status] += 1
     for told in ("didim", "instruments"):

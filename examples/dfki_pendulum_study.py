@@ -87,7 +87,7 @@ def sweep_table(results: Sequence[Identification]) -> Rows:
         for name in ("J", "mc"):
             row += [_value(result.estimates.get(m), name) for m in ("idm-ls", "ddm-ls", "idm-iv")]
         strength = check_of(result, "instrument strength")
-        compared = check_of(result, "least squares against instruments")
+        compared = check_of(result, "method")
         p = f"{compared.p_value:.0e}" if compared.p_value is not None else "-"
         rows.append([*row, f"{_strength(strength.figure)}, {strength.status}", p])
     return rows

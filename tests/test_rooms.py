@@ -46,7 +46,6 @@ FLOORS = (
     ("estimation.methods",),
     ("estimation.lacking",),
     ("estimation.moves",),
-    ("estimation.noise",),
     ("estimation.checks",),
     ("estimation.diagnostics.law",),
     ("estimation.diagnostics.loop", "estimation.diagnostics.estimates"),

@@ -17,7 +17,7 @@
 #   believe the instruments, *if* the control law passes its check and the instruments are strong.
 # - **IDM-IV and DDM-IV agree always**, to rounding: they solve the same equations with the same
 #   instruments. That is a self-test, and no second opinion.
-# - **IDM-IV and DIDIM** are one estimate but for chance, or the check *second opinion* says which to
+# - **IDM-IV and DIDIM** are one estimate but for chance, or the check *method* says which to
 #   believe, of which the verdict is then. With a coarse encoder, or a cut-off that lets much through, DIDIM scatters less and is not biased;
 #   with a control law that is not the drive's, believe the instruments. [How coarse](../encoder.md), on 1400 twins.
 # - **No control law, or an open loop**: IDM-LS, at a cut-off low enough. `--validate` with a second record
@@ -40,7 +40,7 @@ for cutoff, decimate in ((60.0, 10), (180.0, 3)):
     )
     print(f"{cutoff:g} Hz, 1 of {decimate}: {masses}")
     for check in result.verdict:
-        if check.name == "least squares against instruments":
+        if check.name == "method":
             print(f"    {check.status}: {check.note}")
 
 # %% [markdown]

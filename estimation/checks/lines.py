@@ -35,13 +35,7 @@ LINES = MappingProxyType(
             "physical parameters",
         ),
         "records": ("records alike", "repeated records"),
-        "method": (
-            "instrument strength",
-            "least squares against instruments",
-            "coarse positions",
-            "inverse against direct",
-            "second opinion",
-        ),
+        "method": ("instrument strength", "method"),
     }
 )
 _OF_CHECK = MappingProxyType({check: line for line, checks in LINES.items() for check in checks})

@@ -12,13 +12,10 @@ from typing import Literal
 from axisid.estimation.checks import Check, line_of, lines_of, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
-    endogeneity_of,
-    forms_check,
     gain_check,
-    ls_against_iv,
+    method_check,
     nominal_check,
     precision,
-    second_opinion_check,
     within_bounds,
 )
 from axisid.estimation.diagnostics.law import law_check
@@ -43,7 +40,6 @@ from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
-from .beside import without_instruments
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .joined import joined
 from .preferred import Choice
@@ -92,39 +88,18 @@ def _control_law(case: Case) -> Check | Missing:
     return law_check(case.law)
 
 
-def _strength(case: Case) -> Check | Missing:
-    return case.strength
+def _strength(case: Case) -> Check | Missing | None:
+    without = all(estimate.Z is None for estimate in case.estimates.values())
+    return None if without else case.strength
 
 
-def _against_instruments(case: Case) -> Check | Missing:
-    if isinstance(case.beside, Missing):
-        return case.beside
-    beside = case.beside
-    ls, iv = case.estimates.get("idm-ls"), beside or case.estimates.get("idm-iv")
-    ls = ls if beside is None else without_instruments(case.estimates)
-    alone = ls is not None and ls is case.preferred
-    biases = case.noise_biases.get(ls.method, {}) if ls else {}
-    endogeneity = case.endogeneity if beside is None else endogeneity_of(beside)
-    return ls_against_iv(ls, iv, endogeneity, biases, weak=case.weak_beside, alone=alone)
-
-
-def _coarse_positions(case: Case) -> Check | Missing | None:
-    return case.coarse
-
-
-def _forms(case: Case) -> Check | None:
-    found = case.attenuation
-    if isinstance(found, Missing):  # one of them was not asked for, or no correlation parts them
-        return None
-    return forms_check(found, by_instruments=bool(case.noise_biases))
-
-
-def _second_opinion(case: Case) -> Check | Missing | None:
-    iv, didim = (case.estimates.get(method) for method in ("idm-iv", "didim"))
+def _method(case: Case) -> Check | Missing:
     laws = [part.law for part in case.parts]
     checked = [law for law in laws if not isinstance(law, Missing)]
     law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None
-    return second_opinion_check(case.second_opinion, iv, didim, law_passed=law_passed)
+    return method_check(
+        case.preferred, case.estimates, case.differences, case.steps, law_passed=law_passed
+    )
 
 
 def _precision(case: Case) -> Check:
@@ -223,7 +198,7 @@ def _missing_terms(case: Case) -> Check | Missing:
     found = terms_check(lacking, case.data.axis, case.data.record)
     if found.status != "fail":
         return found
-    if _fails(case.coarse):
+    if _fails(method_check(case.preferred, {}, {}, case.steps, law_passed=None)):
         return replace(found, status="note")  # what the steps move is left, and counts once
     if _is_declared_late(case):
         said = "the delay or lag that is declared too long, see alignment, may make it"
@@ -265,10 +240,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
     for row in (
         Diagnostic(name="control law", check=_control_law, rank=0, grave=True, by_record=True),
         Diagnostic(name="instrument strength", check=_strength, rank=12),
-        Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
-        Diagnostic(name="coarse positions", check=_coarse_positions, rank=9),
-        Diagnostic(name="inverse against direct", check=_forms, rank=5, grave=True),
-        Diagnostic(name="second opinion", check=_second_opinion, rank=14),
+        Diagnostic(name="method", check=_method, rank=14),
         Diagnostic(name="precision", check=_precision, rank=13),
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
         Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
@@ -314,7 +286,6 @@ def diagnose(choice: Choice) -> Diagnosis:
         preferred=case.judged,
         law=unless_faulty(lambda: case.parts[law].law),
         instruments=told_or(None, lambda: case.instruments),
-        endogeneity=unless_faulty(lambda: case.endogeneity),
         excitation=told_or((), lambda: case.excitation),
         alignment=unless_faulty(lambda: case.parts[alignment].alignment),
         motions=told_or({}, lambda: case.parts[velocity].motions),
@@ -322,8 +293,7 @@ def diagnose(choice: Choice) -> Diagnosis:
         lack_of_fit=None if case.has_parts else told_or(None, lambda: case.lack_of_fit),
         bands={} if case.has_parts else told_or({}, lambda: case.bands),
         records=_of_records(case, made) if len(names) > 1 else (),
-        noise_biases=told_or({}, lambda: case.noise_biases),
-        attenuation=unless_faulty(lambda: case.attenuation),
+        differences=told_or({}, lambda: case.differences),
     )
 
 

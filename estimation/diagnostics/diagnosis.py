@@ -6,14 +6,15 @@ from functools import cached_property
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import (
-    Endogeneity,
+    FORMS,
+    LS_LESS_IV,
+    SECOND_OPINION,
     Excitation,
     InstrumentTests,
-    coarse_positions,
-    endogeneity_of,
     excitation,
     excitation_of_several,
     fixed_check,
+    moved_by_steps,
     strength_check,
     tests_of_instruments,
 )
@@ -27,16 +28,9 @@ from axisid.estimation.diagnostics.loop import (
     force_timing,
     law_in_time,
 )
-from axisid.estimation.estimates import Estimate, part_of
+from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of
 from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
-from axisid.estimation.noise import (
-    NO_ATTENUATION,
-    Attenuation,
-    NoiseBias,
-    attenuation,
-    noise_biases,
-)
 from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import (
     InverseForm,
@@ -49,7 +43,6 @@ from axisid.support.errors import AxisidError, DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
-from .beside import instruments_beside, without_instruments
 from .preferred import Choice
 from .records_alike import Alike, Apart, records_alike
 
@@ -66,8 +59,6 @@ class Diagnosis(Presentable, Exact):
         The control law against the record, or why it cannot be checked.
     instruments : InstrumentTests or None
         Of `preferred`, or of idm-iv beside it where that is by output error; None without any.
-    endogeneity : Endogeneity or Missing
-        Of idm-iv; None without it, or where instruments and regressor are too alike to test.
     excitation : tuple of Excitation
         By physical parameter.
     alignment : Alignment or Missing
@@ -78,10 +69,8 @@ class Diagnosis(Presentable, Exact):
         Of `preferred`; None where the reference does not repeat, or there is none.
     bands : mapping of str to mapping of str to Band
         Of the model's error, by method and physical parameter.
-    noise_biases : mapping of str to mapping of str to NoiseBias
-        Least squares less instruments of the same form, by method and physical parameter.
-    attenuation : Attenuation or Missing
-        The two forms of least squares against each other.
+    differences : mapping of str to mapping of str to HausmanTest
+        Of two estimates, ``idm-iv less didim``, by physical parameter.
     motions : mapping of str to MotionComparison or Missing
         A measured velocity and acceleration beside what is differentiated, by role.
     records : tuple of RecordDiagnosis
@@ -91,14 +80,12 @@ class Diagnosis(Presentable, Exact):
     preferred: str
     law: LawCheck | Missing
     instruments: InstrumentTests | None
-    endogeneity: Endogeneity | Missing
     excitation: tuple[Excitation, ...]
     alignment: Alignment | Missing
     verdict: tuple[Check, ...]
     lack_of_fit: LackOfFit | None = None
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
-    noise_biases: Mapping[str, Mapping[str, NoiseBias]] = field(default_factory=dict)
-    attenuation: Attenuation | Missing = NO_ATTENUATION
+    differences: Mapping[str, Mapping[str, HausmanTest]] = field(default_factory=dict)
     motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
     records: "tuple[RecordDiagnosis, ...]" = ()
 
@@ -219,24 +206,12 @@ class Case:
     @cached_property
     def strength(self) -> Check | Missing:
         """Whether those instruments are strong, or why that cannot be told."""
-        if isinstance(self.instruments, Missing) and isinstance(self.beside, Missing):
-            return self.beside
         return strength_check(self.preferred, self.instruments)
 
     @property
     def weak(self) -> bool:
         """Whether the instruments of the judged estimate tell nothing."""
         return isinstance(self.strength, Check) and self.strength.status == "fail"
-
-    @property
-    def weak_beside(self) -> bool:
-        """Whether instruments tell nothing, of the judged estimate or beside it."""
-        return isinstance(self.strength, Check) and self.strength.status != "pass"
-
-    @cached_property
-    def endogeneity(self) -> Endogeneity | Missing:
-        """Of idm-iv; None without it, or where it cannot be tested."""
-        return endogeneity_of(self.estimates.get("idm-iv"))
 
     @cached_property
     def residuals(self) -> ResidualTests:
@@ -313,11 +288,13 @@ class Case:
         """What the judged model lacks, or why that cannot be told."""
         return lacking(self.data, self.preferred, len(self.choice.problem.data))
 
-    @cached_property
-    def coarse(self) -> Check | Missing | None:
-        """Whether the steps of a logged position move the judged estimate; None where not asked."""
-        told = self.has_parts or bool(self.noise_biases)
-        return None if told else coarse_positions(self.data, self.preferred)
+    @property
+    def steps(self) -> Mapping[str, float] | Missing:
+        """What the steps of a logged position move a judged least squares without twins by."""
+        ls = self.preferred
+        if self.has_parts or ls.loop_rows is not None or ls.filter_bias is not None:
+            return Missing("loops tell it")
+        return moved_by_steps(self.data, ls)
 
     @cached_property
     def lack_of_fit(self) -> LackOfFit | None:
@@ -332,34 +309,20 @@ class Case:
         return model_bands(self.estimates, self.data, noisy=noisy)
 
     @cached_property
-    def beside(self) -> Estimate | Missing | None:
-        """Instruments beside least squares that has none; None where there is nothing of both."""
-        ls = without_instruments(self.estimates)
-        return None if ls is None else instruments_beside(self.problem, ls)
+    def differences(self) -> Mapping[str, Mapping[str, HausmanTest]]:
+        """Estimates against each other; none by instruments that are too weak to tell."""
+        instruments = any(each.loop_rows is not None for each in self.estimates.values())
+        weak = isinstance(self.strength, Check) and self.strength.status != "pass"
+        tested = {
+            SECOND_OPINION: {} if weak else self.choice.apart,
+            LS_LESS_IV: {} if weak else self._less("idm-ls", "idm-iv"),
+            FORMS: {} if instruments else self._less("ddm-ls", "idm-ls"),
+        }
+        return {name: found for name, found in tested.items() if found}
 
-    @cached_property
-    def noise_biases(self) -> Mapping[str, Mapping[str, NoiseBias]]:
-        """Least squares less instruments; nothing where these are too weak to tell."""
-        if self.weak_beside or isinstance(self.beside, Missing):
-            return {}
-        found = {} if self.beside is None else {self.beside.method: self.beside}
-        return noise_biases({**self.estimates, **found})
-
-    @cached_property
-    def second_opinion(self) -> Mapping[str, NoiseBias] | Missing | None:
-        """Instruments less DIDIM by parameter, or why not; None where they are not there both."""
-        if not {"idm-iv", "didim"} <= self.estimates.keys():
-            return None
-        if self.weak_beside:
-            return Missing("the instruments are too weak to tell")
-        return self.choice.apart or Missing("the two are not of the same rows")
-
-    @cached_property
-    def attenuation(self) -> Attenuation | Missing:
-        """The two forms of least squares against each other."""
-        if self.has_parts:
-            return Missing("the two forms of least squares are compared on one record by itself")
-        return attenuation(self.data, self.estimates)
+    def _less(self, one: str, other: str) -> Mapping[str, HausmanTest]:
+        found = self.estimates.get(one), self.estimates.get(other)
+        return {} if found[0] is None or found[1] is None else hausman(found[0], found[1])
 
     @cached_property
     def fixed(self) -> Check | Missing | None:

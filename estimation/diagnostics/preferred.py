@@ -7,8 +7,7 @@ from functools import cached_property, partial
 from axisid.estimation.checks import told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import prefers_instruments
 from axisid.estimation.diagnostics.law import LawCheck, check_law
-from axisid.estimation.estimates import Estimate
-from axisid.estimation.noise import NoiseBias, second_opinion
+from axisid.estimation.estimates import Estimate, HausmanTest, hausman
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import DirectForm
 from axisid.support.missing import Missing
@@ -56,12 +55,12 @@ class Choice:
         return all(isinstance(law, LawCheck) and law.passed for law in self.laws)
 
     @cached_property
-    def apart(self) -> Mapping[str, NoiseBias]:
+    def apart(self) -> Mapping[str, HausmanTest]:
         """IDM-IV less DIDIM by parameter; empty where they are not both there, of the same rows."""
         iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
         if iv is None or didim is None:
             return {}
-        return told_or({}, partial(second_opinion, iv, didim))
+        return told_or({}, partial(hausman, iv, didim))
 
     def _best(self, *, by_law: bool) -> str:
         def preference(method: str) -> tuple[bool, bool, bool]:

@@ -8,6 +8,10 @@ from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
 from .estimate import alike_corrected as alike_corrected
 from .fitted import FittedParameters as FittedParameters
+from .hausman import NOTICEABLE as NOTICEABLE
+from .hausman import HausmanTest as HausmanTest
+from .hausman import hausman as hausman
+from .hausman import parted as parted
 from .inference import Inference as Inference
 from .iterate import Iterate as Iterate
 from .iterate import NotSimulated as NotSimulated

@@ -12,7 +12,6 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import STARTS, comparing, is_output_error
-from axisid.estimation.diagnostics import Case
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.identification import (
     Identification,
@@ -23,7 +22,6 @@ from axisid.estimation.identification import (
     weighted,
 )
 from axisid.estimation.joint import Known, Told
-from axisid.estimation.noise import NoiseBias
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -73,9 +71,6 @@ class Comparison(Presentable, Exact):
         Why that one, or none, in one sentence.
     law : LawCheck or Missing
         The first candidate's control law against the record.
-    noise_biases : mapping of str to NoiseBias
-        Of the recommended candidate, where it is by least squares: less instruments of the same
-        form, by parameter; empty where these tell nothing.
     set_aside : mapping of str to Note
         Records that could not be used, with the reason.
     """
@@ -92,7 +87,6 @@ class Comparison(Presentable, Exact):
     tied: tuple[str, ...]
     reason: str
     law: LawCheck | Missing
-    noise_biases: Mapping[str, NoiseBias] = field(default_factory=dict)
     set_aside: Mapping[str, Note] = field(default_factory=dict)
 
     def with_set_aside(self, unread: Mapping[str, Note]) -> "Comparison":
@@ -218,7 +212,6 @@ def compare(
         tied=tied,
         reason=reason,
         law=first_failing(next(iter(fits.values())).choice.laws),
-        noise_biases={} if recommended is None else _noise_biases(fits[recommended], method),
         set_aside=shared.set_aside,
     )
 
@@ -231,11 +224,6 @@ def _with_own(
     names.discard("")
     found = (a for a in named.values() if names <= {p.name for p in a.declared.parameters})
     return next(found, first) if names else first
-
-
-def _noise_biases(fit: Identification, method: str) -> Mapping[str, NoiseBias]:
-    """What noise does to least squares, as instruments tell; nothing of a method with these."""
-    return Case.of(fit.choice).noise_biases.get(method, {})
 
 
 def _fits(

@@ -15,12 +15,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.diagnostics.estimates import (
-    biased_parameters,
-    endogeneity_of,
-    tests_of_instruments,
-)
-from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.diagnostics.estimates import tests_of_instruments
+from axisid.estimation.estimates import Estimate, Value, hausman, parted
 from axisid.estimation.identification import Identification
 from axisid.estimation.thresholds.diagnostics import (
     MAX_FILTER_BIAS,
@@ -165,7 +161,7 @@ def _agrees(result: Identification) -> bool:
     ls, iv = result.estimates.get("idm-ls"), result.estimates.get("idm-iv")
     if ls is None or iv is None or not _is_strong(iv):
         return False
-    return not biased_parameters(ls, iv, endogeneity_of(iv))
+    return not parted(hausman(ls, iv))
 
 
 def _is_strong(iv: Estimate | None) -> bool:

@@ -1,27 +1,18 @@
-"""Statistics that say whether instruments can be believed, and whether they are needed.
+"""Statistics that say whether instruments can be believed.
 
-First-stage F, alone and conditional on the other columns, and Shea's partial R squared; least
-squares against instruments by Durbin-Wu-Hausman in regression form.
+First-stage F, alone and conditional on the other columns, and Shea's partial R squared.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.special import stdtr
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate, alike_corrected
-from axisid.estimation.regression import Covariance, factor, joint_p, least_squares
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.regression import factor
 from axisid.estimation.thresholds.diagnostics import (
-    CONTRADICTION_LEVEL,
-    MAX_BIAS_DISTANCE,
-    MAX_RELATIVE_DEVIATION,
     MIN_FIRST_STAGE_F,
-    NEGLIGIBLE_BIAS,
-    NOTICEABLE_BIAS,
 )
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -74,48 +65,6 @@ class InstrumentTests:
     def weakest(self) -> float:
         """Smallest conditional F."""
         return min(column.conditional_f for column in self.columns)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Endogeneity:
-    """Durbin-Wu-Hausman in regression form.
-
-    Attributes
-    ----------
-    statistic, p_value : float
-        Wald statistic over its degrees of freedom, never negative; its p-value by Hotelling's T
-        squared with the effective degrees of freedom.
-    by_parameter : tuple of float
-        p-value of each column's residual from its instruments; NaN where instruments give the
-        column exactly, or its residual is made of those of columns before it (friction of its own
-        in each direction has one residual for both levels).
-    """
-
-    statistic: float
-    p_value: float
-    by_parameter: tuple[float, ...]
-
-
-def biased_parameters(
-    ls: Estimate, iv: Estimate, endogeneity: Endogeneity | Missing
-) -> tuple[str, ...]:
-    """Parameters on which noise has biased least squares, as instruments tell.
-
-    Either the two are more than 3 i.i.d. deviations of the instrumental estimate apart, the paper's
-    rule, and more than 1 %. Or Durbin-Wu-Hausman rejects, and they are more than 10 % apart on one
-    that the instruments identify: residuals that are large for other reasons widen the deviations,
-    and the first rule alone would let a large bias pass. The test alone would not do: with little
-    noise in the equation it rejects for a bias that nobody would notice.
-    """
-    by_ls, by_iv = alike_corrected(ls, iv)
-    apart = np.abs(by_ls - by_iv)
-    far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariances["iid"]))
-    far &= apart > NEGLIGIBLE_BIAS.value * np.abs(by_iv)
-    if not isinstance(endogeneity, Missing) and endogeneity.p_value < CONTRADICTION_LEVEL.value:
-        most = MAX_RELATIVE_DEVIATION.value / 100
-        precise = np.sqrt(np.diag(iv.covariances[iv.chosen])) < most * np.abs(by_iv)
-        far |= precise & (apart > NOTICEABLE_BIAS.value * np.abs(by_iv))
-    return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)
 
 
 def strength_check(judged: Estimate, tests: InstrumentTests | Missing) -> Check | Missing:
@@ -210,70 +159,3 @@ def _conditional_f(X: Array, fitted: Array, basis: Array, j: int) -> float:
     unexplained = left_over - basis @ explained
     # k instruments, of which the other columns take k - 1.
     return _f(float(explained @ explained), float(unexplained @ unexplained), 1, n - k)
-
-
-def endogeneity_of(iv: Estimate | None) -> Endogeneity | Missing:
-    """`endogeneity` of an estimate's rows, where it can be tested."""
-    if iv is None or iv.Z is None:
-        return NO_ENDOGENEITY
-    try:
-        # Behind the same filter the loop differs from the record by noise alone.
-        Z = iv.Z if iv.noise_free is None else iv.noise_free.regressor
-        left = iv.X @ iv.theta + iv.net_residuals
-        return endogeneity(left, iv.X, Z, iv.covariance_model, iv.neighbours)
-    except EstimationError:
-        return NO_ENDOGENEITY
-
-
-def endogeneity(
-    y: Array, X: Array, Z: Array, covariance: Covariance, neighbours: Neighbours | None = None
-) -> Endogeneity:
-    """Test whether the regressor's residuals from the instruments help to explain y.
-
-    Parameters
-    ----------
-    y : (n,) array
-    X, Z : (n, k) arrays
-    covariance : Covariance
-        Of the augmented regression.
-    neighbours : Neighbours, optional
-        Which rows follow each other in time; by default all do.
-    """
-    k = X.shape[1]
-    basis = np.linalg.qr(Z)[0]
-    unexplained = X - basis @ (basis.T @ X)
-    noisy = _independent(unexplained / np.linalg.norm(X, axis=0))
-    if not np.any(noisy):
-        return Endogeneity(statistic=0.0, p_value=1.0, by_parameter=(np.nan,) * k)
-    augmented = np.column_stack([X, unexplained[:, noisy]])
-    names = [str(i) for i in range(augmented.shape[1])]
-    # Of few scores as the covariance has them: right models of 1.5 to 3 s are rejected at 1 % in 0
-    # to 3 % of 150 runs, by the kernel alone in 0 to 5 %.
-    solution = least_squares(y, factor(augmented, names, neighbours=neighbours))
-    extra, block = solution.theta[k:], covariance.matrix(solution)[k:, k:]
-    freedom = covariance.freedom(solution)[k:]
-    square = float(extra @ np.linalg.solve(block, extra))
-    chance = joint_p(
-        square, len(extra), float(freedom.min()), one_variance=covariance.has_one_variance
-    )
-    single = 2 * stdtr(freedom, -np.abs(extra) / np.sqrt(np.diag(block)))
-    by_parameter = np.full(k, np.nan)
-    by_parameter[noisy] = single
-    return Endogeneity(
-        statistic=square / len(extra),
-        p_value=chance,
-        by_parameter=tuple(map(float, by_parameter)),
-    )
-
-
-def _independent(columns: Array) -> NDArray[np.bool_]:
-    """Which of the columns are not zero, and not made of those before them."""
-    kept = np.zeros(columns.shape[1], dtype=bool)
-    for j, column in enumerate(columns.T):
-        size = float(np.linalg.norm(column))
-        if size <= _NOTHING:
-            continue
-        basis = np.linalg.qr(columns[:, kept])[0]
-        left = column - basis @ (basis.T @ column)
-        kept[j] = np.linalg.norm(left) > _NOTHING_LEFT * size
-    return kept

@@ -9,7 +9,6 @@ from scipy.special import stdtrit
 
 from axisid import Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.estimates.instruments import Endogeneity, endogeneity_of
 from tests.refusals import refuses
 
 
@@ -34,16 +33,6 @@ def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
         )
         assert estimate.derive("M").deviation == pytest.approx(np.sqrt(covariance[0, 0]))
     assert result.to_dict()["estimates"][0]["chosen_covariance"] == chosen
-
-
-def test_endogeneity_is_tested_under_it(emps2015: GeneratedAxis, twin: Record) -> None:
-    found = {
-        chosen: endogeneity_of(identify(emps2015, twin, covariance=chosen)["idm-iv"])  # type: ignore[arg-type]
-        for chosen in ("hac", "iid")
-    }
-    assert isinstance(found["hac"], Endogeneity)
-    assert isinstance(found["iid"], Endogeneity)
-    assert found["hac"].statistic != pytest.approx(found["iid"].statistic, rel=0.1)
 
 
 @pytest.mark.slow

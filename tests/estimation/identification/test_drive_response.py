@@ -41,7 +41,7 @@ def test_declared_lag_and_delay_leave_no_error(timing: dict[str, float]) -> None
             assert abs(value.corrected / true - 1) < MOST_ERROR
             assert abs(value.value / true - 1) < MOST_BIAS
     checks = {check.name: check for check in result.verdict}
-    for name in ("control law", "alignment", "simulation", "least squares against instruments"):
+    for name in ("control law", "alignment", "simulation", "method"):
         assert checks[name].status in ("pass", "note"), checks[name]
     assert checks["control law"].figure < 1e-6
     assert result.preferred.simulation_error_percent < 0.1

@@ -470,9 +470,6 @@ def test_least_squares_that_noise_moves_is_corrected(ladder: dict[str, Generated
     record = read_record(columns, axis)
     found = compare(two, record)
     assert found.recommended == "Coulomb"
-    assert not found.noise_biases["M"].misses, "twins tell what noise moves"
     mass = found["Coulomb"].estimate.parameters["M"]
     assert abs(mass.filter_bias) > 3 * mass.deviation
-    by_instruments = compare(two, record, method="idm-iv")
-    assert by_instruments.noise_biases == {}
-    assert "compare by instruments" not in by_instruments.summary()
+    assert mass.interval[0] < 100.2 < mass.interval[1]

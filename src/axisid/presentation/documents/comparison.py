@@ -15,7 +15,6 @@ from axisid.presentation.schema import (
     WrittenHeldOutBlocks,
     WrittenKnown,
     WrittenNestedTest,
-    WrittenNoiseBias,
     WrittenParameterCheck,
     plain,
 )
@@ -29,7 +28,6 @@ from .identification import (
     prefilter_document,
     record_document,
 )
-from .same_members import written_as
 
 
 def comparison_dict(comparison: Comparison) -> dict[str, Any]:
@@ -56,7 +54,6 @@ def comparison_document(comparison: Comparison) -> WrittenComparison:
         recommended=c.recommended,
         tied=tuple(c.tied),
         reason=c.reason,
-        noise_bias={n: written_as(WrittenNoiseBias, bias) for n, bias in c.noise_biases.items()},
     )
 
 

@@ -4,29 +4,26 @@ from collections.abc import Sequence
 from typing import Any
 
 import msgspec
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
-from axisid.estimation.diagnostics.estimates import Endogeneity, InstrumentTests
+from axisid.estimation.diagnostics.estimates import InstrumentTests
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment
-from axisid.estimation.noise import Attenuation
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (
     WrittenAlignment,
-    WrittenAttenuation,
     WrittenAutocorrelation,
     WrittenBand,
     WrittenCheck,
     WrittenCrossCorrelation,
-    WrittenEndogeneity,
     WrittenExcitation,
+    WrittenHausmanTest,
     WrittenInstruments,
     WrittenLackOfFit,
     WrittenLawCheck,
     WrittenMotionComparison,
-    WrittenNoiseBias,
     WrittenNormality,
     WrittenResidualTests,
     WrittenSetting,
@@ -61,7 +58,6 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     return {
         "judged": diagnosis.preferred,
         "instruments": _instruments(diagnosis.instruments),
-        "endogeneity": _endogeneity(diagnosis.endogeneity, names),
         "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
         **record_members(diagnosis, names),
         "model_bands": {
@@ -73,12 +69,11 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
             if of_one
         }
         or UNSET,
-        "noise_bias": {
-            method: {name: written_as(WrittenNoiseBias, bias) for name, bias in of_one.items()}
-            for method, of_one in diagnosis.noise_biases.items()
+        "differences": {
+            pair: {name: written_as(WrittenHausmanTest, each) for name, each in of_one.items()}
+            for pair, of_one in diagnosis.differences.items()
         }
         or UNSET,
-        "attenuation": _attenuation(diagnosis.attenuation),
     }
 
 
@@ -117,26 +112,12 @@ def _instruments(tests: InstrumentTests | None) -> WrittenInstruments | None:
     )
 
 
-def _endogeneity(test: Endogeneity | Missing, names: Sequence[str]) -> WrittenEndogeneity | None:
-    if isinstance(test, Missing):
-        return None
-    return WrittenEndogeneity(
-        statistic=finite(test.statistic),
-        p_value=finite(test.p_value),
-        p_values=dict(zip(names, map(finite, test.by_parameter), strict=True)),
-    )
-
-
 def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
     """The delay of the force; `names` are of the parameters where it has none of its own."""
     if isinstance(profile, Missing):
         return WrittenAlignment(best=None, reason=profile.note.worded(as_options))
     sensitivity = zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
     return written_as(WrittenAlignment, profile, sensitivity=dict(sensitivity), reason=UNSET)
-
-
-def _attenuation(found: Attenuation | Missing) -> WrittenAttenuation | UnsetType:
-    return UNSET if isinstance(found, Missing) else written_as(WrittenAttenuation, found)
 
 
 def check_document(check: Check) -> WrittenCheck:

@@ -7,7 +7,6 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.estimates import CORRECTED, Estimate, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.moves import Band
-from axisid.estimation.noise import NoiseBias
 from axisid.estimation.studies import Validation
 from axisid.presentation.blocks import Cell, Column, Interval, Intervals, NotedText, Table
 from axisid.presentation.formulas import decimals, significant, true_minus
@@ -136,21 +135,12 @@ def parameters_table(
         drawn = _intervals(values, result.record.provenance.truth.get(quantity.name))
         for i, (method, value) in enumerate(values.items()):
             ends = (None, None) if i else (name, drawn)
-            band, bias = _found(result, method, quantity.name) if over_moves else (None, None)
-            rows.append((ends[0], method, *_cells(value, band, bias), ends[1]))
+            bands = result.diagnosis.bands.get(method, {}) if over_moves else {}
+            rows.append((ends[0], method, *_cells(value, bands.get(quantity.name)), ends[1]))
     return Table(columns=_COLUMNS, rows=tuple(rows))
 
 
-def _found(result: Identification, method: str, name: str) -> tuple[Band | None, NoiseBias | None]:
-    """What is known of a parameter beside its interval."""
-    diagnosis = result.diagnosis
-    bias = diagnosis.noise_biases.get(method, {}).get(name)
-    return diagnosis.bands.get(method, {}).get(name), bias
-
-
-def _cells(
-    value: Value, band: Band | None = None, bias: NoiseBias | None = None
-) -> tuple[Cell, ...]:
+def _cells(value: Value, band: Band | None = None) -> tuple[Cell, ...]:
     """Value, interval, deviation and relative deviation.
 
     The interval's centre is a note where it is noticeably another number, as in the text.
@@ -161,16 +151,10 @@ def _cells(
     relative = value.relative_deviation_percent
     return (
         NotedText(fitted, note=f"{centre} {CORRECTED}" if value.is_shifted else ""),
-        f"{low} … {high}"
-        if bias is None or not bias.moved
-        else NotedText(f"{low} … {high}", note=f"{_signed(bias, digits)} by noise"),
+        f"{low} … {high}",
         significant(value.deviation) if band is None or not band.exceeds else _both(value, band),
         f"{significant(relative)} %" if relative < _VAGUE else "-",
     )
-
-
-def _signed(bias: NoiseBias, digits: int) -> str:
-    return f"{'+' * (bias.difference > 0)}{_number(bias.difference, digits)}"
 
 
 def _both(value: Value, band: Band) -> NotedText:

@@ -10,23 +10,20 @@ from msgspec import UNSET
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Apart, Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.estimates import (
-    NO_ENDOGENEITY,
-    Endogeneity,
     Excitation,
     InstrumentTests,
     Strength,
 )
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment, MotionComparison
+from axisid.estimation.estimates import HausmanTest
 from axisid.estimation.moves import Band, LackOfFit
-from axisid.estimation.noise import NO_ATTENUATION, Attenuation, NoiseBias
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.documents import NOT_EVALUATED, number, read_as
 from axisid.presentation.schema import (
     WrittenAlignment,
     WrittenApart,
     WrittenCheck,
-    WrittenEndogeneity,
     WrittenIdentification,
     WrittenInstruments,
     WrittenLackOfFit,
@@ -46,7 +43,6 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
     return Diagnosis(
         preferred=written.judged,
         instruments=_instruments(written.instruments),
-        endogeneity=_endogeneity(written.endogeneity),
         excitation=tuple(
             read_as(Excitation, e, {"inflation": math.inf}, name=name)
             for name, e in written.excitation.items()
@@ -59,13 +55,10 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
             }
             for method, of_one in (written.model_bands or {}).items()
         },
-        noise_biases={
-            method: {name: read_as(NoiseBias, bias) for name, bias in of_one.items()}
-            for method, of_one in (written.noise_bias or {}).items()
+        differences={
+            pair: {name: read_as(HausmanTest, each) for name, each in of_one.items()}
+            for pair, of_one in (written.differences or {}).items()
         },
-        attenuation=read_as(Attenuation, written.attenuation)
-        if written.attenuation
-        else NO_ATTENUATION,
         records=tuple(
             RecordDiagnosis(**_of_record(member, units), apart=read_apart(member.apart))
             for member in written.records or ()
@@ -135,16 +128,6 @@ def _instruments(written: WrittenInstruments | None) -> InstrumentTests | None:
             for column in written.columns
         ),
         condition_number=number(written.condition_number, math.inf),
-    )
-
-
-def _endogeneity(written: WrittenEndogeneity | None) -> Endogeneity | Missing:
-    if written is None:
-        return NO_ENDOGENEITY
-    return Endogeneity(
-        statistic=number(written.statistic),
-        p_value=number(written.p_value),
-        by_parameter=tuple(map(number, written.p_values.values())),
     )
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from msgspec import UNSET, UnsetType
 
 from .base import JsonObject, about
-from .diagnosis import WrittenCheck, WrittenNoiseBias
+from .diagnosis import WrittenCheck
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord
 from .values import WrittenKnown
@@ -109,13 +109,6 @@ class WrittenComparison(
     recommended: str | None
     tied: tuple[str, ...]
     reason: str
-    noise_bias: Annotated[
-        Mapping[str, WrittenNoiseBias],
-        about(
-            "Of the recommended candidate, least squares less instruments by parameter; empty "
-            "where it is by instruments, or these tell nothing."
-        ),
-    ]
 
 
 class WrittenDifference(JsonObject, frozen=True, kw_only=True):

@@ -46,14 +46,6 @@ class WrittenInstruments(JsonObject, frozen=True, kw_only=True):
     condition_number: Annotated[float | None, about("Of Z'X, unit columns.")]
 
 
-class WrittenEndogeneity(JsonObject, frozen=True, kw_only=True):
-    """Durbin-Wu-Hausman in regression form, HAC."""
-
-    statistic: float | None
-    p_value: float | None
-    p_values: Annotated[Mapping[str, float | None], about("By parameter.")]
-
-
 class WrittenExcitation(JsonObject, frozen=True, kw_only=True):
     """What the motion shows of one parameter."""
 
@@ -138,32 +130,14 @@ class WrittenBand(JsonObject, frozen=True, kw_only=True):
     exceeds: Annotated[bool, about("Whether it is noticeably wider than the interval for noise.")]
 
 
-class WrittenNoiseBias(JsonObject, frozen=True, kw_only=True):
-    """Least squares less instruments of the same form, one parameter."""
+class WrittenHausmanTest(JsonObject, frozen=True, kw_only=True):
+    """One estimate less another, one parameter."""
 
     difference: Annotated[float, about("Both less the bias of filter and noise where it is known.")]
     deviation: Annotated[float, about("HAC, of the difference.")]
     p_value: Annotated[float | None, about("Hausman, of this parameter.")]
     joint_p_value: Annotated[float | None, about("The same of all parameters at once.")]
-    shift: Annotated[float, about("In deviations of least squares.")]
-    misses: Annotated[
-        bool,
-        about("Whether the interval of least squares does not hold the instruments' value for it."),
-    ]
-
-
-class WrittenAttenuation(JsonObject, frozen=True, kw_only=True):
-    """Least squares of the inverse against the direct model."""
-
-    parameter: Annotated[str, about("The inertia.")]
-    inverse: float
-    direct: float
-    r_squared: Annotated[
-        float,
-        about("Squared partial correlation of force and acceleration: inverse over direct."),
-    ]
-    identity_error: Annotated[float, about("Relative distance of that quotient from it.")]
-    shift: Annotated[float, about("Of the two, in deviations of the inverse model's.")]
+    shift: Annotated[float, about("In deviations of the other estimate.")]
 
 
 class WrittenMotionComparison(JsonObject, frozen=True, kw_only=True):

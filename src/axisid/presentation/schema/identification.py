@@ -8,16 +8,14 @@ from msgspec import UNSET, UnsetType
 from .base import JsonObject, about
 from .diagnosis import (
     WrittenAlignment,
-    WrittenAttenuation,
     WrittenBand,
     WrittenCheck,
-    WrittenEndogeneity,
     WrittenExcitation,
+    WrittenHausmanTest,
     WrittenInstruments,
     WrittenLackOfFit,
     WrittenLawCheck,
     WrittenMotionComparison,
-    WrittenNoiseBias,
 )
 from .estimate import WrittenEstimate
 from .record import (
@@ -156,7 +154,6 @@ class WrittenIdentification(
     judged: Annotated[str, about("The method that the checks of one estimate are of.")]
     law_check: WrittenLawCheck
     instruments: WrittenInstruments | None
-    endogeneity: WrittenEndogeneity | None
     excitation: Annotated[Mapping[str, WrittenExcitation], about("By parameter.")]
     alignment: WrittenAlignment
     verdict: tuple[WrittenCheck, ...]
@@ -167,12 +164,9 @@ class WrittenIdentification(
         Mapping[str, Mapping[str, WrittenBand]] | UnsetType,
         about("Of the model's error, by method and parameter."),
     ] = UNSET
-    noise_bias: Annotated[
-        Mapping[str, Mapping[str, WrittenNoiseBias]] | UnsetType,
-        about("Least squares less instruments, by method and parameter."),
-    ] = UNSET
-    attenuation: Annotated[
-        WrittenAttenuation | UnsetType, about("The two forms of least squares; absent without.")
+    differences: Annotated[
+        Mapping[str, Mapping[str, WrittenHausmanTest]] | UnsetType,
+        about("Of two estimates, as ``idm-iv less didim``, by parameter."),
     ] = UNSET
     measured_motion: Annotated[
         Mapping[str, WrittenMotionComparison] | UnsetType,

@@ -23,7 +23,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note, Remedy, Setting, Wording, as_arguments
+from axisid.support.remedy import Note, Wording, as_arguments
 
 from .estimate import quantity
 from .record import (
@@ -290,28 +290,9 @@ def _faults(c: Comparison, wording: Wording) -> list[Sentence]:
         for name, check in checks
         if isinstance(check, Check) and check.status == "fail"
     ]
-    if moved := [name for name, bias in c.noise_biases.items() if bias.moved]:
-        faults.append(_moved_by_noise(c, moved, wording))
     if not isinstance(c.law, Missing) and not c.law.passed:
         faults.append(f"Believe nothing before this is mended: {c.law.note.worded(wording)}.")
     return [Sentence(text=fault) for fault in faults]
-
-
-def _moved_by_noise(c: Comparison, names: Sequence[str], wording: Wording) -> str:
-    """Which parameters of the recommended candidate noise moves, and how far."""
-    values = c[c.recommended or ""].estimate.parameters
-    listed = ", ".join(
-        f"{n} by {c.noise_biases[n].difference:+.2g} {values[n].unit}, "
-        f"{c.noise_biases[n].shift:.2g} deviations"
-        for n in names
-    )
-    advice = Remedy.of(
-        f"Noise moves {c.method} of {c.recommended}, as instruments tell: {listed}; compare by "
-        "instruments (",
-        Setting("method", "idm-iv"),
-        ").",
-    )
-    return advice.worded(wording)
 
 
 def _notes(c: Comparison) -> list[str]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.diagnostics.estimates import Endogeneity, InstrumentTests
+from axisid.estimation.diagnostics.estimates import InstrumentTests
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment, MotionComparison
 from axisid.estimation.estimates import COVARIANCES, Estimate, Value
@@ -20,8 +20,6 @@ from axisid.presentation.formulas import figure_text
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording
 
-from .noise import noise_details
-
 
 def details_document(
     estimates: Mapping[str, Estimate], diagnosis: Diagnosis, wording: Wording
@@ -35,8 +33,7 @@ def details_document(
         _excitation(diagnosis),
         *((_by_record(diagnosis),) if diagnosis.records else (_law(diagnosis.law, wording),)),
         _instruments(preferred, diagnosis.instruments),
-        _endogeneity(f"Durbin-Wu-Hausman, regression form, {label}", preferred, diagnosis),
-        *noise_details(diagnosis, {q.name: q.unit for q in preferred.quantities}),
+        _differences(diagnosis, {q.name: q.unit for q in preferred.quantities}),
         _alignment(preferred, diagnosis.alignment, wording),
         *_motions(diagnosis.motions),
         checks_table(diagnosis.verdict),
@@ -143,16 +140,27 @@ def _instruments(preferred: Estimate, tests: InstrumentTests | None) -> Table | 
     return _table(title, heads, rows, said=(said,))
 
 
-def _endogeneity(title: str, preferred: Estimate, diagnosis: Diagnosis) -> Paragraph:
-    endogeneity: Endogeneity | Missing = diagnosis.endogeneity
-    if isinstance(endogeneity, Missing):
-        return paragraph(f"not tested: {endogeneity}", title=title)
-    by = ", ".join(
-        f"{q.name} {p:.2g}" if p == p else f"{q.name} -"  # NaN where the column has no residual
-        for q, p in zip(preferred.quantities, endogeneity.by_parameter, strict=True)
+def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> Table | Paragraph:
+    title = "Estimates less another, Hausman, HAC"
+    if not diagnosis.differences:
+        return paragraph(
+            "not tested: no two are of the same rows, or instruments are weak", title=title
+        )
+    heads = ("", "unit", "difference", "sd of it", "in sd of the other", "p", "p of all")
+    rows = (
+        (
+            f"{pair} {name}",
+            units[name],
+            f"{each.difference:+.3g}",
+            f"{each.deviation:.2g}",
+            f"{each.shift:.2g}",
+            f"{each.p_value:.2g}",
+            f"{each.joint_p_value:.2g}",
+        )
+        for pair, of_one in diagnosis.differences.items()
+        for name, each in of_one.items()
     )
-    text = f"F = {endogeneity.statistic:.4g}, p = {endogeneity.p_value:.2g}; p by column: {by}"
-    return paragraph(text, title=title, filled=False)
+    return _table(title, heads, rows, labels=2)
 
 
 def _alignment(preferred: Estimate, alignment: Alignment | Missing, wording: Wording) -> Paragraph:

@@ -9,7 +9,6 @@ from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Estimate, Physical, Value
 from axisid.estimation.identification import DriveTime, Identification
 from axisid.estimation.moves import Band
-from axisid.estimation.noise import NoiseBias
 from axisid.modeling.declaration import left_out_text
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import (
@@ -32,7 +31,6 @@ from axisid.support.remedy import Note, Wording, as_arguments, as_options, worde
 from .details import checks_table, details_document
 from .estimate import iterations, places, quantity
 from .moves import band_row, moves_notes
-from .noise import noise_notes, noise_row
 from .physical import physical_notes
 from .record import (
     record_facts,
@@ -69,7 +67,6 @@ def identification_document(
         *_notes(estimates),
         *shared_remarks(estimates, wording),
         *physical_notes(physical, wording),
-        *noise_notes(diagnosis),
         *_judged_note(diagnosis, estimates),
         *moves_notes(diagnosis),
         *several_notes(result),
@@ -160,7 +157,6 @@ def _estimates_table(estimates: Sequence[Estimate], diagnosis: Diagnosis) -> Tab
         [e.parameters for e in estimates],
         _labels(first.quantities),
         [diagnosis.bands.get(e.method, {}) for e in estimates],
-        [diagnosis.noise_biases.get(e.method, {}) for e in estimates],
     )
     rows += _value_rows([e.ddm_parameters for e in estimates], _labels(first.ddm_quantities))
     rows += [
@@ -211,15 +207,12 @@ def _value_rows(
     columns: Sequence[Mapping[str, Value]],
     labels: Mapping[str, str],
     bands: Sequence[Mapping[str, Band]] = (),
-    biases: Sequence[Mapping[str, NoiseBias]] = (),
 ) -> list[Row]:
     rows: list[Row] = []
     for name, label in labels.items():
         values = [column[name] for column in columns]
         rows.append((label, values[0].unit, *map(quantity, values)))
         rows += _corrected_row(values)
-        if biases:
-            rows += noise_row(values, [column.get(name) for column in biases])
         if bands:
             rows += band_row(values, [column.get(name) for column in bands])
     return rows

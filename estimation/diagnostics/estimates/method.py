@@ -1,0 +1,292 @@
+"""Which estimate is judged, and what the others say of it, as one check."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.estimation.checks import Check, Status
+from axisid.estimation.choices.methods import instruments_of
+from axisid.estimation.estimates import NOTICEABLE, Estimate, HausmanTest, Value, parted
+from axisid.estimation.problems import moved_by_rounding, position_step
+from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.thresholds.diagnostics import MAX_RELATIVE_DEVIATION, NEGLIGIBLE_BIAS
+from axisid.support.missing import Missing
+
+_FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
+_WORST: tuple[Status, ...] = ("fail", "note", "pass")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Finding:
+    """What one comparison says."""
+
+    status: Status
+    said: str
+    figure: float = 0.0
+    p_value: float | None = None
+
+
+def method_check(
+    judged: Estimate,
+    estimates: Mapping[str, Estimate],
+    differences: Mapping[str, Mapping[str, HausmanTest]],
+    steps: Mapping[str, float] | Missing,
+    *,
+    law_passed: bool | None,
+) -> Check | Missing:
+    """Whether another estimate, or what noise is known to do, speaks against the judged one.
+
+    Parameters
+    ----------
+    judged : Estimate
+    estimates : mapping of str to Estimate
+        By method.
+    differences : mapping of str to mapping of str to HausmanTest
+        By parameter, of the judged estimate against the others; by what is compared, see `PAIRS`.
+    steps : mapping of str to float, or Missing
+        What the steps of a logged position move a judged least squares by, see `moved_by_steps`.
+    law_passed : bool or None
+        Whether the recorded control is the declared law's; None where that cannot be checked.
+    """
+    found = [
+        each
+        for each in (
+            _second_opinion(differences, estimates, law_passed=law_passed),
+            _least_squares_beside(differences, estimates),
+            _least_squares_judged(judged, steps),
+            _forms(differences, estimates, judged),
+        )
+        if each is not None
+    ]
+    if not found:
+        return Missing(
+            f"there is {judged.method} alone, and neither loop nor steps that tell what noise does "
+            "to it"
+        )
+    worst = min(found, key=lambda each: (_WORST.index(each.status), -each.figure))
+    told = [each.said for each in found if each.status == worst.status]
+    return Check(
+        name="method",
+        status=worst.status,
+        figure=worst.figure,
+        threshold=NOTICEABLE,
+        p_value=worst.p_value,
+        source="largest difference of two estimates, or of one from what noise and steps make of "
+        "it, in deviations; counts where a HAC test of all differences at once (Hausman, "
+        "Hotelling, the p-value) rejects at 1 %; a failure where it is more than 1 % of the value "
+        "and more than either 95 % interval allows for",
+        meaning="; ".join(told),
+    )
+
+
+#: What is compared: an estimate, and the other that it is less of.
+SECOND_OPINION = "idm-iv less didim"
+LS_LESS_IV = "idm-ls less idm-iv"
+FORMS = "ddm-ls less idm-ls"
+
+
+def _second_opinion(
+    differences: Mapping[str, Mapping[str, HausmanTest]],
+    estimates: Mapping[str, Estimate],
+    *,
+    law_passed: bool | None,
+) -> _Finding | None:
+    found = differences.get(SECOND_OPINION)
+    if not found:
+        return None
+    iv, didim = estimates["idm-iv"], estimates["didim"]
+    moved, worst = _moved(found)
+    if moved:
+        return _Finding(
+            status=_weight(moved, iv, didim),
+            said=f"idm-iv differs from didim, {_listed(moved, didim)}: "
+            f"{_whom(_vaguer(moved, iv, didim), law_passed=law_passed)}",
+            figure=worst.shift,
+            p_value=worst.joint_p_value,
+        )
+    return _Finding(
+        status="pass",
+        said="idm-iv and didim, whose regressor has no noise and no filter's error, are one "
+        "estimate but for chance",
+        figure=worst.shift,
+        p_value=worst.joint_p_value,
+    )
+
+
+def prefers_instruments(found: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> bool:
+    """Whether instruments are to be believed though the control is the law's.
+
+    They differ from DIDIM in what they know more of: the encoder's steps, or a force that the
+    model lacks, move both.
+    """
+    return bool(_vaguer(parted(found), iv, didim))
+
+
+def _vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
+    """What DIDIM knows less of among the parameters that the two part in."""
+    return [
+        name for name in moved if didim.parameters[name].deviation > iv.parameters[name].deviation
+    ]
+
+
+def _whom(vaguer: Sequence[str], *, law_passed: bool | None) -> str:
+    """Which of the two a control law speaks for, on which DIDIM alone rests."""
+    if law_passed and vaguer:
+        return (
+            "the encoder's steps, or a force that the model lacks, move both, and didim is the "
+            f"vaguer in {', '.join(vaguer)}, so the verdict is of the instruments"
+        )
+    if law_passed:
+        return (
+            "the control is the declared law's, so believe didim; a coarse encoder or a filter "
+            "that does not suit moves the instruments, a force that the model lacks moves both"
+        )
+    why = "could not be checked" if law_passed is None else "is not the declared one"
+    return f"the control law {why}, on which didim rests, so believe the instruments"
+
+
+def _least_squares_beside(
+    differences: Mapping[str, Mapping[str, HausmanTest]], estimates: Mapping[str, Estimate]
+) -> _Finding | None:
+    """What noise does to least squares where instruments tell; another estimate is judged."""
+    found = differences.get(LS_LESS_IV)
+    if not found:
+        return None
+    moved, worst = _moved(found)
+    said = (
+        f"least squares differs from the instruments, {_listed(moved, estimates['idm-iv'])}: "
+        "believe the instruments"
+        if moved
+        else "least squares and instruments are one estimate but for chance"
+    )
+    status: Status = "note" if moved else "pass"  # as another estimate is judged
+    return _Finding(status=status, said=said, figure=worst.shift, p_value=worst.joint_p_value)
+
+
+def _least_squares_judged(
+    judged: Estimate, steps: Mapping[str, float] | Missing
+) -> _Finding | None:
+    """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
+    if judged.loop_rows is not None:
+        return None
+    values = judged.parameters
+    if judged.filter_bias is not None:
+        moved = {n: float(by) for n, by in zip(values, judged.filter_bias, strict=True)}
+        far, worst = _beyond_noise(moved, values)
+        said = "noise moves least squares by less than half a deviation, as its twins tell"
+        if far:
+            said = (
+                f"noise moves least squares, {_moved_by(far, values)}, as its twins tell, and its "
+                "intervals are less that: identify by instruments "
+                f"({instruments_of(judged.method)})"
+            )
+        return _Finding(status="note" if far else "pass", said=said, figure=worst)
+    if isinstance(steps, Missing) or not steps:
+        return None
+    far, worst = _beyond_noise(steps, values)
+    said = "the steps of the logged position move least squares by less than half a deviation"
+    if far:
+        said = (
+            f"the steps of the logged position move least squares, {_moved_by(far, values)}, and "
+            "its intervals miss for it: log the position as finely as the drive measures it, "
+            "record the reference, from which instruments are made, or lower the cut-off"
+        )
+    large = any(abs(by) > NEGLIGIBLE_BIAS.value * abs(values[n].value) for n, by in far.items())
+    return _Finding(status="fail" if large else "note" if far else "pass", said=said, figure=worst)
+
+
+def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | Missing:
+    """What the steps of a logged position, that no control answers to, move least squares by.
+
+    By parameter; infinite where there are too few of them to be noise.
+
+    Raises
+    ------
+    AxisidError
+        Noise of that size leaves no estimate.
+    """
+    step = position_step(data.record)
+    if not step or ls.is_direct:
+        return Missing("the position has no steps that are known")
+    few = float(np.ptp(data.record.position)) < _FEWEST_STEPS * step
+    if few:
+        return dict.fromkeys(ls.parameters, np.inf)
+    by = moved_by_rounding(ls.form, data, step, ls.physical)
+    return {name: float(each) for name, each in zip(ls.parameters, by, strict=True)}
+
+
+def _forms(
+    differences: Mapping[str, Mapping[str, HausmanTest]],
+    estimates: Mapping[str, Estimate],
+    judged: Estimate,
+) -> _Finding | None:
+    """The two forms of least squares: noise alone parts them, each to another side of the truth."""
+    found = differences.get(FORMS)
+    if not found or judged.loop_rows is not None:
+        return None
+    direct, inverse = estimates["ddm-ls"], estimates["idm-ls"]
+    moved, worst = _moved(found)
+    said = (
+        f"ddm-ls differs from idm-ls, {_listed(moved, inverse)}: noise of the acceleration makes "
+        "an inertia by idm-ls too small, that of the force one by ddm-ls too large, and without "
+        "instruments nothing tells which; a fit of the position under the recorded control, which "
+        "no noise of a derivative moves, does"
+        if moved
+        else "least squares of the inverse and of the direct model are one estimate but for chance"
+    )
+    status = _weight(moved, direct, inverse)
+    return _Finding(status=status, said=said, figure=worst.shift, p_value=worst.joint_p_value)
+
+
+def _moved(found: Mapping[str, HausmanTest]) -> tuple[dict[str, HausmanTest], HausmanTest]:
+    """Parameters that two estimates part in, and the largest difference."""
+    moved = parted(found)
+    return moved, max((moved or found).values(), key=lambda each: each.shift)
+
+
+def _weight(moved: Mapping[str, HausmanTest], one: Estimate, other: Estimate) -> Status:
+    """Whether a known parameter is another by more than either interval allows for."""
+    if not moved:
+        return "pass"
+    large = (
+        _is_large(each.difference, one.parameters[name], other.parameters[name])
+        for name, each in moved.items()
+    )
+    return "fail" if any(large) else "note"
+
+
+def _is_large(difference: float, one: Value, other: Value) -> bool:
+    precise = one.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+    widest = max(value.interval[1] - value.interval[0] for value in (one, other))
+    least = max(widest / 2, NEGLIGIBLE_BIAS.value * abs(one.value))
+    return precise and abs(difference) > least
+
+
+def _beyond_noise(
+    moved: Mapping[str, float], values: Mapping[str, Value]
+) -> tuple[dict[str, float], float]:
+    """What is moved by more than half a deviation, and the most in deviations."""
+    shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
+    return (
+        {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE},
+        max(shifts.values(), default=0.0),
+    )
+
+
+def _moved_by(moved: Mapping[str, float], values: Mapping[str, Value]) -> str:
+    if not np.all(np.isfinite([*moved.values()])):
+        return f"by what none tells, as there are fewer than {_FEWEST_STEPS} in the whole motion"
+    return ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in moved.items())
+
+
+def _listed(moved: Mapping[str, HausmanTest], other: Estimate) -> str:
+    return ", ".join(
+        f"{name} by {each.difference:+.2g} {other.parameters[name].unit} "
+        f"({_percent(each, other.parameters[name])}{each.shift:.2g} deviations)"
+        for name, each in moved.items()
+    )
+
+
+def _percent(each: HausmanTest, value: Value) -> str:
+    return f"{100 * each.difference / value.value:+.2g} %, " if value.value else ""
