@@ -23,11 +23,7 @@ from axisid.estimation.regression import (
     factor,
     joint_p,
 )
-from axisid.estimation.thresholds.diagnostics import (
-    CONTRADICTION_LEVEL,
-    MAX_BIAS_IN_INTERVAL,
-    MAX_UNSEEN_BIAS,
-)
+from axisid.estimation.thresholds import CONTRADICTION_LEVEL, MAX_BIAS_IN_INTERVAL, MAX_UNSEEN_BIAS
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 

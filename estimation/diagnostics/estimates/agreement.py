@@ -14,7 +14,7 @@ from axisid.estimation.estimates import (
     physical_parameters,
 )
 from axisid.estimation.noise import Attenuation, NoiseBias
-from axisid.estimation.thresholds.diagnostics import (
+from axisid.estimation.thresholds import (
     CONTRADICTION_LEVEL,
     MAX_BIAS_DISTANCE,
     MAX_BIAS_IN_INTERVAL,

@@ -6,11 +6,7 @@ from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_UNSEEN_BIAS,
-    MIN_STEPS_OF_TRAVEL,
-    NEGLIGIBLE_BIAS,
-)
+from axisid.estimation.thresholds import MAX_UNSEEN_BIAS, MIN_STEPS_OF_TRAVEL, NEGLIGIBLE_BIAS
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 

@@ -15,7 +15,7 @@ from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, alike_corrected
 from axisid.estimation.regression import Covariance, factor, joint_p, least_squares
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.diagnostics import (
+from axisid.estimation.thresholds import (
     CONTRADICTION_LEVEL,
     MAX_BIAS_DISTANCE,
     MAX_RELATIVE_DEVIATION,

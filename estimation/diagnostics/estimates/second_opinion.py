@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.noise import NoiseBias
-from axisid.estimation.thresholds.diagnostics import (
+from axisid.estimation.thresholds import (
     CONTRADICTION_LEVEL,
     MAX_RELATIVE_DEVIATION,
     MAX_UNSEEN_BIAS,
