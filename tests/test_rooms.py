@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.rooms import Import, graph_of, imports_of, modules_of, room_of
+from tests.rooms import FACES, Import, graph_of, imports_of, modules_of, room_of
 
 #: Every room, from the ground up: a module imports of its own room and of rooms above it in this
 #: list. Rooms of one line know nothing of each other.
@@ -83,15 +83,12 @@ FLOORS = (
     ("commands.many",),
     ("commands",),
 )
-#: Packages that give the names of the rooms in them, when they are asked; nobody below uses them.
-FACES = ("", "modeling", "codegen", "estimation")
 #: Rooms without a face: their modules are imported by name, so that nothing unused is loaded.
 BY_NAME = (
     "support",
     "support.files",
     "support.jobs",
     "codegen.thresholds",
-    "estimation.thresholds",
     "estimation.choices",
     "presentation",
     "exports",
@@ -128,7 +125,7 @@ def imports(modules: dict[str, Path]) -> list[Import]:
 def test_every_room_stands_on_a_floor_and_says_what_it_takes_gives_and_does_not_know(
     modules: dict[str, Path],
 ) -> None:
-    rooms = {name for name, file in modules.items() if file.name == "__init__.py"}
+    rooms = {room_of(name, modules) for name in modules} - {"__main__"}
     assert rooms == {room for floor in FLOORS for room in floor} | {*FACES}
     for room in sorted(rooms - {*FACES}):
         said = ast.get_docstring(ast.parse(modules[room].read_text())) or ""

@@ -1,4 +1,4 @@
-"""The tables of thresholds: every row of the rooms of thresholds, and which modules use it.
+"""The tables of thresholds: every row of the modules of thresholds, and which modules use it.
 
 Both are read where they are, the rows from the modules and their use from the imports, so that the
 page cannot say anything else than the code.
@@ -9,36 +9,22 @@ import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 from axisid.codegen.thresholds.threshold import Threshold
 
 ROOT = Path(__file__).resolve().parents[2]
-ROOMS = ("axisid.codegen.thresholds", "axisid.estimation.thresholds")
 _STAGES = ("codegen", "estimation")
-#: Modules of them, in the order in which an axis and a log become a result, with their headings.
+#: Modules of rows, in the order in which an axis and a log become a result, with their headings.
 SUBJECTS: Mapping[str, str] = {
-    "generation": "Generated code",
-    "logs": "Reading a log",
-    "records": "From a table to a record",
-    "signals": "Filter and motion",
-    "simulation": "Simulated loop",
-    "regression": "Regression",
-    "estimates": "Estimates",
-    "moves": "Moves, repeats and the model's error",
-    "diagnostics": "Diagnostics",
-    "lacking": "Missing terms",
-    "law_search": "Search for the control law",
-    "fitting": "Fits of an output",
-    "studies": "Comparisons, validation, friction curve, fleets and trends",
+    "axisid.codegen.thresholds.generation": "Generated code",
+    "axisid.estimation.thresholds": "From a log to a result",
 }
 
 
 def rows_of(subject: str) -> dict[str, Threshold[int] | Threshold[float]]:
     """The rows of a subject by name, as they are declared."""
-    (name,) = (f"{room}.{subject}" for room in ROOMS if find_spec(f"{room}.{subject}"))
-    module = import_module(name)
+    module = import_module(subject)
     return {name: row for name, row in vars(module).items() if isinstance(row, Threshold)}
 
 
@@ -48,14 +34,10 @@ def users() -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for module, file in _modules():
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and _is_of_rooms(node.module):
+            if isinstance(node, ast.ImportFrom) and node.module in SUBJECTS:
                 for alias in node.names:
                     found.setdefault(alias.name, []).append(module)
     return found
-
-
-def _is_of_rooms(module: str | None) -> bool:
-    return (module or "").rpartition(".")[0] in ROOMS
 
 
 def _modules() -> Iterator[tuple[str, Path]]:

@@ -13,7 +13,7 @@ from axisid.estimation.batched.rows import (
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.regression import Covariance, Hac, Solution, most_lags
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import FEW_SCORES
+from axisid.estimation.thresholds import FEW_SCORES
 from axisid.support.arrays import Array
 
 from .iteration import LaneFits

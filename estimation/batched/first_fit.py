@@ -14,8 +14,11 @@ from axisid.estimation.batched.rows import (
     solved,
 )
 from axisid.estimation.signals import Information, Prefilter, losses_count, searches_friction
-from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
-from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
+from axisid.estimation.thresholds import (
+    MAX_SIMULATION_ERROR,
+    MIN_INFORMATION_LEFT,
+    MIN_MOVING_SPEED,
+)
 from axisid.support.arrays import Array
 
 from .iteration import LaneFits, Loops, iterated, loops_of, simulated_left, unexplained

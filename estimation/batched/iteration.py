@@ -18,7 +18,7 @@ from axisid.estimation.batched.rows import (
     some_lanes,
 )
 from axisid.estimation.methods import Pace
-from axisid.estimation.thresholds.estimates import CONVERGED
+from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
 
 _MOST = 8  # steps of lanes; what takes more is identified alone

@@ -18,7 +18,7 @@ from axisid.estimation.problems import Reach, shown_up_to
 from axisid.estimation.records import is_same_period
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array
 
 #: The method of which lanes go side by side.

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.regression import joint_p
-from axisid.estimation.thresholds.diagnostics import MAX_RECORD_CHANCE, MIN_RECORD_SHARE
+from axisid.estimation.thresholds import MAX_RECORD_CHANCE, MIN_RECORD_SHARE
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.remedy import Remedy, Setting
 

@@ -24,11 +24,7 @@ from axisid.estimation.regression import (
     instrumental_variables,
     joint_p,
 )
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_RECORD_CHANCE,
-    MIN_RECORD_DIRECTION,
-    MIN_RECORD_SHARE,
-)
+from axisid.estimation.thresholds import MAX_RECORD_CHANCE, MIN_RECORD_DIRECTION, MIN_RECORD_SHARE
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing

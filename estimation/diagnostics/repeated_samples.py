@@ -19,13 +19,14 @@ from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check
 from axisid.estimation.records import Record, record_labels
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_REPEATED_SAMPLES,
-    MAX_WRITTEN_APART,
-    MIN_COMMON_SAMPLES,
-    MIN_COMMON_WORDS,
-)
+from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.support.arrays import Array
+
+# runs of eight samples, each once in either record and equally far apart; other records have
+# none, whose control or position is noisy
+_MIN_COMMON_WORDS = 25
+# of the column's largest: one number in other digits or units; files have six or more
+_MAX_WRITTEN_APART = 1e-6
 
 NAME = "repeated records"
 
@@ -141,7 +142,7 @@ def _stretch(columns: Sequence[tuple[Array, Array]], places: "_Places") -> tuple
     same = np.ones(n, dtype=bool)
     for x, y in columns:
         size = float(np.max(np.abs(x)))
-        same &= np.abs(x[a : a + n] - y[b : b + n]) <= MAX_WRITTEN_APART.value * size
+        same &= np.abs(x[a : a + n] - y[b : b + n]) <= _MAX_WRITTEN_APART * size
     if np.mean(same[places.first - a : places.last - a]) < MIN_COMMON_SAMPLES.value:
         return 0, 0
     before = np.flatnonzero(~same[: places.first - a])
@@ -186,7 +187,7 @@ def _places(one: _Words, other: _Words) -> list[_Places]:
     at, apart = of_one[i], of_other[j] - of_one[i]
     distances, counts = np.unique(apart, return_counts=True)
     found = []
-    for distance in distances[counts >= MIN_COMMON_WORDS.value]:
+    for distance in distances[counts >= _MIN_COMMON_WORDS]:
         there = at[apart == distance]
         found.append(_Places(int(distance), int(there.min()), int(there.max()) + _WORD))
     return found

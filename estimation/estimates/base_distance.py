@@ -7,9 +7,11 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.thresholds.estimates import SAME_DISTANCE, SAME_PARAMETER
 from axisid.modeling.derivation import BaseModel
 from axisid.support.arrays import Array
+
+_SAME_DISTANCE = 1e-6  # between squares of distances in deviations, by one more than the lesser
+_SAME_PARAMETER = 1e-3  # between two values of a parameter, by its size and deviation: they are one
 
 _MOST_STEPS = 200
 _STILL = 1e-10  # deviations
@@ -120,7 +122,7 @@ class Distance:
         deviations = np.zeros(len(theta))
         deviations[self.free] = np.divide(1.0, slopes, out=np.zeros(len(slopes)), where=slopes > 0)
         size = np.maximum(np.abs(theta), np.abs(other)) + deviations
-        return np.asarray(np.abs(other - theta) <= SAME_PARAMETER.value * size)
+        return np.asarray(np.abs(other - theta) <= _SAME_PARAMETER * size)
 
     def influence(self, theta: Array, rank: int) -> Array:
         """Derivative of the parameters (p, z) by the target; 0 for those fixed exactly."""
@@ -217,7 +219,7 @@ def _scaled(slopes: Array) -> tuple[Array, Array]:
 
 def _is_as_near(found: Minimum, least: float) -> bool:
     """Whether a minimum is the least one, but for rounding."""
-    return found.cost <= least + SAME_DISTANCE.value * (1 + least)
+    return found.cost <= least + _SAME_DISTANCE * (1 + least)
 
 
 def _whitening(covariance: Array, values: Array, sharpest: float) -> Array:

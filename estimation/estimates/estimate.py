@@ -24,7 +24,7 @@ from axisid.estimation.regression import (
     summarised,
 )
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.estimates import LIGHT_ROW
+from axisid.estimation.thresholds import LIGHT_ROW
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.deferred import Deferred

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import stdtridf
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 

@@ -17,10 +17,6 @@ from scipy.special import chdtrc
 
 from axisid.estimation.joint import JointForm
 from axisid.estimation.regression import Form, delta_method
-from axisid.estimation.thresholds.estimates import (
-    MAX_EXACT_DISTANCE,
-    MIN_SENSITIVITY,
-)
 from axisid.modeling.derivation import BaseModel
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.wording import describe_undetermined, undetermined_names
@@ -30,6 +26,12 @@ from axisid.support.user_values import is_among, quoted
 
 from .base_distance import BaseMap, Distance
 from .value import EstimateLike, NamedValues, value_with_interval
+
+# deviations^2 from the estimate, up to which physical parameters reproduce it
+_MAX_EXACT_DISTANCE = 1e-6
+# smallest singular value of the scaled map to base parameters, by the largest; below, physical
+# ones do not follow
+_MIN_SENSITIVITY = 1e-9
 
 
 class OfBase(EstimateLike, Protocol):
@@ -204,12 +206,12 @@ def _none(estimate: OfBase, base: BaseModel, reasons: tuple[str, ...]) -> Physic
 
 def _no_solution(cost: float, dof: int, distance: Distance, theta: Array, rank: int) -> str:
     """Why there are no physical parameters; empty if there are."""
-    if not np.isfinite(cost) or (dof == 0 and cost > MAX_EXACT_DISTANCE.value):
+    if not np.isfinite(cost) or (dof == 0 and cost > _MAX_EXACT_DISTANCE):
         return (
             "no values of the physical parameters give the base parameters as they are estimated: "
             "check the equation of motion and what was fixed, or start from better nominal values"
         )
-    if distance.sharpness(theta, rank) < MIN_SENSITIVITY.value:
+    if distance.sharpness(theta, rank) < _MIN_SENSITIVITY:
         return (
             "at this estimate the base parameters hardly change with the physical ones, which "
             "therefore do not follow: fix others"

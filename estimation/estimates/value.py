@@ -10,18 +10,17 @@ import numpy as np
 from scipy.special import stdtrit
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.thresholds.estimates import (
-    INTERVAL_LEVEL,
-    MAX_CURVATURE,
-    MIN_PRINTED_FILTER_BIAS,
-    MIN_ROWS_PER_PARAMETER,
-)
+from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.number_text import range_text
 from axisid.support.user_values import is_among, quoted
+
+_MIN_PRINTED_FILTER_BIAS = 0.5  # deviations, from which the value without that bias is printed
+# second-order part of a deviation by the first; beyond, the delta method is not enough
+_MAX_CURVATURE = 0.1
 
 #: What `Value.corrected` is called beside a value.
 CORRECTED = "without bias"
@@ -103,7 +102,7 @@ class Value:
     @property
     def is_shifted(self) -> bool:
         """Whether the interval's centre is noticeably not the value, which is then said with it."""
-        return self.shift > MIN_PRINTED_FILTER_BIAS.value
+        return self.shift > _MIN_PRINTED_FILTER_BIAS
 
     @property
     def relative_sd_percent(self) -> float:
@@ -237,7 +236,7 @@ def derived_value(
             f"its value is {value:g}."
         )
     second_order = curvature(gradient, hessian)
-    if second_order > MAX_CURVATURE.value:
+    if second_order > _MAX_CURVATURE:
         warnings.warn(
             f"{function} bends within the uncertainty: the second-order part of its standard "
             f"deviation is about {second_order:.2g} of the first; {advice}",

@@ -13,11 +13,13 @@ from axisid.estimation.lacking import Lack
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Elsewhere, Found
-from axisid.estimation.thresholds.diagnostics import NOTICEABLE_BIAS
+from axisid.estimation.thresholds import NOTICEABLE_BIAS
 from axisid.estimation.told_by_outputs import Left
 from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
+
+MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

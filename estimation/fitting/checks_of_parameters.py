@@ -10,18 +10,14 @@ from numpy.typing import NDArray
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.diagnostics.estimates import nominal_check, precision_check
 from axisid.estimation.estimates import student_interval
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_RELATIVE_DEVIATION,
-    NEGLIGIBLE_FORCE,
-    NEGLIGIBLE_PEAK_FORCE,
-)
-from axisid.estimation.thresholds.estimates import (
-    MIN_DISTANCE_FROM_NOISE,
-)
-from axisid.estimation.thresholds.fitting import (
+from axisid.estimation.thresholds import (
     MAX_FAR,
+    MAX_RELATIVE_DEVIATION,
+    MIN_DISTANCE_FROM_NOISE,
     MIN_FAR,
     MIN_SHOWN,
+    NEGLIGIBLE_FORCE,
+    NEGLIGIBLE_PEAK_FORCE,
 )
 from axisid.support.arrays import Array
 from axisid.support.remedy import Remedy, Setting

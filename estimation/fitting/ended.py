@@ -24,8 +24,7 @@ from axisid.estimation.searches import (
     least_within,
     passed_as_low,
 )
-from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
-from axisid.estimation.thresholds.fitting import MIN_MOVED_BY_START
+from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.told_by_outputs import (
     Colour,
     Left,
@@ -37,7 +36,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
-from .basis import MovedByStart
+from .basis import MIN_MOVED_BY_START, MovedByStart
 from .rests import Rests
 from .spread import (
     Scores,
@@ -312,7 +311,7 @@ class Ended:
         moved = moved_by_start(scores, self.weighing.weights, self._slopes_by_start)
         deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)
-        matters = np.any(far > MIN_MOVED_BY_START.value)
+        matters = np.any(far > MIN_MOVED_BY_START)
         return MovedByStart(moved=moved * matters, far=far * matters)
 
     @cached_property

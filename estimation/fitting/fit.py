@@ -45,8 +45,7 @@ from axisid.estimation.searches import (
     deviation_by_median,
     unknowns_of,
 )
-from axisid.estimation.thresholds.estimates import HUBER_TUNING
-from axisid.estimation.thresholds.fitting import MAX_WEIGHT
+from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.estimation.told_by_outputs import unseen_directions
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis
@@ -73,6 +72,9 @@ from .starting import (
     with_free,
 )
 from .timing import split_free, time_in, with_time_found
+
+# 1/unit of the output, or the inverse; with more, rounding hides what another output tells
+_MAX_WEIGHT = 1e20
 
 _MOST_STARTS = 1000
 _HORIZONS = 3  # lengths of windows that a search goes on with
@@ -594,7 +596,7 @@ def _horizon(given: object, outputs: Sequence[str]) -> float | None:
 
 def _weights(given: object, outputs: Sequence[str]) -> tuple[float, ...]:
     """Weights of the outputs, NaN where none is given."""
-    told, most = {} if given is None else given, MAX_WEIGHT.value
+    told, most = {} if given is None else given, _MAX_WEIGHT
     kind = (
         f"the inverse of the deviation that its errors have, from {1 / most:g} to {most:g}; the "
         f"fit follows {' and '.join(outputs)}."

@@ -10,19 +10,11 @@ from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.diagnostics.estimates import NOMINAL_VALUES
 from axisid.estimation.freed import START
 from axisid.estimation.searches import MOST_STEPS
-from axisid.estimation.thresholds.diagnostics import NOTICEABLE_BIAS
-from axisid.estimation.thresholds.fitting import (
-    MAX_APART,
-    MAX_LAW_SENSITIVITY,
-    MAX_LAW_SHIFT,
-    MIN_MOVED_BY_NOISE,
-    MIN_MOVED_BY_START,
-    SAME_END,
-)
+from axisid.estimation.thresholds import NOTICEABLE_BIAS
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
-from .basis import Judged
+from .basis import MIN_MOVED_BY_START, Judged
 from .checks_of_errors import (
     missing_terms_check,
     outlying_check,
@@ -42,6 +34,12 @@ from .checks_of_parameters import (
     precise_check,
     shown_check,
 )
+
+_MAX_LAW_SHIFT = 2.0  # deviations, by a control law that is not the declared one
+_MAX_LAW_SENSITIVITY = 5.0  # % by 1 % of a term of the law; beyond, the law must be exact
+_MAX_APART = 0.5  # of the searches end higher than the best
+_SAME_END = 1e-3  # of the least cost, by which another search that ended there may be higher
+_MIN_MOVED_BY_NOISE = 1.0  # deviations by noise in the loop, which is taken off
 
 _FACTORS = "law's factors"
 
@@ -77,7 +75,7 @@ def _moved(of: Judged) -> Iterator[Check]:
         far = np.nan_to_num(np.abs(moved) / np.hypot(of.deviations, sure), posinf=np.inf)
     counted = (of.deviations > 0) & ~of.basis.of_start  # a record's own start is no property
     claimed, far = (np.where(counted, each, 0.0) for each in (claimed, far))
-    most = MAX_LAW_SHIFT.value
+    most = _MAX_LAW_SHIFT
     worst = int(np.argmax(np.where(far > most, claimed, 0.0) if np.any(far > most) else far))
     name, value = of.names[worst], of.physical[worst]
     share = 100 * abs(moved[worst] / value) if value else np.inf
@@ -97,7 +95,8 @@ def _moved(of: Judged) -> Iterator[Check]:
         status=passed(not (beyond or of.is_law_nearly_right)),
         figure=float(far[worst]),
         threshold=most,
-        source=f"{MAX_LAW_SHIFT.source}; fails too where the law is off by factors that move no "
+        source="measured: at most 1.2 on 120 right twins whose position is followed, 120 with kp "
+        "1 % wrong; fails too where the law is off by factors that move no "
         f"parameter by more than {100 * NOTICEABLE_BIAS.value:g} % of it, for which the check of "
         "the law is a note",
         meaning=said,
@@ -116,7 +115,7 @@ def _sensitive(of: Judged) -> Iterator[Check]:
     shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
     term = max(shares, key=lambda name: float(shares[name].max()))
     j = int(np.argmax(shares[term]))
-    share, most = float(shares[term][j]), MAX_LAW_SENSITIVITY.value
+    share, most = float(shares[term][j]), _MAX_LAW_SENSITIVITY
     said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
     if share > most:
         exact = "the law must be exact" if of.outputs == (POSITION,) else "the law must be right"
@@ -130,7 +129,7 @@ def _sensitive(of: Judged) -> Iterator[Check]:
         status=passed(share <= most, matters=False),
         figure=share,
         threshold=most,
-        source=MAX_LAW_SENSITIVITY.source,
+        source="measured: 0.4 where the control is followed, 43 where the position is",
         meaning=said,
     )
 
@@ -165,7 +164,7 @@ def _shaken(of: Judged) -> Iterator[Check]:
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.nan_to_num(np.abs(moved) / of.deviations, posinf=0.0)
     worst = int(np.argmax(far))
-    if far[worst] <= MIN_MOVED_BY_NOISE.value:
+    if far[worst] <= _MIN_MOVED_BY_NOISE:
         return
     value, by = of.physical[worst], float(moved[worst])
     share = f" ({100 * by / abs(value):+.2g} %)" if value else ""
@@ -173,8 +172,8 @@ def _shaken(of: Judged) -> Iterator[Check]:
         name=name,
         status="note",
         figure=float(far[worst]),
-        threshold=MIN_MOVED_BY_NOISE.value,
-        source=MIN_MOVED_BY_NOISE.source,
+        threshold=_MIN_MOVED_BY_NOISE,
+        source="chosen",
         meaning=f"simulated loops with the record's noise moved {of.names[worst]} by "
         f"{far[worst]:.2g} deviations{share}, which is taken off, and the others alike",
     )
@@ -192,8 +191,9 @@ def _begun(of: Judged) -> Iterator[Check]:
         name="start of the loop",
         status="note",
         figure=float(by_start.far[worst]),
-        threshold=MIN_MOVED_BY_START.value,
-        source=MIN_MOVED_BY_START.source,
+        threshold=MIN_MOVED_BY_START,
+        source="measured: of twins cut 0.1 s long from a move 80 % of intervals hold without, "
+        "100 % with",
         meaning=(
             "the record begins in motion, and the loop where its first samples say; with another "
             f"start {of.names[worst]} would move {share}, which its deviation counts; "
@@ -205,14 +205,14 @@ def _begun(of: Judged) -> Iterator[Check]:
 def _starts(of: Judged) -> Iterator[Check]:
     if len(of.basis.ends) < 2:
         return
-    alike = sum(each.cost <= of.basis.best.cost * (1 + SAME_END.value) for each in of.basis.ends)
+    alike = sum(each.cost <= of.basis.best.cost * (1 + _SAME_END) for each in of.basis.ends)
     share = 1 - alike / len(of.basis.ends)
     yield Check(
         name="starts",
-        status=passed(share <= MAX_APART.value, matters=False),
+        status=passed(share <= _MAX_APART, matters=False),
         figure=share,
-        threshold=MAX_APART.value,
-        source=MAX_APART.source,
+        threshold=_MAX_APART,
+        source="chosen: the lowest end is then found by few",
         meaning=f"{alike} of {len(of.basis.ends)} searches ended here, the others higher",
     )
 

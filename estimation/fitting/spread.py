@@ -23,10 +23,7 @@ from scipy.linalg import block_diag
 from axisid.estimation.predictions import Predictions, whole_lanes
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Found, Unknowns, Weighing
-from axisid.estimation.thresholds.fitting import (
-    FEWEST_TWINS,
-    MIN_SHOWN,
-)
+from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.estimation.told_by_outputs import (
     Colour,
     Scattering,
@@ -37,6 +34,8 @@ from axisid.estimation.told_by_outputs import (
     uneven,
 )
 from axisid.support.arrays import Array
+
+_FEWEST_TWINS = 16.0  # with noise, or pairs of opposite ones: a deviation is known to 18 % then
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
 _FEWEST_OF_MANY, _MOST, _VALUES = 48, 144, 5_000_000  # a deviation is known to 10 or 6 % then
@@ -198,7 +197,7 @@ def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array 
     count = _many(predictions)
     with np.errstate(all="ignore"):
         errors = whole_lanes(predictions.by_noise(physical, count, np.random.default_rng(seed)))
-    return errors if errors.shape[1] >= FEWEST_TWINS.value else None
+    return errors if errors.shape[1] >= _FEWEST_TWINS else None
 
 
 def _many(predictions: Predictions) -> int:

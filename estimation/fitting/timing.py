@@ -9,7 +9,6 @@ from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.identification import check_time
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds.fitting import MAX_TIME_STEP
 from axisid.modeling.declaration import HIDDEN_FROM
 from axisid.modeling.quantities import Parameter
 from axisid.support.errors import EstimationError, UsageError
@@ -17,6 +16,10 @@ from axisid.support.user_values import quoted
 
 from .ended import Ended
 from .starting import StartLike
+
+# periods from the loop's own drive time, where the output is a straight line of it and the loop
+# need not be generated anew
+_MAX_TIME_STEP = 0.01
 
 _ROUNDS = 8
 _FURTHEST = 2.0  # periods, by which a time moves in a round
@@ -104,7 +107,7 @@ def with_time_found(
         found = ended.best.physical
         moved = float(np.clip(found[-1] - value, -_FURTHEST * period, _FURTHEST * period))
         start = dict(zip(ended.unknowns.names, map(float, found), strict=True))
-        if abs(moved) < MAX_TIME_STEP.value * period:
+        if abs(moved) < _MAX_TIME_STEP * period:
             return replace(ended, start=began.start, begun=began.begun, remarks=began.remarks)
         value = max(value + moved, 0.0)
     raise EstimationError(

@@ -17,9 +17,11 @@ from axisid.estimation.signals import (
     searches_friction,
     show_too_little,
 )
-from axisid.estimation.thresholds.estimates import MIN_NOISE_RATIO
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
+
+# of the noisiest record; less noise is rounding, and tells nothing of a record's worth
+_MIN_NOISE_RATIO = 1e-6
 
 
 def layout_for(
@@ -101,7 +103,7 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
         return problem
     sized = scale_of if loss != ROW_LOSSES[0] else _rms
     noise = np.array([sized(residuals[span]) for span in problem.spans])
-    if not (np.all(np.isfinite(noise)) and noise.min() > MIN_NOISE_RATIO.value * noise.max()):
+    if not (np.all(np.isfinite(noise)) and noise.min() > _MIN_NOISE_RATIO * noise.max()):
         return problem
     # In the unit of the rows: the residuals of all keep their mean square.
     unit = 1 / np.sqrt(np.average(noise**-2.0, weights=sizes))

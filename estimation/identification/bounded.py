@@ -18,7 +18,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, Quantity, build
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.problems import Held
-from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.modeling.declaration import leave_out
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array

@@ -16,7 +16,6 @@ from axisid.estimation.diagnostics import alignment_of
 from axisid.estimation.diagnostics.loop import Alignment
 from axisid.estimation.estimates import Estimate, student_interval
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds.estimates import MAX_TIMING_STEP
 from axisid.modeling.declaration import HIDDEN_FROM, Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
@@ -25,6 +24,8 @@ from axisid.support.missing import Missing
 from axisid.support.user_values import quoted
 
 from .result import DriveTime, Identification
+
+_MAX_TIMING_STEP = 0.05  # deviations, below which a step of a drive's lag or delay has settled
 
 _STEPS = 10
 _BY = "idm-iv"  # the method that a time is found by
@@ -83,7 +84,7 @@ def searched_time(declared: Axis, record: Record, name: str, run: Identify) -> F
         found = _alignment(declared, result, name)
         step = (found.best - result.data.hold_delay) * record.period
         deviation = found.deviation * record.period
-        if abs(step) < MAX_TIMING_STEP.value * deviation or (value == 0 and step <= 0):
+        if abs(step) < _MAX_TIMING_STEP * deviation or (value == 0 and step <= 0):
             break
         value = max(value + step, 0.0)
     else:

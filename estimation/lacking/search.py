@@ -15,14 +15,17 @@ import numpy as np
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds.diagnostics import NEGLIGIBLE_RESIDUAL
-from axisid.estimation.thresholds.lacking import LACKING_LEVEL, MIN_LACKING_SHARE
+from axisid.estimation.thresholds import LACKING_LEVEL, MIN_LACKING_SHARE
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of
 from .outliers import outliers_of
 from .scores import AddedColumns, ColumnTests, RecordScores, scores_of
+
+# residuals less the filter's own, by the left side, up to which their look is a note: measured,
+# at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
+_NEGLIGIBLE_RESIDUAL = 1e-4
 
 _MOST = 3  # that are told
 _RIVALS, _NEARLY = 4, 0.6  # of the strongest: how many may be the name, from which share on
@@ -109,7 +112,7 @@ class TestedHypothesis:
     @property
     def matters(self) -> bool:
         """Whether it is any part of the force, or more than rounding and moves a parameter."""
-        moves = self.moved > 1 and self.share > NEGLIGIBLE_RESIDUAL.value
+        moves = self.moved > 1 and self.share > _NEGLIGIBLE_RESIDUAL
         return self.share > MIN_LACKING_SHARE.value or moves
 
     @property

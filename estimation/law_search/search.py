@@ -20,17 +20,12 @@ from axisid.estimation.loops import (
 )
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Neighbours, recorded_signals
-from axisid.estimation.thresholds.diagnostics import (
+from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
+    LIMIT_TOLERANCE,
     MAX_LAW_RESIDUAL,
     MIN_SAMPLES_PER_FACTOR,
 )
-from axisid.estimation.thresholds.law_search import (
-    MAX_AS_WELL,
-    MIN_LIMITED_SHARE,
-    NEGLIGIBLE_LEFT,
-)
-from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
 from axisid.modeling.declaration import Axis, ControlLaw
 from axisid.modeling.laws import ANTI_WINDUP
 from axisid.support.arrays import Array, relative_error_percent
@@ -38,6 +33,13 @@ from axisid.support.errors import DataError, ModelError
 
 from .forms import FORMS, LawForm, LawSignals
 from .result import ExplainedLaw, LawSearch
+
+# of the least that a law leaves on held-out rows; on the EMPS record four larger laws leave the
+# same 0.234 % as the drive's own
+_MAX_AS_WELL = 1.1
+_NEGLIGIBLE_LEFT = 1e-5  # % of a control, below which laws leave the rounding of the runs only
+# of the samples at the drive's limit, from which laws with anti-windup are tried
+_MIN_LIMITED_SHARE = 2e-3
 
 _BLOCKS = 10  # of rows, every second of which is held out
 _DELAYS = 4  # samples, the most that are tried
@@ -88,7 +90,7 @@ def find_law(
         explained = _explained(form, generated, piece, rows, signals, ticks)
         if explained is not None:
             found.append(explained)
-            if explained.held_out_percent <= NEGLIGIBLE_LEFT.value:
+            if explained.held_out_percent <= _NEGLIGIBLE_LEFT:
                 continue  # no anti-windup can explain more
             apart = _limited(form, rows) and _begun(form, *begun, apart=True)
             starts = [law for law in (explained.law, apart) if law]
@@ -300,7 +302,7 @@ def _deviations(
 def _limited(form: LawForm, rows: _LawRows) -> bool:
     """Whether an integral may have wound up, as the drive was at its limit."""
     limited = 1 - float(np.mean(rows.used | rows.held_out))
-    return form.has_integral and limited >= MIN_LIMITED_SHARE.value
+    return form.has_integral and limited >= _MIN_LIMITED_SHARE
 
 
 def _wound(
@@ -387,4 +389,4 @@ def _says_no_more(law: ExplainedLaw, than: ExplainedLaw) -> bool:
 
 def _as_well(least: float) -> float:
     """Up to what a law leaves as little as one that leaves this."""
-    return max(MAX_AS_WELL.value * least, NEGLIGIBLE_LEFT.value)
+    return max(_MAX_AS_WELL * least, _NEGLIGIBLE_LEFT)

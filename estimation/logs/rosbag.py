@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from axisid.estimation.tables import Table, TableBuilder, library, one_line
-from axisid.estimation.thresholds.logs import MAX_FIRST_STAMP
 from axisid.support.errors import AxisidError, DataError
 from axisid.support.files.memory import Room
+
+# typical steps from a stamp of zero to the next; beyond, there was no stamp
+_MAX_FIRST_STAMP = 1000
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _KINDS = ("position", "velocity", "effort")
@@ -132,7 +134,7 @@ def _stamped(stamps: list[int]) -> tuple[list[int | None], int]:
     """Times of headers; a zero is none, but for one that a clock from zero begins with."""
     later = np.sort([stamp for stamp in stamps if stamp])
     typical = float(np.median(np.diff(later))) if len(later) > 1 else 0.0
-    begins = stamps.count(0) == 1 and later[0] <= MAX_FIRST_STAMP.value * typical
+    begins = stamps.count(0) == 1 and later[0] <= _MAX_FIRST_STAMP * typical
     times = [stamp if stamp or begins else None for stamp in stamps]
     return times, times.count(None)
 

@@ -7,7 +7,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, law_ratio
 from axisid.estimation.simulation import TwoClocks, law_of
-from axisid.estimation.thresholds.simulation import MIN_PHASE_AGREEMENT
+from axisid.estimation.thresholds import MIN_PHASE_AGREEMENT
 from axisid.support.arrays import Array
 
 from .kept import KeptByRecord

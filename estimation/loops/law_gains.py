@@ -15,13 +15,16 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, law_functions
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds.diagnostics import NEAR_LIMIT
-from axisid.estimation.thresholds.simulation import MIN_MEMORY_EFFECT
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
 from .as_logged import as_logged, commands_as_logged, late_in_log, limit_in_log
 from .law_ticks import LawTicks
+from .start_memory import MIN_MEMORY_EFFECT
+
+# of the limit: a control that near may have been cut off, as the log has a converter's noise; a
+# right law is the same with more
+_NEAR_LIMIT = 0.1
 
 _STEP = 1e-5  # of a gain and of a memory's size, for slopes
 _ROUNDS, _HALVINGS = 12, 6  # of Gauss-Newton steps, and of each that leads nowhere
@@ -86,7 +89,7 @@ class LawAlong:
         control = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(law.delay))
         # Behind a lag nothing tells where the command was at its limit.
         hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
-        near = np.abs(control) >= (1 - NEAR_LIMIT.value) * limit_in_log(axis)
+        near = np.abs(control) >= (1 - _NEAR_LIMIT) * limit_in_log(axis)
         return cls(
             law=law,
             ticks=ticks,
@@ -128,7 +131,7 @@ class LawAlong:
             self._change(replace(point, start=ahead), replace(point, start=behind)) / size
             for ahead, behind, size in zip(*_either(point.start, _STEP * sizes), sizes, strict=True)
         ]
-        least = MIN_MEMORY_EFFECT.value * float(np.linalg.norm(self.control))
+        least = MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))
         shown = [
             slope if float(np.linalg.norm(slope[_SETTLED:])) * size > least else 0 * slope
             for slope, size in zip(by_start, sizes, strict=True)

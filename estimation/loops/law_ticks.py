@@ -9,7 +9,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, recorded_signals
 from axisid.estimation.simulation import at_law, law_of
-from axisid.estimation.thresholds.diagnostics import COMPARISON_CUTOFF
+from axisid.estimation.thresholds import COMPARISON_CUTOFF
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 

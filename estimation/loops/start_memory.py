@@ -14,18 +14,22 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.simulation import law_of
-from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
-from axisid.estimation.thresholds.simulation import (
-    MAX_START_LEFT,
-    MIN_MEMORY_EFFECT,
-    MIN_START_DISTANCE,
-    MIN_START_ERROR,
-)
+from axisid.estimation.thresholds import LIMIT_TOLERANCE
 from axisid.support.arrays import Array, covered
 
 from .as_logged import as_logged, limit_in_log
 from .law_run import control_along, law_memory, slopes_along, state_at_rest, states_along
 from .law_ticks import LawTicks, law_ticks
+from .start_velocity import MIN_START_DISTANCE
+
+# of the control, which the memory of an axis at rest may miss: half the 0.24 % that the law
+# leaves of the EMPS record
+_MIN_START_ERROR = 1e-3
+# of the largest effect on the first controls; with less, the memory stays as declared
+MIN_MEMORY_EFFECT = 1e-3
+# of what the memory at rest misses, for another to be taken: on twins at rest a wrong gain leaves
+# 0.5 and more; under a load or in motion 0.04 at most, with gains 10 to 50 % off too
+_MAX_START_LEFT = 0.1
 
 START_SAMPLES = 50  # of the record that are looked at
 _STEPS = 4  # of Newton's method; a law that is linear in its memory takes one
@@ -82,8 +86,8 @@ def first_memory(
     left, noise = float(np.linalg.norm(found.left)), float(found.left @ found.left)
     gained = (float(off @ off) - noise) / max(found.shown, 1)
     noise /= max(len(off) - found.shown, 1)
-    explained = left < MAX_START_LEFT.value * float(np.linalg.norm(off))
-    clear = explained and gained > MIN_START_DISTANCE.value**2 * noise
+    explained = left < _MAX_START_LEFT * float(np.linalg.norm(off))
+    clear = explained and gained > MIN_START_DISTANCE**2 * noise
     return found.state if law.balanced or clear else None
 
 
@@ -102,7 +106,7 @@ def at_rest_misses(
         Mean square of the control.
     """
     left = np.sqrt(np.sum(np.where(seen, off, 0.0) ** 2, axis=0))
-    least = MIN_START_ERROR.value * np.sqrt(power * seen.sum(axis=0))
+    least = _MIN_START_ERROR * np.sqrt(power * seen.sum(axis=0))
     return np.asarray(left > least)[()]
 
 
@@ -160,7 +164,7 @@ def _solved(
         sizes = np.linalg.norm(slopes, axis=0)
         scale = np.where(sizes > 0, sizes, 1.0)
         u, effect, v = np.linalg.svd(slopes / scale, full_matrices=False)
-        clear = effect > MIN_MEMORY_EFFECT.value * effect.max(initial=0.0)
+        clear = effect > MIN_MEMORY_EFFECT * effect.max(initial=0.0)
         step = (v[clear].T @ ((u.T @ off)[clear] / effect[clear])) / scale
         state, shown, expected = state + step, int(clear.sum()), off - slopes @ step
         off = (wanted - control_along(axis, ticks, state))[seen]

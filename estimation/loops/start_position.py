@@ -11,13 +11,13 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.simulation import law_of
-from axisid.estimation.thresholds.simulation import MIN_START_DISTANCE
 from axisid.support.arrays import Array
 
 from .as_logged import as_logged
 from .law_run import control_along, state_at_rest
 from .law_ticks import LawTicks, law_ticks
 from .start_memory import unlimited
+from .start_velocity import MIN_START_DISTANCE
 
 _SAMPLES = 50  # of the segment that are looked at
 _STEP = 1e-6  # of the reference's range, for the slope
@@ -56,7 +56,7 @@ def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
     away = float(slope @ off) / power
     left = off - away * slope
     deviation = float(np.sqrt(left @ left / max(len(off) - 1, 1) / power))
-    return away if abs(away) > MIN_START_DISTANCE.value * deviation else 0.0
+    return away if abs(away) > MIN_START_DISTANCE * deviation else 0.0
 
 
 def _control(axis: GeneratedAxis, ticks: LawTicks, away: float) -> Array:

@@ -11,8 +11,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from axisid.estimation.thresholds.simulation import MIN_START_DISTANCE, START_AGREEMENT
 from axisid.support.arrays import Array, frozen
+
+# deviations; of 1.5 and 2.5 the one whose velocities err less on twins of the library
+_START_AGREEMENT = 2.5
+# deviations from rest, from which a record begins otherwise; 540 starts at rest reach 4.1
+MIN_START_DISTANCE = 5.0
 
 _DEGREE = 2
 _COUNTS = (6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128, 160, 192, 256)  # samples
@@ -63,8 +67,8 @@ def _begun(values: Array, *, degree: int, power: int) -> float:
         if count > len(values):
             break
         fitted, deviation = _coefficient(values[:count], noise, degree, power)
-        low = max(low, fitted - START_AGREEMENT.value * deviation)
-        high = min(high, fitted + START_AGREEMENT.value * deviation)
+        low = max(low, fitted - _START_AGREEMENT * deviation)
+        high = min(high, fitted + _START_AGREEMENT * deviation)
         if low > high:
             break
         found, used = fitted, count
@@ -72,7 +76,7 @@ def _begun(values: Array, *, degree: int, power: int) -> float:
         return 0.0
     some = values[: max(used // 2, degree + 2)]
     fitted, deviation = _coefficient(some, noise, degree, power)
-    return found if abs(fitted) > MIN_START_DISTANCE.value * deviation else 0.0
+    return found if abs(fitted) > MIN_START_DISTANCE * deviation else 0.0
 
 
 def position_noise(position: Array) -> float:

@@ -10,7 +10,7 @@ from axisid.estimation.choices.methods import ROW_LOSSES
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
 from axisid.estimation.twins import Chain, Twins, calibrated, measured_chain
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError

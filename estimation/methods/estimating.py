@@ -15,10 +15,7 @@ from axisid.estimation.regression import (
     delta_method,
 )
 from axisid.estimation.signals import rests_first
-from axisid.estimation.thresholds.estimates import (
-    BOUND_TOLERANCE,
-    NO_RELATION,
-)
+from axisid.estimation.thresholds import NO_RELATION
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.deferred import Deferred
 from axisid.support.errors import EstimationError
@@ -29,6 +26,8 @@ from .fitted_point import FittedPoint, gain_relative_sd, own_rows
 from .known_spread import known_spread
 from .method import Fit, Method
 from .robust import loss_remarks
+
+_BOUND_TOLERANCE = 1e-6  # relative distance of a nonlinear parameter from a bound that it is at
 
 
 def estimate_by(
@@ -193,8 +192,7 @@ def _outside_bounds(form: Form, physical: Array) -> list[str]:
             f"{p.name} = {value:.6g} {p.unit} is at its bound: the search would go further"
             for p, value, is_nonlinear in zip(form.declared, physical, axis.nonlinear, strict=True)
             if is_nonlinear
-            and min(abs(value - p.lower), abs(value - p.upper))
-            <= BOUND_TOLERANCE.value * abs(value)
+            and min(abs(value - p.lower), abs(value - p.upper)) <= _BOUND_TOLERANCE * abs(value)
         ]
         if not form.is_linear
         else []

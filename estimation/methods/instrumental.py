@@ -25,11 +25,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import rests_first
 from axisid.estimation.simulation import Simulation, StepBudget
-from axisid.estimation.thresholds.estimates import (
-    CONVERGED,
-    MAX_SIMULATION_ERROR_RATIO,
-    NEARLY_CONVERGED,
-)
+from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note, Remedy, Setting
@@ -38,6 +34,12 @@ from .method import Fit, Method, at_point
 from .pace import Pace
 from .robust import check_loss, robust_solution
 from .starting import Start, nominal_start, start_of
+
+# simulation error at the end by that of least squares; beyond, a nonlinear model has gone to
+# another solution
+_MAX_SIMULATION_ERROR_RATIO = 2.0
+# deviations, where the simulated loop jumps too much: a hundredth of the variance
+NEARLY_CONVERGED = 0.1
 
 _MOST = 20
 
@@ -159,7 +161,7 @@ class Iteration:
                 if nearest is None or last.size < nearest.size:
                     nearest = last
                 physical = self._next(last, physical, self._pace.share)
-        if nearest is None or nearest.size > NEARLY_CONVERGED.value:
+        if nearest is None or nearest.size > NEARLY_CONVERGED:
             raise self._moving(physical)
         with self._naming():
             end = self._next(replace(nearest, further=nearest.goal), nearest.start, 1.0)
@@ -266,7 +268,7 @@ class Iteration:
     def _check_valley(self) -> None:
         """A partially linear model's equations have several solutions, most of them wrong."""
         first, last = (self._iterates[i].simulation_error_percent for i in (0, -1))
-        if not self._form.is_linear and last > MAX_SIMULATION_ERROR_RATIO.value * first:
+        if not self._form.is_linear and last > _MAX_SIMULATION_ERROR_RATIO * first:
             raise EstimationError(
                 f"it went from least squares, whose loop leaves {first:.3g} % unexplained, to "
                 f"{self._form.describe(self._iterates[-1].physical)}, whose loop leaves "

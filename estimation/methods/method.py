@@ -8,7 +8,7 @@ from axisid.estimation.estimates import Iterate, NotSimulated
 from axisid.estimation.problems import ByInstruments, Problem, Solver, by_least_squares
 from axisid.estimation.regression import Equations, Form, QrFactors, Solution
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.remedy import Note
 

@@ -10,7 +10,7 @@ follows from itself to the last digit.
 
 import numpy as np
 
-from axisid.estimation.thresholds.estimates import CONVERGED
+from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
 
 _ROUNDING = 1e-9  # of the value, which stands for the deviation in records without noise

@@ -27,12 +27,7 @@ from axisid.estimation.regression import (
     as_counted,
     least_squares,
 )
-from axisid.estimation.thresholds.estimates import (
-    BISQUARE_TUNING,
-    HUBER_TUNING,
-    LIGHT_ROW,
-    MEDIAN_OF_NORMAL,
-)
+from axisid.estimation.thresholds import BISQUARE_TUNING, HUBER_TUNING, LIGHT_ROW, MEDIAN_OF_NORMAL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, ModelError
 from axisid.support.remedy import Remedy, Setting

@@ -12,7 +12,7 @@ from axisid.estimation.choices.methods import LEAST_SQUARES_START, NOMINAL_START
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Form, InverseForm, least_squares
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.remedy import Note

@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from axisid.estimation.choices.outputs import fitted_output
 from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
-from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.presentable import Presentable

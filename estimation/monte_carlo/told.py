@@ -7,8 +7,7 @@ from typing import Protocol
 
 from scipy.special import ndtr, stdtrit
 
-from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
-from axisid.estimation.thresholds.studies import MIN_BIAS
+from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.support.errors import UsageError
 from axisid.support.user_values import quoted
 

@@ -25,16 +25,19 @@ from scipy.special import fdtrc, stdtrit
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Hac, Solution
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
-from axisid.estimation.thresholds.moves import (
-    MAX_BAND_CHANCE,
-    MAX_DELETED_INFLATION,
-    MIN_BAND_EXCESS,
-    MIN_GROUPS,
-)
+from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array
 
 from .moves import Index, moves_of
+
+_MIN_GROUPS = 3  # of rows; two do not tell how far they scatter
+# times the variance with all; without the group the estimate is not believed beyond
+_MAX_DELETED_INFLATION = 20.0
+# band of the model's error by the half of the 95 % interval, from which it is shown
+_MIN_BAND_EXCESS = 1.5
+# that noise alone scatters groups as far, where no repeats tell it; each parameter is looked at
+# under three ways to form groups
+_MAX_BAND_CHANCE = 3e-3
 
 _PARTS = 3  # of the travel
 
@@ -158,7 +161,7 @@ def groupings(data: FilteredRecord, rows: Index) -> Iterator[tuple[str, Index]]:
 def _scatter(estimate: Estimate, labels: Index, by: str) -> _Scatter | None:
     """The jackknife over groups; None where they are too few, or one of them tells too much."""
     names, groups = np.unique(labels, return_inverse=True)
-    if len(names) < MIN_GROUPS.value:
+    if len(names) < _MIN_GROUPS:
         return None
     X, left = estimate.X, estimate.net_residuals
     scale = np.linalg.norm(X, axis=0)
@@ -172,7 +175,7 @@ def _scatter(estimate: Estimate, labels: Index, by: str) -> _Scatter | None:
         return None
     variances = _variances(without, estimate.jacobian / scale)
     inflation = variances / _variances(every[None], estimate.jacobian / scale)
-    if not np.all((inflation > 0) & (inflation < MAX_DELETED_INFLATION.value)):
+    if not np.all((inflation > 0) & (inflation < _MAX_DELETED_INFLATION)):
         return None
     moved = np.einsum("gij,gj->gi", without, sums.sum(axis=0) - sums) - every @ sums.sum(axis=0)
     physical = (moved / scale) @ estimate.jacobian.T
@@ -237,7 +240,7 @@ def _band(estimate: Estimate, i: int, widest: _Scatter, *, noisy: bool) -> Band:
     freedom = float(estimate.freedom[estimate.chosen][i])
     own = float(stdtrit(freedom, (1 + INTERVAL_LEVEL.value) / 2)) * np.sqrt(max(noise, 0.0))
     expected = noise * float(widest.by_noise[i])
-    exceeds = reach > MIN_BAND_EXCESS.value * own
+    exceeds = reach > _MIN_BAND_EXCESS * own
     if exceeds and noisy and noise > 0:
         ratios = widest.freedom[i], freedom, deviation**2
         exceeds = not _is_chance(*ratios, expected) and not _is_chance(
@@ -254,4 +257,4 @@ def _band(estimate: Estimate, i: int, widest: _Scatter, *, noisy: bool) -> Band:
 
 def _is_chance(scatter: float, freedom: float, square: float, expected: float) -> bool:
     """Whether noise alone may make groups scatter as far, of so many degrees of freedom each."""
-    return float(fdtrc(scatter, freedom, square / expected)) >= MAX_BAND_CHANCE.value
+    return float(fdtrc(scatter, freedom, square / expected)) >= _MAX_BAND_CHANCE

@@ -19,16 +19,18 @@ from scipy.special import stdtr
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Hac, LongRun, score_products
 from axisid.estimation.signals import FilteredRecord, Neighbours
-from axisid.estimation.thresholds.moves import (
-    MAX_REPEAT_CHANCE,
-    MIN_MODEL_SHARE,
-    MIN_REPEATED_ROWS,
-    MIN_SMOOTHNESS,
-)
+from axisid.estimation.thresholds import MIN_MODEL_SHARE
 from axisid.support.arrays import Array
 
 from .moves import Index
 from .repeats import Repeats, repeats_of
+
+_MIN_REPEATED_ROWS = 50  # rows at phases that repeat; of fewer, residuals are not split
+# that noise alone repeats as much, up to which something of the residuals repeats
+_MAX_REPEAT_CHANCE = 1e-3
+# correlation of what repeats with that of the next row, from which it is the model's: measured,
+# 0.5 to 0.99 for missing terms, -0.5 for the steps of an encoder
+_MIN_SMOOTHNESS = 0.25
 
 _APART = 1 << 32  # between the phases of two moves
 
@@ -87,12 +89,12 @@ class LackOfFit:
     @property
     def is_there(self) -> bool:
         """Whether more repeats than by chance."""
-        return self.chance < MAX_REPEAT_CHANCE.value
+        return self.chance < _MAX_REPEAT_CHANCE
 
     @property
     def is_smooth(self) -> bool:
         """Whether it goes on from row to row."""
-        return self.smoothness > MIN_SMOOTHNESS.value
+        return self.smoothness > _MIN_SMOOTHNESS
 
     @property
     def is_mostly_repeated(self) -> bool:
@@ -145,7 +147,7 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
     if repeats is None:
         return None
     phases = _phases(repeats, estimate.rows.astype(np.intp), data.prefilter.decimate)
-    if len(phases.rows) < MIN_REPEATED_ROWS.value:
+    if len(phases.rows) < _MIN_REPEATED_ROWS:
         return None
     left = estimate.net_residuals[phases.rows]
     total = float(left @ left)

@@ -6,13 +6,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.thresholds.moves import (
-    MAX_LEVEL_SPREAD,
-    MIN_MOVE_PROMINENCE,
-    MIN_MOVE_SPEED,
-    MIN_SPEED_OF_A_MOVE,
-)
 from axisid.support.arrays import Array
+
+_MIN_MOVE_SPEED = 0.02  # of the largest speed, that a move has to reach
+_MIN_MOVE_PROMINENCE = 0.5  # of its largest speed, that a move has to fall by before the next
+_MAX_LEVEL_SPREAD = 0.1  # relative difference of largest speeds of one level
+_MIN_SPEED_OF_A_MOVE = 1e-3  # of the largest speed; slower is between two moves
 
 Index = NDArray[np.intp]
 
@@ -54,11 +53,11 @@ def moves_of(velocity: Array) -> Moves:
 
     speed = np.concatenate([[0.0], np.abs(velocity), [0.0]])
     top = float(speed.max())
-    found, shape = find_peaks(speed, height=MIN_MOVE_SPEED.value * top, prominence=0.0)
-    own = shape["prominences"] > MIN_MOVE_PROMINENCE.value * shape["peak_heights"]
+    found, shape = find_peaks(speed, height=_MIN_MOVE_SPEED * top, prominence=0.0)
+    own = shape["prominences"] > _MIN_MOVE_PROMINENCE * shape["peak_heights"]
     speed = speed[1:-1]
     peaks = _apart(speed, found[own] - 1) if top > 0 else np.empty(0, dtype=np.intp)
-    slow = MIN_SPEED_OF_A_MOVE.value * top
+    slow = _MIN_SPEED_OF_A_MOVE * top
     gaps = [_gap(speed, a, b, slow) for a, b in pairwise(peaks)]
     moving = np.flatnonzero(speed > slow)
     first, last = (moving[0], moving[-1] + 1) if len(moving) else (0, 0)
@@ -76,7 +75,7 @@ def _apart(speed: Array, peaks: Index) -> Index:
     for peak in map(int, peaks):
         if kept:
             lowest, height = speed[kept[-1] : peak].min(), min(speed[kept[-1]], speed[peak])
-            if lowest > (1 - MIN_MOVE_PROMINENCE.value) * height:
+            if lowest > (1 - _MIN_MOVE_PROMINENCE) * height:
                 continue
         kept.append(peak)
     return np.array(kept, dtype=np.intp)
@@ -97,7 +96,7 @@ def levels_of(sizes: Array) -> Index:
     """Number of the level of each size, from the smallest; sizes of one level are alike."""
     labels, level, lowest = np.zeros(len(sizes), dtype=np.intp), -1, -np.inf
     for i in np.argsort(sizes, kind="stable"):
-        if level < 0 or sizes[i] > lowest * (1 + MAX_LEVEL_SPREAD.value):
+        if level < 0 or sizes[i] > lowest * (1 + _MAX_LEVEL_SPREAD):
             level, lowest = level + 1, float(sizes[i])
         labels[i] = level
     return labels

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.estimation.thresholds.moves import MAX_REPEAT_DIFFERENCE
 from axisid.support.arrays import Array
 
 from .moves import Index, Moves, moves_of
+
+# of the reference's travel, between two moves; logged digits differ by less, others by more
+_MAX_REPEAT_DIFFERENCE = 1e-4
 
 _SHIFTS = (0, 1, -1, 2, -2)  # samples by which last digits may move the ends of a move
 _ENDS = 2  # samples at both ends of a move that are not compared
@@ -52,7 +54,7 @@ def repeats_of(reference: Array, spans: tuple[tuple[int, int], ...]) -> Repeats 
     if not (np.isfinite(travel) and travel > 0):
         return None
     moves, breaks = _joined(reference, spans)
-    tolerance = MAX_REPEAT_DIFFERENCE.value * travel
+    tolerance = _MAX_REPEAT_DIFFERENCE * travel
     kinds, shifts = _kinds(reference, moves, tolerance)
     keys = [*_keys(moves, kinds, breaks)]
     places: dict[tuple[int, int], list[int]] = {}

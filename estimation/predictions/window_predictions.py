@@ -20,7 +20,7 @@ from axisid.estimation.records import Record, in_own_order
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
-from axisid.estimation.thresholds.fitting import ADVISED_WINDOWS, HORIZON, MAX_GROWTH
+from axisid.estimation.thresholds import ADVISED_WINDOWS, MAX_GROWTH
 from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
@@ -28,6 +28,8 @@ from axisid.support.remedy import Remedy, Setting
 
 from .added_slopes import ADDED_SHARE, Motion
 from .lanes import LANE_LOST, Lanes
+
+_HORIZON = 1.0  # s, of the windows of an open loop where none is given
 
 #: Samples in a window.
 FEWEST_IN_WINDOW = 20
@@ -388,7 +390,7 @@ class WindowPredictions:
 
 def default_horizon(records: Sequence[Record]) -> float:
     """Length of windows of which records have enough that their scatter tells deviations, s."""
-    horizon = HORIZON.value
+    horizon = _HORIZON
     while horizon > _SHORTEST and _count(records, horizon) < ADVISED_WINDOWS.value:
         horizon /= 2
     return horizon

@@ -8,7 +8,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.records.faults import quantum_of
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds.regression import MIN_STEP_DIFFERENCES
+from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
 
 from .solver import by_least_squares

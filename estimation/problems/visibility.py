@@ -17,17 +17,18 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.regression import Equations
 from axisid.estimation.signals import Signals, of_signals
-from axisid.estimation.thresholds.estimates import (
-    MAX_CANCELLED_FORCE,
-    MAX_TIMES_DECLARED,
-    MAX_TIMES_UNIT,
-    MIN_DISTANCE_FROM_NOISE,
-)
+from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.remedy import Remedy, Setting
+
+# times the record's largest force that a term would have to make to show: others may cancel it
+_MAX_CANCELLED_FORCE = 10.0
+_MAX_TIMES_DECLARED = 1e3  # times the declared value that a parameter would need to be shown
+# times its unit by force and motion, where none is declared: that size is a guess
+_MAX_TIMES_UNIT = 1e9
 
 _ROUNDING = float(np.finfo(float).eps)
 
@@ -213,7 +214,7 @@ def shown_up_to(axis: GeneratedAxis, reach: Reach) -> Array:
     """How large each parameter may have to be to stand out of the noise, and be shown, (p,)."""
     natural = natural_sizes(axis, reach)
     with np.errstate(divide="ignore"):
-        by_force = MAX_CANCELLED_FORCE.value * reach.force / reach.columns
+        by_force = _MAX_CANCELLED_FORCE * reach.force / reach.columns
     sizes = [_farthest(p, float(n)) for p, n in zip(axis.axis.parameters, natural, strict=True)]
     return np.minimum(by_force, sizes)
 
@@ -231,7 +232,7 @@ def _unseen(axis: GeneratedAxis, reach: Reach, norms: Array, noise: float) -> di
         needed = MIN_DISTANCE_FROM_NOISE.value * noise / float(norms[j])
         there = needed * float(reach.columns[j])
         seen = f"{p.name} would have to be {needed:.2g} {p.unit} to stand out of the noise"
-        if there > MAX_CANCELLED_FORCE.value * reach.force:
+        if there > _MAX_CANCELLED_FORCE * reach.force:
             unit = axis.axis.coordinate.force_unit
             found[p.name] = (
                 f"{seen}, a force of {there:.2g} {unit} where it acts most, in a record whose "
@@ -247,8 +248,8 @@ def _farthest(parameter: Parameter, natural: float) -> float:
     bounds = max(abs(parameter.lower), abs(parameter.upper))
     declared = max(abs(parameter.nominal), bounds if np.isfinite(bounds) else 0.0)
     if not declared:
-        return MAX_TIMES_UNIT.value * natural
-    return MAX_TIMES_DECLARED.value * max(declared, natural if np.isfinite(natural) else 0.0)
+        return _MAX_TIMES_UNIT * natural
+    return _MAX_TIMES_DECLARED * max(declared, natural if np.isfinite(natural) else 0.0)
 
 
 def _expected(parameter: Parameter, natural: float) -> str:

@@ -12,11 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.tables import Repair, Samples
-from axisid.estimation.thresholds.records import MIN_SAME_PHASE, MIN_SELDOM_CHANGES
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
+
+_MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
+# of a column's changes come at one even distance; of a rounded one they come at any
+_MIN_SAME_PHASE = 0.95
 
 #: What a column is between the values that were written.
 Between = Literal["spline", "linear", "held"]
@@ -67,13 +70,13 @@ def samples_apart(values: Array) -> int:
     fresh = np.flatnonzero(written)
     if written.all():
         fresh = np.flatnonzero(np.diff(values)) + 1
-    if len(fresh) < MIN_SELDOM_CHANGES.value:
+    if len(fresh) < _MIN_SELDOM_CHANGES:
         return 1
     apart = int(np.median(np.diff(fresh)))
     if apart < 2:
         return 1
     same = np.bincount(fresh % apart).max() / len(fresh)
-    return apart if same >= MIN_SAME_PHASE.value else 1
+    return apart if same >= _MIN_SAME_PHASE else 1
 
 
 def seldom_notes(samples: Mapping[str, Samples]) -> list[Note]:
@@ -124,7 +127,7 @@ def drawn_between(
             )
         samples = columns[role]
         fresh = _fresh(samples)
-        if len(fresh) < MIN_SELDOM_CHANGES.value:
+        if len(fresh) < _MIN_SELDOM_CHANGES:
             raise DataError(
                 f"{source}: the {role} has {len(fresh)} values, too few to draw it between them.",
                 code="few-between",

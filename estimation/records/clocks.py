@@ -9,7 +9,7 @@ from axisid.estimation.records.columns import motion_role
 from axisid.estimation.records.faults import Mask
 from axisid.estimation.records.times import drift_of, step_notes
 from axisid.estimation.tables import Samples, Table
-from axisid.estimation.thresholds.records import MAX_UNEVEN_STEP
+from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting

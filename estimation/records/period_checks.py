@@ -3,13 +3,12 @@
 import math
 
 from axisid.estimation.records.times import RESAMPLE_EVENLY, UNEVEN
-from axisid.estimation.thresholds.records import (
-    MAX_MEAN_STEP_DEVIATION,
-    MAX_STATED_PERIOD_DEVIATION,
-)
+from axisid.estimation.thresholds import MAX_MEAN_STEP_DEVIATION
 from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted
+
+_MAX_STATED_PERIOD_DEVIATION = 0.005  # relative difference of a given period from the time column's
 
 
 def check_even(source: str, typical: float, mean: float, period: float | None) -> None:
@@ -27,7 +26,7 @@ def check_even(source: str, typical: float, mean: float, period: float | None) -
 
 def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
     """Refuse a sampling period that was given, s, and is not the one of the time column."""
-    if not abs(stated / found - 1) < MAX_STATED_PERIOD_DEVIATION.value + uncertainty:
+    if not abs(stated / found - 1) < _MAX_STATED_PERIOD_DEVIATION + uncertainty:
         raise DataError(
             f"{source}: the sampling period is given as {stated:g} s, but the time "
             f"column steps by {found:g} s. Correct one of them (time is in seconds).",

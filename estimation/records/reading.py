@@ -23,7 +23,7 @@ from axisid.estimation.records.faults import (
 )
 from axisid.estimation.records.times import count_by_period, count_past_restarts, open_end
 from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Table
-from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
+from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import DataError, UsageError

@@ -13,7 +13,7 @@ from axisid.codegen.artefacts import GeneratedAxis, as_declared, replace_file
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.records.times import open_end
 from axisid.estimation.tables import Provenance, Repair, Samples
-from axisid.estimation.thresholds.records import MIN_RECORD_SAMPLES
+from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
 from axisid.support.errors import DataError, UsageError

@@ -14,7 +14,7 @@ from axisid.estimation.records.times import (
     drift_of,
     odd_steps,
 )
-from axisid.estimation.thresholds.records import LARGEST_VALUE, MIN_RECORD_SAMPLES
+from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError, UsageError

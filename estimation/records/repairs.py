@@ -10,7 +10,7 @@ import numpy as np
 from axisid.estimation.records.columns import expected_units, modulus_si
 from axisid.estimation.records.faults import Mask, Modulus
 from axisid.estimation.tables import Repair
-from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
+from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError

@@ -11,7 +11,7 @@ from axisid.estimation.records.columns import motion_role
 from axisid.estimation.records.faults import Mask
 from axisid.estimation.records.times import BACKWARD, advice_on_backward, own_period
 from axisid.estimation.tables import LogClock, Repair, Samples
-from axisid.estimation.thresholds.records import MAX_UNEVEN_STEP, MIN_RESAMPLING_RATE
+from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
@@ -19,6 +19,8 @@ from axisid.support.remedy import Remedy, Setting
 from .between import Between, at_times
 from .period_checks import check_stated
 from .repairs import Span, adjoining, gaps_repair
+
+_MIN_RESAMPLING_RATE = 0.9  # of the position's rate; below, its noise would fold
 
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
@@ -160,7 +162,7 @@ def _masked_at(time: Array, clocks: Mapping[str, Array], masks: Mapping[str, Mas
 def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Array]) -> None:
     """Refuse a rate, Hz, that folds the motion's noise, or makes too much of the log."""
     moving = motion_role(clocks)
-    if chosen < MIN_RESAMPLING_RATE.value * own:
+    if chosen < _MIN_RESAMPLING_RATE * own:
         raise UsageError(
             f"{source}: the {moving} is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
             "noise would fold. ",

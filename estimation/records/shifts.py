@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Repair, Samples, label_unit
-from axisid.estimation.thresholds.records import MAX_PART_OF_A_SAMPLE
 from axisid.modeling.declaration import ROLES
 from axisid.modeling.quantities import parse_unit
 from axisid.support.arrays import Array
@@ -18,6 +17,8 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
+
+_MAX_PART_OF_A_SAMPLE = 0.01  # samples from a whole number: a time that is written with two digits
 
 _AMOUNT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _GIVE = "give samples, such as 1, or a time with its unit, such as 2ms"
@@ -192,7 +193,7 @@ def whole_samples(source: str, role: str, shift: Shift, step: float, length: int
             code="long-shift",
         )
     whole = round(samples)
-    if abs(samples - whole) > MAX_PART_OF_A_SAMPLE.value or (samples != 0 and whole == 0):
+    if abs(samples - whole) > _MAX_PART_OF_A_SAMPLE or (samples != 0 and whole == 0):
         raise UsageError(
             f"{source}: the {role} is to be shifted by {samples:.4g} samples; ",
             Remedy.of(

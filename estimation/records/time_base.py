@@ -9,11 +9,12 @@ declared to have a clock of its own. A continuous law has none.
 from dataclasses import dataclass, replace
 
 from axisid.estimation.tables import LogClock
-from axisid.estimation.thresholds.records import SAME_PERIOD
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .record import Record
+
+_SAME_PERIOD = 5e-4  # relative difference: ten times what crystals differ by
 
 _MOST_THINNED = 1000
 
@@ -36,7 +37,7 @@ class OtherPeriod:
 
 def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
     """Whether two sampling periods are the same; `uncertainty` is relative, of either."""
-    return abs(one / other - 1) <= SAME_PERIOD.value + uncertainty
+    return abs(one / other - 1) <= _SAME_PERIOD + uncertainty
 
 
 def clock_of(record: Record) -> LogClock:

@@ -14,14 +14,13 @@ from typing import Self
 import numpy as np
 
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import (
-    MAX_CHANCE_DEVIATION,
-    MAX_RESIDUAL_AUTOREGRESSION,
-    MIN_FREEDOM,
-)
+from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_FREEDOM
 from axisid.support.arrays import Array
 
 from .linear import Solution
+
+# a hundred rows, beyond which a short record cannot tell it from a drift
+_MAX_RESIDUAL_AUTOREGRESSION = 0.99
 
 _RESOLVED = 1e-3  # of the autoregression, far finer than a short record shows it
 _FORGOTTEN = 0.05  # of a residual, after which rows are as far apart as any
@@ -95,7 +94,7 @@ class _Fitted:
         influence, order = solution.influence, solution.neighbours
         size = np.linalg.norm(influence, axis=0)  # columns may be of sizes far apart
         basis, triangle = np.linalg.qr(influence / size)
-        reach = int(np.log(_FORGOTTEN) / np.log(MAX_RESIDUAL_AUTOREGRESSION.value))
+        reach = int(np.log(_FORGOTTEN) / np.log(_MAX_RESIDUAL_AUTOREGRESSION))
         return cls(
             basis=order.on_grid(basis, reach),
             there=order.on_grid(np.ones((len(basis), 1)), reach)[:, 0],
@@ -123,7 +122,7 @@ class _Fitted:
 
         The innovations stay as they are: the errors' variance is theirs by ``1 - rho^2``.
         """
-        at = (max(rho - _RESOLVED, 0.0), min(rho + _RESOLVED, MAX_RESIDUAL_AUTOREGRESSION.value))
+        at = (max(rho - _RESOLVED, 0.0), min(rho + _RESOLVED, _MAX_RESIDUAL_AUTOREGRESSION))
         early, late = (
             np.log(np.diag(self.of_parameters(self.taken(self.coloured(r)))) / (1 - r**2))
             for r in at
@@ -151,7 +150,7 @@ def _autocorrelation(e: Array, order: Neighbours) -> float:
 
 def _matched(fitted: _Fitted, shown: float) -> float:
     """The autoregression, from 0 to short of one, that leaves the autocorrelation shown."""
-    most = MAX_RESIDUAL_AUTOREGRESSION.value
+    most = _MAX_RESIDUAL_AUTOREGRESSION
     if fitted.left(most) <= shown:
         return most
     if fitted.left(0.0) >= shown:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import FEW_SCORES, MAX_AUTOREGRESSION
+from axisid.estimation.thresholds import FEW_SCORES, MAX_AUTOREGRESSION
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 

@@ -27,11 +27,14 @@ from axisid.estimation.loops import (
 from axisid.estimation.records import is_sampled_by
 from axisid.estimation.signals import FilteredRecord, about_samples
 from axisid.estimation.simulation import Simulation, no_control_law, simulate_estimate
-from axisid.estimation.thresholds.regression import LEAST_MEASURED_NOISE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, ModelError
 
 from .simulated_rows import simulated_loops
+
+# of the law's answer to the position's noise is in the control: 1 where the law measured what was
+# recorded, 0 where the log is coarser
+_LEAST_MEASURED_NOISE = 0.8
 
 _STRETCH = 50  # samples
 _LATEST = 3  # samples by which a log may be late
@@ -68,7 +71,7 @@ class FollowingLoops:
         """
         control, position = _control(data), data.record.position
         answer = _answer_to_noise(data)
-        if _share(control, answer) < LEAST_MEASURED_NOISE.value:
+        if _share(control, answer) < _LEAST_MEASURED_NOISE:
             raise DataError("the control does not answer to the noise of the recorded position.")
         beside = control - _answer(data, position, position)
         late = late_in_log(data.axis)

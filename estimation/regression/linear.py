@@ -13,9 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import MIN_SINGULAR_VALUE_RATIO, MIN_TRADE_WEIGHT
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+
+# of unit columns, smallest by largest: measured, filtering leaves rounding of up to 1e-12 in
+# columns that are dependent
+_MIN_SINGULAR_VALUE_RATIO = 1e-11
+# of the largest in a change that the fit does not notice; far above rounding, and below any trade
+# that matters
+_MIN_TRADE_WEIGHT = 1e-6
 
 Wide = NDArray[np.longdouble]
 
@@ -330,7 +336,7 @@ def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], wh
     _, sizes, right = np.linalg.svd(matrix)
     # Unit columns have a largest singular value of 1 or more, unless instruments miss them all.
     # Filtering leaves rounding of up to 1e-12 in columns that are dependent.
-    least = max(rows * np.finfo(float).eps, MIN_SINGULAR_VALUE_RATIO.value)
+    least = max(rows * np.finfo(float).eps, _MIN_SINGULAR_VALUE_RATIO)
     if sizes[-1] > max(sizes[0], 1.0) * least:
         return
     direction = right[-1] / scale
@@ -338,7 +344,7 @@ def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], wh
     trade = ", ".join(
         f"{name} {weight:+.4g}"
         for name, weight in zip(names, direction, strict=True)
-        if abs(weight) > MIN_TRADE_WEIGHT.value
+        if abs(weight) > _MIN_TRADE_WEIGHT
     )
     raise EstimationError(
         f"{what} cannot tell these parameters apart: the fit does not notice a change of {trade}. "

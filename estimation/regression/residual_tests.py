@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
+from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, Exact
 
 from .covariance import score_products

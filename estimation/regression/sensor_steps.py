@@ -8,8 +8,12 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import KeptByRecord
 from axisid.estimation.records import Record
 from axisid.estimation.records.faults import quantum_of
-from axisid.estimation.thresholds.regression import MAX_DITHERED_SHARE, MIN_STEP_DIFFERENCES
+from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
+
+# of the samples change a rounded velocity; at a constant speed noise of half a step changes as
+# many, and averages the steps
+_MAX_DITHERED_SHARE = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,4 +57,4 @@ def _undithered_step(values: Array, fewest: int) -> float:
     """What values are rounded to, unless their noise is of that size: then that averages out."""
     step = quantum_of(values, fewest)
     changing = np.abs(np.diff(values)) > step / 2
-    return 0.0 if np.mean(changing) > MAX_DITHERED_SHARE.value else step
+    return 0.0 if np.mean(changing) > _MAX_DITHERED_SHARE else step

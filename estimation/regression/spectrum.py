@@ -3,9 +3,12 @@
 import numpy as np
 
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import MIN_SEGMENT_ROWS, MIN_SEGMENTED_SHARE
+from axisid.estimation.thresholds import MIN_SEGMENT_ROWS
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
+
+# of the rows in stretches of a segment or more, from which there is a spectrum
+_MIN_SEGMENTED_SHARE = 0.5
 
 _SEGMENT = 256  # rows
 
@@ -29,7 +32,7 @@ def power_density(
     from scipy.signal import welch
 
     lengths = np.sort(neighbours.lengths)[::-1]
-    enough = int(np.searchsorted(np.cumsum(lengths), MIN_SEGMENTED_SHARE.value * len(values)))
+    enough = int(np.searchsorted(np.cumsum(lengths), _MIN_SEGMENTED_SHARE * len(values)))
     segment = min(_SEGMENT, int(lengths[enough]))
     if segment < (least := MIN_SEGMENT_ROWS.value):
         return Missing(f"half of the rows follow each other in less than {least} at a time")

@@ -6,7 +6,7 @@ from types import MappingProxyType
 import numpy as np
 
 from axisid.estimation.choices.outputs import HUBER, SOFT_L1, SQUARES
-from axisid.estimation.thresholds.estimates import MEDIAN_OF_NORMAL
+from axisid.estimation.thresholds import MEDIAN_OF_NORMAL
 from axisid.support.arrays import Array
 
 #: Takes squares of errors over the loss's scale, (n,), and gives the loss with its first two

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.predictions import Predictions, Slopes, slopes_of
-from axisid.estimation.thresholds.fitting import AT_BOUND, MAX_FAR, MIN_FAR
+from axisid.estimation.thresholds import MAX_FAR, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
@@ -22,6 +22,9 @@ from .unknowns import Unknowns
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
+
+# deviations from a bound that the errors drive to; held there, it moves by no more
+_AT_BOUND = 0.05
 
 MOST_STEPS = 60
 _TOLERANCE = 1e-8
@@ -282,7 +285,7 @@ class Search:
         left = np.sqrt(np.sum(counts * rows[:n] ** 2) / max(np.count_nonzero(rows[:n]), 1))
         rows[:n] *= counts
         downhill = -(jacobian.T @ rows)
-        reach = AT_BOUND.value * left / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+        reach = _AT_BOUND * left / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
         reach = np.maximum(reach, _TOLERANCE * self._scale)
         low = self._free & (downhill < 0) & (at - u.lower <= reach)
         high = self._free & (downhill > 0) & (u.upper - at <= reach)

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.regression import Form
-from axisid.estimation.thresholds.fitting import MIN_PRIOR_DEVIATION
-from axisid.estimation.thresholds.records import LARGEST_VALUE
+from axisid.estimation.thresholds import LARGEST_VALUE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, ModelError, UsageError
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted
+
+_MIN_PRIOR_DEVIATION = 1e-12  # of the value; what is surer is exact, and can be held
 
 #: A bound, or None for none.
 End = float | None
@@ -313,7 +314,7 @@ def _with_priors(
             )
         mean, sd = map(float, pair)
         largest = LARGEST_VALUE.value
-        exact = sd < max(MIN_PRIOR_DEVIATION.value * abs(mean), 1 / largest)
+        exact = sd < max(_MIN_PRIOR_DEVIATION * abs(mean), 1 / largest)
         if exact or max(abs(mean), sd) > largest:
             raise UsageError(
                 f"what was known of {quoted(name)} is {mean:g} +- {sd:g}, which is as good as "

@@ -10,11 +10,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, hold_delay, law_ratio
-from axisid.estimation.thresholds.signals import (
-    MIN_INFORMATION_LEFT,
-    MIN_MOVING_SPEED,
-    UNIT_FACTOR_TOLERANCE,
-)
+from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, covered
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
@@ -30,6 +26,10 @@ from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
 from .signals import Motion, Signals, checked_control, paired_with_force
 from .without_turns import Information, columns_of, losses_count, searches_friction
+
+# of the law's period times a unit's factor, by which the record's may differ: time is in that
+# unit
+_UNIT_FACTOR_TOLERANCE = 0.02
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
 
@@ -385,7 +385,7 @@ def check_filter(
         ratio = 1.0 if law is None or law.continuous else period / law.period
         apart = max(ratio, 1 / ratio)
         off = min(abs(apart / unit - 1) for unit in _UNITS_APART)
-        if law is None or not off < UNIT_FACTOR_TOLERANCE.value:
+        if law is None or not off < _UNIT_FACTOR_TOLERANCE:
             raise
         raise DataError(
             f"{source} is sampled every {_duration(period)}, the control law of axis "
@@ -404,7 +404,7 @@ def check_filter(
 def _duration(seconds: float) -> str:
     """In the unit that needs fewest zeros."""
     units = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns"))
-    least = 1 - UNIT_FACTOR_TOLERANCE.value
+    least = 1 - _UNIT_FACTOR_TOLERANCE
     size, unit = next((u for u in units if seconds >= u[0] * least), units[-1])
     return f"{seconds / size:.4g} {unit}"
 

@@ -5,21 +5,22 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.thresholds.signals import (
-    MAX_REST_SHARE,
-    MAX_REST_SPEED,
-    MAX_STEADY_ACCELERATION,
-    MIN_MOVING_SPEED,
-    MIN_REVERSED_SHARE,
-    MIN_SPEED_SPREAD,
-    MIN_STEADY_SAMPLES,
-    REST_SPEED,
-)
+from axisid.estimation.thresholds import MIN_MOVING_SPEED, REST_SPEED
 from axisid.support.arrays import runs
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .sampled_filter import Span
 from .signals import Signals
+
+_MAX_REST_SPEED = 0.01  # of the largest, on average: what noise may make of a rest
+# of the samples in motion go the other way; with fewer the axis hardly reverses
+_MIN_REVERSED_SHARE = 0.01
+_MIN_STEADY_SAMPLES = 16  # at steady speed, from which it is told whether there is one speed only
+_MIN_SPEED_SPREAD = 0.1  # of the cruising speed, relative; below, there is one speed only
+_MAX_STEADY_ACCELERATION = 0.1  # of the largest; below, the speed is steady
+# of the samples of the fit: measured, an eighth at rest moves friction by a tenth, a third by
+# most of it
+MAX_REST_SHARE = 0.1
 
 
 def motion_lacks(signals: Signals) -> tuple[str, ...]:
@@ -52,7 +53,7 @@ def resting(
             # It stops and starts slowly. Creeping gets somewhere, reversing does not stay.
             within = slice(start + (stop - start) // 4, stop - (stop - start) // 4)
             drift = abs(float(np.mean(speed[within])))
-            stays = float(np.mean(np.abs(speed[within]))) < MAX_REST_SPEED.value * fastest
+            stays = float(np.mean(np.abs(speed[within]))) < _MAX_REST_SPEED * fastest
             still[first + start : first + stop] = stays and drift < REST_SPEED.value * fastest
     return float(np.mean(still[used])) if used.any() else 0.0
 
@@ -61,7 +62,7 @@ def one_direction(signals: Signals) -> str:
     """That the velocity has one sign, in words; empty if it has both."""
     moving = signals.velocity[_in_motion(signals)]
     forward = float(np.mean(moving > 0)) if len(moving) else 0.0
-    if MIN_REVERSED_SHARE.value <= forward <= 1 - MIN_REVERSED_SHARE.value:
+    if _MIN_REVERSED_SHARE <= forward <= 1 - _MIN_REVERSED_SHARE:
         return ""
     return f"the velocity {'never' if forward in (0, 1) else 'hardly ever'} changes its sign"
 
@@ -69,12 +70,12 @@ def one_direction(signals: Signals) -> str:
 def one_speed(signals: Signals) -> str:
     """One cruising speed; accelerating through others in between does not tell them apart well."""
     acceleration = np.abs(signals.acceleration)
-    steady = acceleration < MAX_STEADY_ACCELERATION.value * acceleration.max()
+    steady = acceleration < _MAX_STEADY_ACCELERATION * acceleration.max()
     speeds = np.abs(signals.velocity[_in_motion(signals) & steady])
-    if len(speeds) < MIN_STEADY_SAMPLES.value:
+    if len(speeds) < _MIN_STEADY_SAMPLES:
         return ""
     low, middle, high = np.quantile(speeds, [0.1, 0.5, 0.9])
-    return "there is one speed only" if high - low < MIN_SPEED_SPREAD.value * middle else ""
+    return "there is one speed only" if high - low < _MIN_SPEED_SPREAD * middle else ""
 
 
 def _in_motion(signals: Signals) -> NDArray[np.bool_]:
@@ -84,7 +85,7 @@ def _in_motion(signals: Signals) -> NDArray[np.bool_]:
 
 def rests_first(rest: float) -> Note | None:
     """What to say of a fit that is mostly of an axis at rest; None for another."""
-    if rest <= MAX_REST_SHARE.value:
+    if rest <= MAX_REST_SHARE:
         return None
     return Note(
         f"the axis rests in {100 * rest:.0f} % of the samples that the fit has, where sticking "

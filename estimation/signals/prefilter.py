@@ -11,10 +11,14 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from axisid.estimation.thresholds.signals import MAX_DEFAULT_CUTOFF, SAME_FILTER_FREQUENCY
 from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import is_among, quoted
+
+# ratio of two cut-offs that are one, or of two periods for which counts of samples stay
+SAME_FILTER_FREQUENCY = 1.01
+# of the sampling frequency: 60 Hz from 300 Hz on, two in five of the Nyquist frequency below
+_MAX_DEFAULT_CUTOFF = 0.2
 
 #: Edge of the decimation filter, of the rate that it leaves.
 DECIMATION_EDGE = 0.4
@@ -142,7 +146,7 @@ class Prefilter:
         """The settings with what was left open of cut-off and decimation chosen for a period, s."""
         cutoff, decimate = self.cutoff, self.decimate
         if isinstance(cutoff, _OpenCutoff):
-            cutoff = min(float(cutoff), MAX_DEFAULT_CUTOFF.value / period)
+            cutoff = min(float(cutoff), _MAX_DEFAULT_CUTOFF / period)
         if isinstance(decimate, _OpenDecimation):
             decimate = max(int(decimate), matching_decimation(cutoff, period))
         return replace(self, cutoff=float(cutoff), decimate=int(decimate))
@@ -156,7 +160,7 @@ class Prefilter:
             Sampling periods that the settings are for, and of the record, s.
         """
         ratio = designed / period
-        if abs(ratio - 1) < SAME_FILTER_FREQUENCY.value - 1:
+        if abs(ratio - 1) < SAME_FILTER_FREQUENCY - 1:
             return self
         start, end = self.drop or (0, 0)
         return replace(

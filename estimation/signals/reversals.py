@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.thresholds.signals import REST_SPEED
+from axisid.estimation.thresholds import REST_SPEED
 from axisid.support.arrays import Array
 
 

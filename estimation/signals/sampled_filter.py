@@ -18,16 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.native import column_filter
-from axisid.estimation.thresholds.signals import (
-    MAX_STEP_REMAINDER,
-    MIN_CUTOFF,
-    SAME_FILTER_FREQUENCY,
-    SETTLED_TRANSIENT,
-)
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError, UsageError
 
-from .prefilter import DECIMATION_EDGE, Prefilter, matching_decimation
+from .prefilter import DECIMATION_EDGE, SAME_FILTER_FREQUENCY, Prefilter, matching_decimation
+
+_MIN_CUTOFF = 1e-4  # of the Nyquist frequency; lower is refused
+_SETTLED_TRANSIENT = 1e-3  # left of a filter's transient, which is over then
+# of a step response not yet reached; beyond, a low-pass rounds a reversal
+_MAX_STEP_REMAINDER = 0.05
 
 Span = tuple[int, int]
 
@@ -57,7 +56,7 @@ class SampledFilter:
     @property
     def dropped(self) -> tuple[int, int]:
         """Samples left out at start and end."""
-        return self.settings.drop or (self._transient(SETTLED_TRANSIENT.value),) * 2
+        return self.settings.drop or (self._transient(_SETTLED_TRANSIENT),) * 2
 
     @property
     def cut(self) -> tuple[int, int]:
@@ -70,14 +69,14 @@ class SampledFilter:
 
         Rows further apart are made of different samples.
         """
-        motion, rows = self.settling(SETTLED_TRANSIENT.value)
+        motion, rows = self.settling(_SETTLED_TRANSIENT)
         decimate = self.settings.decimate
         return motion if decimate == 1 else math.ceil((motion + rows) / decimate)
 
     @property
     def turn_reach(self) -> int:
         """Samples to both sides of a reversal over which the low-pass rounds it."""
-        return self._transient(MAX_STEP_REMAINDER.value)
+        return self._transient(_MAX_STEP_REMAINDER)
 
     @property
     def row_gain(self) -> float:
@@ -110,7 +109,7 @@ class SampledFilter:
             The record is shorter than the filters' transients.
         """
         nyquist, cutoff = 0.5 / self.period, self.settings.cutoff
-        lowest = MIN_CUTOFF.value * nyquist
+        lowest = _MIN_CUTOFF * nyquist
         if cutoff < lowest:
             raise UsageError(
                 f"the cutoff {cutoff:g} Hz is too low for a record sampled at {2 * nyquist:g} "
@@ -136,7 +135,7 @@ class SampledFilter:
         """What the settings do to the estimates, where that is not what one would want."""
         cutoff, decimate = self.settings.cutoff, self.settings.decimate
         edge = (DECIMATION_EDGE / decimate if decimate > 1 else 0.5) / self.period
-        if edge <= cutoff * SAME_FILTER_FREQUENCY.value:
+        if edge <= cutoff * SAME_FILTER_FREQUENCY:
             return ()
         wanted = matching_decimation(cutoff, self.period)
         return (

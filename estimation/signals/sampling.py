@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.thresholds.signals import MIN_ROW_WEIGHT
+from axisid.estimation.thresholds import MIN_ROW_WEIGHT
 from axisid.support.arrays import Array, covered, runs
 
 from .neighbours import Neighbours

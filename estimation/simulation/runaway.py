@@ -11,8 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.thresholds.simulation import RUNAWAY_RATIO
 from axisid.support.arrays import Array
+
+_RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
 
 Recorded = Sequence[Array] | Array
 
@@ -29,7 +30,7 @@ def allowed_distance(span: float, away: float) -> float:
     away : float
         From the start to the first reference.
     """
-    return RUNAWAY_RATIO.value * max(float(span), float(away)) or math.inf
+    return _RUNAWAY_RATIO * max(float(span), float(away)) or math.inf
 
 
 def widened_distance(
@@ -63,7 +64,7 @@ def widened_distance(
         added = idle + (0.0 if injected is None else np.abs(injected).max(axis=0))
     pushed = 0.0 if added is None else _pushed(axis, start, np.asarray(added), recorded)
     moved = np.maximum(_sag(axis, parameters, start, recorded) + pushed, measured)
-    return np.asarray(RUNAWAY_RATIO.value * moved)
+    return np.asarray(_RUNAWAY_RATIO * moved)
 
 
 def _pushed(axis: GeneratedAxis, start: Array, added: Array, recorded: Recorded) -> Array:

@@ -21,7 +21,7 @@ from axisid.codegen.lowering import (
     STEPS_OF_SEARCH,
     demanding_term,
 )
-from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
+from axisid.estimation.thresholds import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, ModelError, UsageError

@@ -13,7 +13,7 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.records import Record
 from axisid.estimation.signals import about_samples
 from axisid.estimation.tables import Provenance
-from axisid.estimation.thresholds.records import MIN_RECORD_SAMPLES
+from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array

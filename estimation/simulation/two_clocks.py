@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.records import is_same_period
-from axisid.estimation.thresholds.simulation import MAX_CLOCK_RATIO
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
+
+# between periods of law and reference: 20 kHz logged at 50 Hz; a period in ms is 1000 times too
+# long
+_MAX_CLOCK_RATIO = 400.0
 
 _COINCIDES = 1e-6  # of a period, from an evaluation
 _FEWEST_OF_A_SPLINE = 4  # samples
@@ -126,7 +129,7 @@ def clocks_of(law: ControlLaw | None, samples: int, period: float) -> TwoClocks 
     """
     if law is None or law.continuous or is_same_period(period, law.period):
         return None
-    ratio, most = period / law.period, MAX_CLOCK_RATIO.value
+    ratio, most = period / law.period, _MAX_CLOCK_RATIO
     if not 1 / most <= ratio <= most:
         raise UsageError(
             f"the period is {period:g} s, but the control law is evaluated every {law.period:g} s; "

@@ -12,7 +12,7 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.joint import GAIN
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Hac, InverseForm, Solution
-from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
+from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Exact
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note

@@ -25,8 +25,7 @@ from axisid.estimation.joint import Known, Told
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
-from axisid.estimation.thresholds.estimates import NO_RELATION
-from axisid.estimation.thresholds.studies import EQUAL_ERROR, MAX_TIED_ERROR
+from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import written
 from axisid.support.arrays import Exact
@@ -40,6 +39,10 @@ from axisid.support.user_values import is_among, quoted
 from .candidate import Candidate, candidate
 from .held_out import HeldOutBlock, contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
+
+# of the least held-out error, however precise both are: it is not worth a parameter
+_EQUAL_ERROR = 1.01
+_MAX_TIED_ERROR = 1.1  # of the least, where the excess is within its standard error
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -368,10 +371,10 @@ def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
     The second condition is for an excess that lies in one block: its standard error is as large.
     """
     error, least = candidate.equation.error_percent, best.equation.error_percent
-    if error <= EQUAL_ERROR.value * least:
+    if error <= _EQUAL_ERROR * least:
         return True
     excess, deviation = candidate.equation.excess(best.equation)
-    return excess <= deviation and error <= MAX_TIED_ERROR.value * least
+    return excess <= deviation and error <= _MAX_TIED_ERROR * least
 
 
 def _useless(best: Candidate) -> str:

@@ -9,13 +9,13 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals
-from axisid.estimation.thresholds.studies import (
-    MAX_INSEPARABLE_FORCE,
-    MAX_WEIGHT_DEVIATION,
-    MIN_BIN_ROWS,
-)
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
+
+_MAX_WEIGHT_DEVIATION = 0.02  # of a row's weight from 1; with less it is a point of the curve
+# of the friction depends on more than the velocity, and there is a curve
+_MAX_INSEPARABLE_FORCE = 1e-6
+_MIN_BIN_ROWS = 4  # in a bin of velocity, from which their mean is shown
 
 _BINS = 41
 _PROBES = 200
@@ -62,7 +62,7 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | Missi
     rest = _force(axis, physical, _still(signals))
     reduced = data.reduce(np.column_stack([signals.velocity, signals.force - rest]))
     weights = data.weights
-    whole = np.abs(weights / result.data.sampling.filter.row_gain - 1) < MAX_WEIGHT_DEVIATION.value
+    whole = np.abs(weights / result.data.sampling.filter.row_gain - 1) < _MAX_WEIGHT_DEVIATION
     if not whole.any():
         return Missing("no row of the fit is clear of the reversals and rests that it leaves out")
     velocity, force = (reduced[whole] / weights[whole, None]).T
@@ -126,7 +126,7 @@ def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
         return "the model's force is not finite at the estimate"
     if size == 0:
         return "no term of the equation of motion depends on the velocity"
-    if float(np.max(np.ptp(parts, axis=0))) > MAX_INSEPARABLE_FORCE.value * size:
+    if float(np.max(np.ptp(parts, axis=0))) > _MAX_INSEPARABLE_FORCE * size:
         return (
             "the part of the force that depends on the velocity depends on the position or the "
             "acceleration too, so that it is no curve over the velocity"
@@ -143,7 +143,7 @@ def _binned(velocity: Array, force: Array) -> Array:
     rows = [
         (velocity[inside].mean(), force[inside].mean(), force[inside].std())
         for inside in (which == i for i in range(len(edges) - 1))
-        if np.count_nonzero(inside) >= MIN_BIN_ROWS.value
+        if np.count_nonzero(inside) >= _MIN_BIN_ROWS
     ]
     return np.array(rows).reshape(-1, 3)
 

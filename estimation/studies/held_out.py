@@ -24,10 +24,11 @@ from axisid.estimation.regression import (
     search_bounds,
 )
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.studies import MIN_TRAINING_ROWS_PER_PARAMETER
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.missing import Missing
+
+_MIN_TRAINING_ROWS_PER_PARAMETER = 5  # left to estimate from; with fewer no block is held out
 
 _BLOCKS = 10
 
@@ -149,7 +150,7 @@ def contiguous_blocks(
     """
     edges = np.linspace(0, rows, count + 1).round().astype(int)
     left = rows - int(np.diff(edges).max()) - 2 * gap
-    if left < MIN_TRAINING_ROWS_PER_PARAMETER.value * parameters:
+    if left < _MIN_TRAINING_ROWS_PER_PARAMETER * parameters:
         raise DataError(
             f"the record leaves {rows} rows; with a block of 1/{count} held out and a gap of {gap} "
             f"rows on both sides, the filters' memory, {max(left, 0)} are left for {parameters} "

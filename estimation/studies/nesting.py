@@ -15,10 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.estimation.regression import Covariance, Hac, Solution, joint_p
-from axisid.estimation.thresholds.studies import MAX_NESTING_REMAINDER
 from axisid.support.arrays import Array
 
 from .held_out import Rows
+
+# of a column of the smaller model, not spanned by those of the larger
+_MAX_NESTING_REMAINDER = 1e-8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,9 +127,9 @@ def embedding(small: Rows, large: Rows) -> Embedding | None:
     wanted = np.column_stack([small.regressor, offset])
     shares = basis.T @ wanted
     missed = np.linalg.norm(wanted - basis @ shares, axis=0)
-    allowed = MAX_NESTING_REMAINDER.value * np.linalg.norm(wanted, axis=0)
+    allowed = _MAX_NESTING_REMAINDER * np.linalg.norm(wanted, axis=0)
     # The difference of the known parts is rounding where they are the same.
-    allowed[-1] = max(allowed[-1], MAX_NESTING_REMAINDER.value * float(np.linalg.norm(large.left)))
+    allowed[-1] = max(allowed[-1], _MAX_NESTING_REMAINDER * float(np.linalg.norm(large.left)))
     if np.any(missed > allowed):
         return None
     weights = np.linalg.solve(triangle, shares) / size[:, None]

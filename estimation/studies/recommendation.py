@@ -18,21 +18,25 @@ from numpy.typing import NDArray
 from axisid.estimation.diagnostics.estimates import tests_of_instruments
 from axisid.estimation.estimates import Estimate, Value, hausman, parted
 from axisid.estimation.identification import Identification
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_FILTER_BIAS,
+from axisid.estimation.thresholds import (
     MAX_RELATIVE_DEVIATION,
     MIN_FIRST_STAGE_F,
-)
-from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
-from axisid.estimation.thresholds.studies import (
-    MAX_HELD_OUT_MOTION,
-    MAX_SWEEP_STEP,
+    MIN_ROWS_PER_PARAMETER,
     MIN_SWEPT_CUTOFFS,
 )
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 from .held_out_motion import held_out_motion
+
+_MAX_FILTER_BIAS = 1.0  # deviations, by filter and noise
+# of a known parameter's value, to the neighbouring cut-off; beyond, none is recommended without
+# instruments
+_MAX_SWEEP_STEP = 0.1
+# of a sweep's least error of the position in the half that was held out: measured, right twins
+# lose no better cut-off by it; beside white noise of the position one is left out that is biased
+# eight times as much (`benchmarks/sweeps.py`)
+_MAX_HELD_OUT_MOTION = 2.0
 
 _LEAST = 1e-8  # relative error: one parameter that is about exact must not decide for all
 _STEADY = (
@@ -96,7 +100,7 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
         for (_, estimate), step in zip(judged, steps, strict=True)
     ]
     motion = np.array(held_out_motion(judged))
-    strays = motion > MAX_HELD_OUT_MOTION.value * np.min(motion)
+    strays = motion > _MAX_HELD_OUT_MOTION * np.min(motion)
     chosen = int(np.argmin(np.where(strays, np.inf, worst)))
     result, estimate = judged[chosen]
     cutoff = result.prefilter.cutoff
@@ -153,7 +157,7 @@ def _moving(estimate: Estimate, step: Array) -> dict[str, float]:
         name: float(moved / abs(value.corrected))
         for (name, value), moved in zip(estimate.parameters.items(), step, strict=True)
         if value.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-        and moved > MAX_SWEEP_STEP.value * abs(value.corrected)
+        and moved > _MAX_SWEEP_STEP * abs(value.corrected)
     }
 
 
@@ -178,7 +182,7 @@ def _is_strong(iv: Estimate | None) -> bool:
 def _is_unbiased(iv: Estimate) -> bool:
     """Whether the prefilter moves no parameter by more than its deviation."""
     shifts = [value.shift for value in iv.parameters.values()]
-    return iv.filter_bias is not None and max(shifts) <= MAX_FILTER_BIAS.value
+    return iv.filter_bias is not None and max(shifts) <= _MAX_FILTER_BIAS
 
 
 def _errors(estimate: Estimate) -> Array:

@@ -20,13 +20,14 @@ from axisid.estimation.joint import GAIN
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.thresholds.studies import OTHER_PERIOD
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
+
+_OTHER_PERIOD = 1e-3  # relative difference of sample periods: clocks agree to less
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -163,7 +164,7 @@ def _check_signals(axis: GeneratedAxis, record: Record) -> None:
 def _doubts(result: OutputFit, axis: GeneratedAxis, record: Record) -> Iterator[Note]:
     """What says that a record is of another axis, or of other settings of its drive."""
     periods = [each.period for each in result.records]
-    if not any(math.isclose(record.period, each, rel_tol=OTHER_PERIOD.value) for each in periods):
+    if not any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods):
         yield Note(
             f"the record is sampled every {record.period:.6g} s, and what was fitted every "
             f"{periods[0]:.6g} s: see whether it is of the same axis and drive"

@@ -5,13 +5,7 @@ from dataclasses import dataclass, field
 
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds.diagnostics import MIN_COMMON_SAMPLES
-from axisid.estimation.thresholds.studies import (
-    MAX_KNOWN_SHARE,
-    MAX_VALIDATION_ERROR,
-    MAX_VALIDATION_ERROR_RATIO,
-    MAX_VALIDATION_TRACKING,
-)
+from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
 from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
@@ -20,6 +14,13 @@ from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .reestimate import Reestimate
+
+_MAX_VALIDATION_ERROR_RATIO = 2.0  # equation error on another record by that on the own one
+_MAX_VALIDATION_ERROR = 10.0  # %, up to which an estimate holds whatever the other error is
+# % of the tracking error: measured, at most 0.7 on right records, 5.4 with a coarse encoder that
+# has as much on its own; 10 with a gain a tenth off
+_MAX_VALIDATION_TRACKING = 5.0
+_MAX_KNOWN_SHARE = 0.01  # of the samples were estimated from: windows that touch share one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +76,7 @@ class MethodValidation:
     @property
     def fits(self) -> bool:
         """Whether the equation error is of the size that it has on the estimate's own record."""
-        most = MAX_VALIDATION_ERROR.value
+        most = _MAX_VALIDATION_ERROR
         least = self.least_equation_error_percent
         found = self.equation_error_percent if least is None else least
         return _as_small(found, self.own_equation_error_percent, most)
@@ -87,12 +88,12 @@ class MethodValidation:
             (
                 self.simulation_error_percent,
                 self.own_simulation_error_percent,
-                MAX_VALIDATION_ERROR.value,
+                _MAX_VALIDATION_ERROR,
             ),
             (
                 self.tracking_error_percent,
                 self.own_tracking_error_percent,
-                MAX_VALIDATION_TRACKING.value,
+                _MAX_VALIDATION_TRACKING,
             ),
         )
         return all(
@@ -167,7 +168,7 @@ class Validation(Presentable, Exact):
         notes = [Note.of("no simulation: ", reason) for reason in reasons]
         if self.time_base:
             notes.append(Note.of("believe nothing before this is mended: ", self.time_base))
-        if not self.same_record and self.known_share > MAX_KNOWN_SHARE.value:
+        if not self.same_record and self.known_share > _MAX_KNOWN_SHARE:
             notes.append(
                 Note(
                     f"{100 * self.known_share:.0f} % of its samples are among those that the "
@@ -198,7 +199,7 @@ class Validation(Presentable, Exact):
         return tuple(faults) or (Note(self._held()),)
 
     def _held(self) -> str:
-        times, most = MAX_VALIDATION_ERROR_RATIO.value, MAX_VALIDATION_ERROR.value
+        times, most = _MAX_VALIDATION_ERROR_RATIO, _MAX_VALIDATION_ERROR
         also = ", the simulated loops follow it" * any(v.tracking_error_percent for v in self)
         also += ", its control is the declared law's" * (not isinstance(self.law, Missing))
         again = any(v.reestimate for v in self)
@@ -215,7 +216,7 @@ class Validation(Presentable, Exact):
             yield Note.of("does not hold: the loop of this record is another one: ", self.law.note)
 
     def _other_force(self) -> Iterator[Note]:
-        times, most = MAX_VALIDATION_ERROR_RATIO.value, MAX_VALIDATION_ERROR.value
+        times, most = _MAX_VALIDATION_ERROR_RATIO, _MAX_VALIDATION_ERROR
         if lost := [v.method for v in self if not v.fits]:
             yield Note(
                 f"{', '.join(lost)}: does not hold on this record (more than {most:g} % and than "
@@ -256,4 +257,4 @@ class Validation(Presentable, Exact):
 
 def _as_small(found: float, own: float, most: float) -> bool:
     """Whether an error is small, or of the size that it has on the estimate's own record."""
-    return found <= max(MAX_VALIDATION_ERROR_RATIO.value * own, most)
+    return found <= max(_MAX_VALIDATION_ERROR_RATIO * own, most)

@@ -6,11 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from axisid.estimation.thresholds.logs import MIN_ROWS_AT_ONE_TIME
 from axisid.support.arrays import Array
 
 from .table import Column, Samples, Table, loaded_column
 from .unit_labels import label_unit
+
+# of the rows have the time of the row before; one half with two names, more with more
+_MIN_ROWS_AT_ONE_TIME = 0.4
 
 _NAMES = frozenset("name signal channel variable topic key tag symbol measurement field".split())
 _VALUES = frozenset(("value", "val", "values", "y", "data", "wert"))
@@ -103,4 +105,4 @@ def _at_one_time(table: Table, times: str) -> bool:
     """Whether rows share their times."""
     seconds = table.columns[times].read().values
     same = sum(a == b for a, b in pairwise(seconds[:10_000].tolist()))
-    return bool(same >= MIN_ROWS_AT_ONE_TIME.value * min(len(seconds), 10_000))
+    return bool(same >= _MIN_ROWS_AT_ONE_TIME * min(len(seconds), 10_000))

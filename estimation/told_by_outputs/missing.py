@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
-from axisid.estimation.thresholds.fitting import FEWEST_WINDOWS, MIN_OWN_SLOPE
+from axisid.estimation.thresholds import FEWEST_WINDOWS, MIN_OWN_SLOPE
 from axisid.support.arrays import Array
 
 from .colour import Colour, autoregression_of

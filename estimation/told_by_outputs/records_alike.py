@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check
-from axisid.estimation.thresholds.diagnostics import MAX_RECORD_CHANCE, MIN_RECORD_SHARE
+from axisid.estimation.thresholds import MAX_RECORD_CHANCE, MIN_RECORD_SHARE
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting

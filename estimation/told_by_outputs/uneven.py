@@ -15,10 +15,14 @@ import numpy as np
 
 from axisid.estimation.regression import Hac, score_products, widened
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.fitting import SCORES_ALIKE
 from axisid.support.arrays import Array
 
 from .colour import Colour
+
+# s, over which errors are held against each other where friction remembers: measured, deviations
+# of a LuGre axis by half of it are 0.5 to 0.9 of their scatter, by all of it 0.6 to 1.0; twins
+# have the rest
+_SCORES_ALIKE = 0.4
 
 _FEWEST_ROWS = 4  # for each lag
 
@@ -80,7 +84,7 @@ def uneven(
     ]
     pieces = Neighbours.joined([Neighbours.consecutive(len(each)) for each in scores])
     whole = np.concatenate(scores)
-    lags = min(round(SCORES_ALIKE.value / period), len(whole) // _FEWEST_ROWS)
+    lags = min(round(_SCORES_ALIKE / period), len(whole) // _FEWEST_ROWS)
     long_run = Hac(lags).long_run(lambda most: score_products(whole, pieces, most), len(whole))
     told = Scattering(matrix=long_run.covariance, freedom=long_run.freedom)
     return larger(told, columns, twins, spans)

@@ -6,8 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.thresholds.fitting import MIN_PART, MIN_SHOWN
+from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.support.arrays import Array
+
+# of the largest change of the outputs along a direction that they do not show; a parameter with
+# as much is named
+_MIN_PART = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +33,7 @@ class Unseen:
     def parts(self) -> NDArray[np.bool_]:
         """Which parameters are part of a direction, (k, P)."""
         size = np.abs(self.changes)
-        return np.asarray(size > MIN_PART.value * size.max(axis=1, keepdims=True, initial=0.0))
+        return np.asarray(size > _MIN_PART * size.max(axis=1, keepdims=True, initial=0.0))
 
     def among(self, chosen: NDArray[np.bool_]) -> "Unseen":
         """The same of parameters of which these are the chosen ones."""

@@ -5,7 +5,7 @@ import pytest
 from msgspec.structs import replace
 from scipy.stats import binom
 
-from axisid.estimation.thresholds.studies import FLEET_LEVEL
+from axisid.estimation.thresholds import FLEET_LEVEL
 from axisid.fleets import Fleet, FleetRow
 from axisid.fleets.outliers import groups_of
 from axisid.populations import Usual, robust_scatter

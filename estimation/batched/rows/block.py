@@ -10,7 +10,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.codegen.native import LaneLibrary, Thinning
 from axisid.estimation.signals import FilteredRecord, SampledFilter
-from axisid.estimation.thresholds.signals import MIN_ROW_WEIGHT, REST_SPEED
+from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array
 
 from .columns import LaneSignals, loop_columns, measured_columns, motion_rows

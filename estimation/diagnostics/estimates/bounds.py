@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.problems import Held
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.quantities import Parameter
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy, Setting

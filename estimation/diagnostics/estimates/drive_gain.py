@@ -5,9 +5,11 @@ import numpy as np
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.joint import GAIN
-from axisid.estimation.thresholds.diagnostics import MAX_GAIN_RATIO
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import Drive
+
+# between identified and declared drive gain; beyond, a known value is of another record
+_MAX_GAIN_RATIO = 2.0
 
 NAME = "drive gain"
 
@@ -24,7 +26,7 @@ def gain_check(estimate: Estimate, drive: Drive) -> Check | None:
     distance = abs(value.corrected - drive.gain) / deviation if deviation > 0 else np.inf
     same = distance <= MIN_DISTANCE_FROM_NOISE.value
     ratio = value.corrected / drive.gain
-    near = 1 / MAX_GAIN_RATIO.value < ratio < MAX_GAIN_RATIO.value
+    near = 1 / _MAX_GAIN_RATIO < ratio < _MAX_GAIN_RATIO
     said = f"the drive gain is {value.corrected:.5g} +- {value.deviation:.2g} {value.unit}"
     if not near:
         said += (

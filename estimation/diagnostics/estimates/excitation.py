@@ -15,14 +15,13 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.problems import Problem, Reach, natural_sizes
 from axisid.estimation.regression import Equations, InverseForm
 from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_VARIANCE_INFLATION,
-    MIN_ACCELERATION_SHARE,
-    MIN_POSITION_VARIATION,
-    MIN_REPETITION_WEIGHT,
-)
-from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
+from axisid.estimation.thresholds import MAX_VARIANCE_INFLATION, MIN_ROWS_PER_PARAMETER
 from axisid.support.arrays import Array
+
+_MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
+_MIN_ACCELERATION_SHARE = 0.05  # of the force; a term that takes acceleration and has less says so
+# of a column by the position; with less the axis hardly leaves its place
+_MIN_POSITION_VARIATION = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -212,9 +211,7 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
         return inflation, [], _rows_of(left)
     most = np.abs(weights).max()
     alike = [
-        i
-        for i, w in zip(others, weights, strict=True)
-        if abs(w) > MIN_REPETITION_WEIGHT.value * most
+        i for i, w in zip(others, weights, strict=True) if abs(w) > _MIN_REPETITION_WEIGHT * most
     ]
     return inflation, alike, _rows_of(left)
 
@@ -240,9 +237,9 @@ def _lacking(
         facts.append(one_direction(signals))
     if need("velocity"):
         facts.append(one_speed(signals))
-    if any(needs["acceleration"][j] and shares[j] < MIN_ACCELERATION_SHARE.value for j in columns):
+    if any(needs["acceleration"][j] and shares[j] < _MIN_ACCELERATION_SHARE for j in columns):
         facts.append("the axis hardly accelerates")
     placed = [j for j in columns if needs["position"][j] and not needs["acceleration"][j]]
-    if any(np.ptp(X[:, j]) < MIN_POSITION_VARIATION.value * np.abs(X[:, j]).max() for j in placed):
+    if any(np.ptp(X[:, j]) < _MIN_POSITION_VARIATION * np.abs(X[:, j]).max() for j in placed):
         facts.append("the axis hardly leaves its place")
     return tuple(fact for fact in facts if fact)

@@ -4,7 +4,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, Physical, Value, physical_parameters
-from axisid.estimation.thresholds.diagnostics import CONTRADICTION_LEVEL
+from axisid.estimation.thresholds import CONTRADICTION_LEVEL
 from axisid.modeling.declaration import known_text
 from axisid.support.missing import Missing
 

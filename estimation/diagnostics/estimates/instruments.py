@@ -11,7 +11,7 @@ import numpy as np
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import factor
-from axisid.estimation.thresholds.diagnostics import (
+from axisid.estimation.thresholds import (
     MIN_FIRST_STAGE_F,
 )
 from axisid.support.arrays import Array

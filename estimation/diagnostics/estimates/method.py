@@ -10,7 +10,7 @@ from axisid.estimation.choices.methods import instruments_of
 from axisid.estimation.estimates import NOTICEABLE, Estimate, HausmanTest, Value, parted
 from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds.diagnostics import MAX_RELATIVE_DEVIATION, NEGLIGIBLE_BIAS
+from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, NEGLIGIBLE_BIAS
 from axisid.support.missing import Missing
 
 _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing

@@ -6,15 +6,16 @@ import numpy as np
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, Value
-from axisid.estimation.thresholds.diagnostics import (
+from axisid.estimation.thresholds import (
     MAX_RELATIVE_DEVIATION,
+    MIN_ROWS_PER_PARAMETER,
     NEGLIGIBLE_FORCE,
     NEGLIGIBLE_PEAK_FORCE,
-    NEGLIGIBLE_SIZE,
 )
-from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
 
 from .excitation import Excitation
+
+_NEGLIGIBLE_SIZE = 0.1  # of a vague parameter, in what force and motion make of its unit
 
 
 def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
@@ -88,5 +89,5 @@ def _is_nothing(excitation: Excitation, value: Value) -> bool:
     return (
         excitation.share * times < NEGLIGIBLE_FORCE.value
         and excitation.largest_share * times < NEGLIGIBLE_PEAK_FORCE.value
-        and largest < NEGLIGIBLE_SIZE.value * excitation.natural
+        and largest < _NEGLIGIBLE_SIZE * excitation.natural
     )

@@ -5,8 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from axisid.estimation.checks import Check
-from axisid.estimation.thresholds.diagnostics import MAX_FROM_NOMINAL
 from axisid.modeling.quantities import Parameter
+
+_MAX_FROM_NOMINAL = 5.0  # times the nominal value, of the whole interval
 
 NOMINAL_VALUES = "nominal values"
 
@@ -24,7 +25,7 @@ def nominal_check(
     found : iterable of (Parameter, float, (float, float))
         Each with its value and its interval, all of which is as far.
     """
-    most, far = MAX_FROM_NOMINAL.value, dict[Parameter, float]()
+    most, far = _MAX_FROM_NOMINAL, dict[Parameter, float]()
     for parameter, value, interval in found:
         if parameter.lower >= 0 < parameter.nominal:
             ratio, *ends = np.array([value, *interval]) / parameter.nominal
@@ -42,7 +43,7 @@ def nominal_check(
         status="note",
         figure=next(iter(far.values())),
         threshold=most,
-        source=MAX_FROM_NOMINAL.source,
+        source="chosen: units are apart by 6.28, 9.81, 57.3 or powers of ten",
         meaning=f"{listed}: check the units of the record's columns and the drive's gain, or "
         "declare another nominal value",
     )

@@ -19,20 +19,23 @@ from axisid.estimation.records import Record
 from axisid.estimation.records.faults import quantum_of
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.diagnostics import (
+from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MAX_ROUNDED_SHARE,
-    MAX_SAME_RESIDUAL,
     MAX_SCALE_ERROR,
-    MIN_GAIN_TOLD_APART,
+    MIN_DISTANCE_FROM_NOISE,
 )
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 
 from .factors import LAGS
 from .sentences import WHICH_LAW
 from .terms import noisy_ticks
+
+# of a control, and of what other gains do not change of it; less tells nothing of a gain
+_MIN_GAIN_TOLD_APART = 1e-4
+# residual with one gain changed, by that with another; up to it, either may be wrong
+_MAX_SAME_RESIDUAL = 1.1
 
 _DRAWS = 3  # of what the log's last digit leaves open
 _LARGEST = 5.0  # logarithm of a change that is told to first order
@@ -229,7 +232,7 @@ class GainsBeside:
             (self._changed((i,)) for i in self._promising()), key=lambda change: change.percent
         )
         if single and not self.off(single[0].point):
-            most = MAX_SAME_RESIDUAL.value * single[0].percent
+            most = _MAX_SAME_RESIDUAL * single[0].percent
             alike = [c for c in single if c.percent <= most and not self.off(c.point)]
             return tuple(alike)
         free: tuple[int, ...] = single[0].free if single else ()
@@ -285,7 +288,7 @@ class GainsBeside:
             return columns
         basis, triangle = np.linalg.qr(shown / np.linalg.norm(shown, axis=0))
         turned, effect, _ = np.linalg.svd(triangle)
-        basis = basis @ turned[:, effect > MIN_GAIN_TOLD_APART.value * effect.max()]
+        basis = basis @ turned[:, effect > _MIN_GAIN_TOLD_APART * effect.max()]
         return np.asarray(columns - basis @ (basis.T @ columns))
 
 
@@ -346,11 +349,11 @@ def said_of_gains(beside: GainsBeside, start: str) -> tuple[str, GainChange | No
 def _told_apart(columns: Array, size: float) -> list[int]:
     """Columns of gains that show in the control, and are told from the others that do."""
     sizes = np.linalg.norm(columns, axis=0)
-    shown = np.flatnonzero(np.isfinite(sizes) & (sizes > MIN_GAIN_TOLD_APART.value * size))
+    shown = np.flatnonzero(np.isfinite(sizes) & (sizes > _MIN_GAIN_TOLD_APART * size))
     if not len(shown):
         return []
     _, weights, order = qr(columns[:, shown] / sizes[shown], mode="economic", pivoting=True)
-    clear = np.abs(np.diag(weights)) > MIN_GAIN_TOLD_APART.value
+    clear = np.abs(np.diag(weights)) > _MIN_GAIN_TOLD_APART
     return sorted(int(shown[i]) for i in order[: len(clear)][clear])
 
 

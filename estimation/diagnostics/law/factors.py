@@ -8,18 +8,16 @@ from numpy.typing import NDArray
 
 from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_CONTROL_LEAN,
-    MAX_EXPLAINED_RESIDUAL,
-    MAX_FACTOR_ERROR,
-    MAX_LAW_RESIDUAL,
-    MAX_SCALE_ERROR,
-)
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
-from .sentences import CONSTANT, DRIFT, MOST_SHIFT
+from .sentences import CONSTANT, DRIFT, MAX_FACTOR_ERROR, MOST_SHIFT
+
+# constant, or half of a drift, beside the law, by the control's root mean square
+_MAX_CONTROL_LEAN = 0.01
+# residual with a shift or a constant, by that without, up to which it is told
+_MAX_EXPLAINED_RESIDUAL = 0.7
 
 LAGS = 50  # samples over which what the law leaves may be alike
 
@@ -91,7 +89,7 @@ def lean_of(
         How large either may be for what the log does not write.
     """
     values, deviations = leaning(left, neighbours)
-    least = MAX_CONTROL_LEAN.value * float(np.sqrt(np.mean(control**2))) * np.array([1.0, 2.0])
+    least = _MAX_CONTROL_LEAN * float(np.sqrt(np.mean(control**2))) * np.array([1.0, 2.0])
     far = np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * deviations)
     return {
         name: float(value)
@@ -127,11 +125,11 @@ def constant_beside(
     fitted = found.percent
     if fitted is None or fitted > MAX_LAW_RESIDUAL.value:
         return None
-    if without is not None and fitted > MAX_EXPLAINED_RESIDUAL.value * without:
+    if without is not None and fitted > _MAX_EXPLAINED_RESIDUAL * without:
         return None
     own = {name: value for name, value in found.factors.items() if name != CONSTANT}
     constant = found.factors[CONSTANT]
-    near = all(abs(value - 1) < MAX_FACTOR_ERROR.value for value in own.values())
+    near = all(abs(value - 1) < MAX_FACTOR_ERROR for value in own.values())
     return constant if near else None
 
 
@@ -144,4 +142,4 @@ def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int
         for shift in range(-MOST_SHIFT, MOST_SHIFT + 1)
     }
     best = min(errors, key=lambda shift: errors[shift])
-    return best if errors[best] < MAX_EXPLAINED_RESIDUAL.value * errors[0] else 0
+    return best if errors[best] < _MAX_EXPLAINED_RESIDUAL * errors[0] else 0

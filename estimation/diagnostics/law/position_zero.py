@@ -11,7 +11,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds.diagnostics import MAX_SCALE_ERROR
+from axisid.estimation.thresholds import MAX_SCALE_ERROR
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.remedy import Note, Remedy, Setting

@@ -8,20 +8,20 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_FACTOR_ERROR,
-    MAX_LAW_RESIDUAL,
-    MAX_ONE_GAIN_ERROR,
-    MAX_REPAIRED_RESIDUAL,
-    MAX_SCALE_ERROR,
-)
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.laws import velocity_variants
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .position_zero import position_zero, zero_note
 from .terms import law_error_percent
+
+# of a factor of a law that does not fit from a round one; beyond, it is off
+MAX_FACTOR_ERROR = 0.05
+# from 1, of the factors that one wrong gain leaves, by its own; up to it, it is named
+_MAX_ONE_GAIN_ERROR = 0.25
+# of the declared law's residual, below which a change of columns is told
+_MAX_REPAIRED_RESIDUAL = 0.5
 
 #: Names of what is regressed beside the products of gains.
 CONSTANT, DRIFT, INJECTED = "constant", "drift", "injected"
@@ -107,7 +107,7 @@ def small_fault(
 def _of_test_signal(factor: float) -> str:
     """What of a test signal makes it count by a factor: a unit only where it is that of one."""
     for scale, what in _COLUMN_FAULTS.items():
-        if abs(factor / scale - 1) < MAX_FACTOR_ERROR.value:
+        if abs(factor / scale - 1) < MAX_FACTOR_ERROR:
             return f"the test signal: {what}"
     return (
         "the size of the test signal, such as a gain or a filter between where it is logged and "
@@ -131,7 +131,7 @@ def one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
             continue
         times = float(np.exp(powers @ np.log(values) / (powers @ powers)))
         left = float(np.abs(values / times**powers - 1).max())
-        if left < min(MAX_FACTOR_ERROR.value, MAX_ONE_GAIN_ERROR.value * abs(times - 1)):
+        if left < min(MAX_FACTOR_ERROR, _MAX_ONE_GAIN_ERROR * abs(times - 1)):
             found.append(f"{name} is {times:.4g} times the declared one, {times * value:.5g} for ")
             found[-1] += f"{value:.5g}, and every other gain is right; declare that"
     return found[0] if len(found) == 1 else ""
@@ -157,7 +157,7 @@ def _common(law: ControlLaw, factor: float) -> str:
 
 def _off(factors: dict[str, float], deviations: dict[str, float]) -> list[str]:
     """The factors that are far from 1, or else clearly another, however near."""
-    far = [name for name, value in factors.items() if abs(value - 1) >= MAX_FACTOR_ERROR.value]
+    far = [name for name, value in factors.items() if abs(value - 1) >= MAX_FACTOR_ERROR]
     clear = MIN_DISTANCE_FROM_NOISE.value
     return far or [n for n, sd in deviations.items() if abs(factors[n] - 1) > clear * sd]
 
@@ -166,7 +166,7 @@ def are_alike(factors: dict[str, float]) -> bool:
     """Whether one number stands for all factors, by what it is off 1 itself."""
     values = np.array(list(factors.values()))
     common = float(np.median(values)) if factors else 1.0
-    most = min(MAX_FACTOR_ERROR.value, MAX_ONE_GAIN_ERROR.value * abs(common - 1))
+    most = min(MAX_FACTOR_ERROR, _MAX_ONE_GAIN_ERROR * abs(common - 1))
     return bool(np.all(np.abs(values / common - 1) < most))
 
 
@@ -205,10 +205,10 @@ def large_fault(
             "filter and the period"
         )
     common = float(np.median([*factors.values()]))
-    if abs(common + 1) < MAX_FACTOR_ERROR.value:
+    if abs(common + 1) < MAX_FACTOR_ERROR:
         return f"{start}its sign is flipped; check the sign of the control or of the positions"
     for scale, what in _UNITS.items():
-        if abs(common / scale - 1) < MAX_FACTOR_ERROR.value:
+        if abs(common / scale - 1) < MAX_FACTOR_ERROR:
             return f"{start}one unit stands for another, such as {what}"
     return (
         f"{start}every gain is off by one factor; {_common(law, common)}check the control's unit "
@@ -248,7 +248,7 @@ def repair_of(
     that explain the control. Where that is only some samples early or late, there is nothing else
     to mend.
     """
-    good = min(MAX_LAW_RESIDUAL.value, MAX_REPAIRED_RESIDUAL.value * declared)
+    good = min(MAX_LAW_RESIDUAL.value, _MAX_REPAIRED_RESIDUAL * declared)
     if shift:
         if law_error_percent(axis, law, record.shifted(control=-shift), settle) < good:
             return None

@@ -22,8 +22,7 @@ from axisid.estimation.loops import (
 )
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter
-from axisid.estimation.thresholds.diagnostics import COMPARISON_CUTOFF, MAX_LIMIT_EXCESS
-from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
+from axisid.estimation.thresholds import COMPARISON_CUTOFF, LIMIT_TOLERANCE, MAX_LIMIT_EXCESS
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 

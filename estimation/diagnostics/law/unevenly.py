@@ -15,9 +15,15 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import control_along, law_ticks, position_noise, start_of_law
 from axisid.estimation.problems import evenly, jitter_of
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds.diagnostics import MAX_LAW_RESIDUAL, MAX_OPEN_RATIO, MIN_UNEVEN
+from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.remedy import Remedy, Setting
+
+# periods from even times, from which a law may have read something else; rounding is below
+_MIN_UNEVEN = 1e-6
+# what a law leaves, by what noise between samples with jitter makes, up to which it cannot be
+# judged; 1.0 where that noise is all
+_MAX_OPEN_RATIO = 2.0
 
 _STAMPS = Remedy.of(
     "where its stamps jitter and not the sampling, ", Setting("resample", "auto", given=False)
@@ -36,7 +42,7 @@ class LawReading:
 def is_uneven(record: Record) -> bool:
     """Whether the samples of a record, or of the one that it was resampled from, are off at all."""
     return record.sampled is not None or bool(
-        np.max(np.abs(jitter_of(record))) > MIN_UNEVEN.value * record.period
+        np.max(np.abs(jitter_of(record))) > _MIN_UNEVEN * record.period
     )
 
 
@@ -72,7 +78,7 @@ def open_for_jitter(axis: GeneratedAxis, record: Record, off: float) -> float | 
     noise = position_noise(even.position) * np.random.default_rng(0).normal(size=len(even))
     moved = _control(axis, even, even.position + noise) - between
     left = relative_error_percent(moved, np.asarray(raw.control))
-    return left if off < MAX_OPEN_RATIO.value * left else None
+    return left if off < _MAX_OPEN_RATIO * left else None
 
 
 def _control(axis: GeneratedAxis, record: Record, position: Array) -> Array:

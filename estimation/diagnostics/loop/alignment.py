@@ -29,11 +29,7 @@ from axisid.estimation.regression import (
     least_squares,
 )
 from axisid.estimation.signals import FilteredRecord, Prefilter
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_DELAY_DEVIATION,
-    MAX_MISALIGNMENT,
-    NO_DELAY,
-)
+from axisid.estimation.thresholds import MAX_DELAY_DEVIATION, MAX_MISALIGNMENT, NO_DELAY
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing

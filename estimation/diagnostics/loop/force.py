@@ -19,20 +19,24 @@ from axisid.estimation.signals import (
     drive_force,
     recorded_signals,
 )
-from axisid.estimation.thresholds.diagnostics import (
+from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
-    MAX_FORCE_CUTOFF,
-    MAX_FORCE_DIFFERENCE,
-    MAX_FORCE_LAG,
-    MAX_FORCE_OFFSET,
     MAX_LIMIT_EXCESS,
-    MAX_LIMIT_EXCESS_SHARE,
     MAX_SCALE_ERROR,
-    MIN_SETTLING_TIMES,
+    MIN_DISTANCE_FROM_NOISE,
 )
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array, covered, relative_error_percent
 from axisid.support.errors import EstimationError
+
+# Hz, up to which force and control are compared: far below any current loop's bandwidth
+MAX_FORCE_CUTOFF = 30.0
+_MAX_FORCE_DIFFERENCE = 20.0  # % between the recorded force and what the drive makes of the control
+_MAX_FORCE_OFFSET = 0.01  # constant between the two, by their root mean square
+_MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
+# of the samples, at which the control may be beyond the limit: spikes may be
+_MAX_LIMIT_EXCESS_SHARE = 1e-3
+# samples, by those in which the low-pass settles; fewer are compared without it
+MIN_SETTLING_TIMES = 10
 
 _NAME = "force against control"
 _OFTEN = 4  # rows in a period of the highest frequency that is left
@@ -69,7 +73,7 @@ class _ForceComparison:
     def is_shifted(self) -> bool:
         """Whether a constant stands out of what else is between the two."""
         least = max(
-            MAX_FORCE_OFFSET.value * self.size,
+            _MAX_FORCE_OFFSET * self.size,
             MIN_DISTANCE_FROM_NOISE.value * self.offset_deviation,
         )
         return abs(self.offset) > least
@@ -89,8 +93,8 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
     vague = float(np.hypot(found.deviation, drive.relative_sd * _factor_by_gain(axis, longest)))
     allowed = max(MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value * vague)
     scaled = abs(found.scale - 1) > allowed
-    near = bool(found.apart <= MAX_FORCE_DIFFERENCE.value)
-    late = abs(found.lag) > MAX_FORCE_LAG.value
+    near = bool(found.apart <= _MAX_FORCE_DIFFERENCE)
+    late = abs(found.lag) > _MAX_FORCE_LAG
     good = near and not scaled and not late and not found.is_shifted
     if good:
         meaning = f"the force column is what {maker} makes of the control"
@@ -108,7 +112,7 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
         name=_NAME,
         status=passed(good),
         figure=found.apart if np.isfinite(found.apart) else None,
-        threshold=MAX_FORCE_DIFFERENCE.value,
+        threshold=_MAX_FORCE_DIFFERENCE,
         source=f"difference in percent of {of_maker}, in what is slow against a current "
         "loop; fails too for a lag beyond 5 ms, and where the factor between the two is off 1 by "
         "more than 1 % and three deviations, that of the gain among them, or a constant between "
@@ -127,13 +131,13 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
         return None
     beyond = size > (1 + most_excess) * drive.limit
     share = float(np.mean(beyond))
-    good, used = share <= MAX_LIMIT_EXCESS_SHARE.value, record.force is None
+    good, used = share <= _MAX_LIMIT_EXCESS_SHARE, record.force is None
     most = float(size.max())
     return Check(
         name=_LIMIT,
         status=passed(good, matters=used),
         figure=100 * share,
-        threshold=100 * MAX_LIMIT_EXCESS_SHARE.value,
+        threshold=100 * _MAX_LIMIT_EXCESS_SHARE,
         source=f"percent of the samples at which the control is more than {100 * most_excess:g} % "
         "beyond the drive's limit",
         meaning=f"the control stays within the drive's limit of {drive.limit:g} {drive.unit}"
@@ -202,10 +206,10 @@ def _compared(axis: GeneratedAxis, record: Record) -> _ForceComparison:
     )
     motion = record.position, velocity, np.gradient(velocity, record.period)
     commanded = drive.force(control, motion, recorded)
-    cutoff = min(COMPARISON_CUTOFF.value / record.period, MAX_FORCE_CUTOFF.value)
+    cutoff = min(COMPARISON_CUTOFF.value / record.period, MAX_FORCE_CUTOFF)
     settle = round(1 / (cutoff * record.period))
     used = minimum_filter1d(_unmasked(record), 2 * settle + 1, mode="constant", cval=0)
-    if used.sum() < MIN_SETTLING_TIMES.value * settle:
+    if used.sum() < MIN_SETTLING_TIMES * settle:
         return _at_once(force, commanded)
     smooth = SampledFilter(Prefilter(cutoff=cutoff), record.period)
     rows = np.flatnonzero(used)[:: max(settle // _OFTEN, 1)]  # what is slow needs no more

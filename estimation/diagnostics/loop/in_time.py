@@ -10,11 +10,7 @@ from dataclasses import dataclass, replace
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds.diagnostics import (
-    MAX_DELAY_DEVIATION,
-    MAX_DELAY_DISTANCE,
-    MAX_MISALIGNMENT,
-)
+from axisid.estimation.thresholds import MAX_DELAY_DEVIATION, MAX_DELAY_DISTANCE, MAX_MISALIGNMENT
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.deferred import Deferred
 from axisid.support.missing import Missing

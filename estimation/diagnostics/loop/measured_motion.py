@@ -20,20 +20,21 @@ from axisid.estimation.records import Record, advised_between, advised_shift, sa
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
 from axisid.estimation.tables import label_unit
-from axisid.estimation.thresholds.diagnostics import (
-    COMPARISON_CUTOFF,
-    MAX_FORCE_CUTOFF,
-    MAX_MOTION_DELAY,
-    MAX_MOTION_DIFFERENCE,
-    MAX_MOTION_FACTOR_ERROR,
-    MAX_MOTION_OFFSET,
-    MIN_SETTLING_TIMES,
-)
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
+
+from .force import MAX_FORCE_CUTOFF, MIN_SETTLING_TIMES
+
+# of the factor to the derivative, from 1: friction and inertia are off by as much
+_MAX_MOTION_FACTOR_ERROR = 0.01
+_MAX_MOTION_DELAY = 0.35  # samples behind the derivative: as much as the force may be misaligned
+_MAX_MOTION_OFFSET = 0.01  # constant between the two, by the derivative's root mean square
+# % of the derivative, left by factor, delay and constant; from there on the column is another
+# signal, as noise in the band is far less
+_MAX_MOTION_DIFFERENCE = 30.0
 
 _OFTEN = 4  # rows in a period of the highest frequency that is left
 _STEPS, _STILL = 12, 1e-3  # of the search for the delay, samples
@@ -76,23 +77,23 @@ class MotionComparison:
     @property
     def scaled(self) -> float:
         """Distance of the factor from 1 by what it may be; so are the others."""
-        return abs(self.factor - 1) / _allowed(MAX_MOTION_FACTOR_ERROR.value, self.factor_deviation)
+        return abs(self.factor - 1) / _allowed(_MAX_MOTION_FACTOR_ERROR, self.factor_deviation)
 
     @property
     def late(self) -> float:
         """The delay."""
-        return abs(self.delay) / _allowed(MAX_MOTION_DELAY.value, self.delay_deviation)
+        return abs(self.delay) / _allowed(_MAX_MOTION_DELAY, self.delay_deviation)
 
     @property
     def moved(self) -> float:
         """The constant."""
-        most = MAX_MOTION_OFFSET.value * self.size
+        most = _MAX_MOTION_OFFSET * self.size
         return abs(self.offset) / _allowed(most, self.offset_deviation)
 
     @property
     def other(self) -> float:
         """What is left."""
-        return self.left_percent / MAX_MOTION_DIFFERENCE.value
+        return self.left_percent / _MAX_MOTION_DIFFERENCE
 
     @property
     def worst(self) -> float:
@@ -155,11 +156,11 @@ def _compared(
 ) -> MotionComparison | Missing:
     """Both low-passed alike; the basis is differentiated so many times."""
     period = record.period
-    cutoff = min(COMPARISON_CUTOFF.value / period, MAX_FORCE_CUTOFF.value)
+    cutoff = min(COMPARISON_CUTOFF.value / period, MAX_FORCE_CUTOFF)
     settle = round(1 / (cutoff * period))
     unmasked = ~covered(record.masked, len(record))
     used = minimum_filter1d(unmasked, 2 * settle + 1, mode="constant", cval=0)
-    if used.sum() < MIN_SETTLING_TIMES.value * settle:
+    if used.sum() < MIN_SETTLING_TIMES * settle:
         return Missing("too few samples that follow one another were measured for it")
     smooth = SampledFilter(Prefilter(cutoff=cutoff), period)
     computed, target = smooth.low_passed(basis), smooth.low_passed(measured)
@@ -268,8 +269,8 @@ def motion_check(
         figure=found.worst if np.isfinite(found.worst) else None,
         threshold=1.0,
         source="largest of the factor's distance from 1 by "
-        f"{MAX_MOTION_FACTOR_ERROR.value:g}, the delay by {MAX_MOTION_DELAY.value:g} samples and "
-        f"the constant by {100 * MAX_MOTION_OFFSET.value:g} % of the {role}, or by three of their "
+        f"{_MAX_MOTION_FACTOR_ERROR:g}, the delay by {_MAX_MOTION_DELAY:g} samples and "
+        f"the constant by {100 * _MAX_MOTION_OFFSET:g} % of the {role}, or by three of their "
         "deviations where these are more",
         meaning=meaning,
         remedy=remedy,
@@ -323,13 +324,13 @@ def _in_time(record: Record, found: MotionComparison, role: str) -> Remedy:
     apart = samples_apart(getattr(record, role))
     if apart > 1:
         return Remedy.of("draw it between its values (", advised_between(role), ")")
-    return advised_shift(role, found.delay, MAX_MOTION_DELAY.value)
+    return advised_shift(role, found.delay, _MAX_MOTION_DELAY)
 
 
 def _in_scale(
     axis: GeneratedAxis, found: MotionComparison, role: str, name: str, beside: str
 ) -> Remedy:
-    vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation + MAX_MOTION_FACTOR_ERROR.value
+    vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation + _MAX_MOTION_FACTOR_ERROR
     for unit in _UNITS[role][axis.axis.coordinate.unit]:
         known = label_unit(unit)
         if known is not None and abs(found.factor * known[0] - 1) <= vague:

@@ -3,10 +3,11 @@
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.signals import rests_first
-from axisid.estimation.thresholds.diagnostics import MAX_CLOSE_SIMULATION_ERROR
-from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note
+
+_MAX_CLOSE_SIMULATION_ERROR = 10.0  # %, below which nothing is said of the simulation
 
 NAME = "simulation"
 _CAUSES = (
@@ -46,6 +47,6 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
 
 
 def _followed(error: float) -> str:
-    if error < MAX_CLOSE_SIMULATION_ERROR.value:
+    if error < _MAX_CLOSE_SIMULATION_ERROR:
         return "the simulated loop follows the record"
     return f"the simulated loop follows the record but for {error:.2g} %"

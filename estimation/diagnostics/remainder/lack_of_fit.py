@@ -5,7 +5,10 @@ import numpy as np
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.moves import LackOfFit
-from axisid.estimation.thresholds.moves import MIN_HAC_EXCESS, MIN_MODEL_SHARE
+from axisid.estimation.thresholds import MIN_MODEL_SHARE
+
+# HAC deviations by those of noise alone; from there on they are too wide for it
+_MIN_HAC_EXCESS = 1.5
 
 
 def lack_of_fit_check(found: LackOfFit, preferred: Estimate) -> Check:
@@ -52,7 +55,7 @@ def _again(found: LackOfFit) -> str:
 def _too_wide(found: LackOfFit) -> str:
     """What HAC deviations are in those of the noise; nothing where they are about the same."""
     ratios = sorted(found.hac_excess.values())
-    if ratios[0] < MIN_HAC_EXCESS.value or ratios[-1] == np.inf:  # without noise there is no ratio
+    if ratios[0] < _MIN_HAC_EXCESS or ratios[-1] == np.inf:  # without noise there is no ratio
         return ""
     low, high = f"{ratios[0]:.2g}", f"{ratios[-1]:.2g}"
     times = low if low == high else f"{low} to {high}"

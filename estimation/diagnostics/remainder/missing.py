@@ -12,8 +12,7 @@ from axisid.estimation.lacking import (
 )
 from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.tables import label_unit
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
-from axisid.estimation.thresholds.lacking import LACKING_LEVEL, MIN_LACKING_SHARE
+from axisid.estimation.thresholds import LACKING_LEVEL, MIN_DISTANCE_FROM_NOISE, MIN_LACKING_SHARE
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 

@@ -9,10 +9,12 @@ from collections import Counter
 from dataclasses import dataclass
 
 from axisid.estimation.tables import is_unit, split_labels
-from axisid.estimation.thresholds.logs import MIN_NUMBER_SHARE, MIN_TABLE_ROW_SHARE
 from axisid.support.errors import DataError
 
 from .time_stamps import is_stamp
+
+_MIN_NUMBER_SHARE = 0.5  # of the filled cells of a line are numbers: it is a row of the table
+_MIN_TABLE_ROW_SHARE = 0.9  # of the best reading's rows, from which a reading is considered
 
 #: Separators in the order of preference where several fit; None is any run of blanks.
 _SEPARATORS = (";", "\t", ",", "|", None)
@@ -179,7 +181,7 @@ def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool,
         readings = [r for r in readings if r.width > 1 or not r.comma]
     most = max(reading.table_rows for reading in readings)
     readings = [
-        reading for reading in readings if reading.table_rows >= MIN_TABLE_ROW_SHARE.value * most
+        reading for reading in readings if reading.table_rows >= _MIN_TABLE_ROW_SHARE * most
     ]
     best = max(readings, key=lambda reading: reading.fit)  # the first of equals
     return best.separator, best.comma, best.width, best.first
@@ -193,7 +195,7 @@ def _read(sample: list[tuple[int, str]], separator: str | None, *, comma: bool) 
         (sum(flags) / max(sum(1 for c in cells if c), 1), len(cells))
         for (_, cells), flags in zip(rows, numeric, strict=True)
     ]
-    least = MIN_NUMBER_SHARE.value
+    least = _MIN_NUMBER_SHARE
     tabular = [width for share, width in shares if share >= least]
     if not tabular:
         return None

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from axisid.estimation.tables import Table
-from axisid.estimation.thresholds.logs import MIN_ZERO_BYTE_SHARE
 from axisid.support.errors import DataError
 
 from .columns import text_columns, without_comments
@@ -11,6 +10,8 @@ from .dialect import Line, sniff
 from .labview import is_labview, plain_lines
 from .tail import complete_lines, is_cut, left_out
 from .twincat import is_twincat, read_twincat
+
+_MIN_ZERO_BYTE_SHARE = 0.3  # of every second byte is zero: UTF-16 without its mark
 
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
 _CODECS = {"utf-8": "utf-8-sig"}  # a mark is no part of the text
@@ -92,7 +93,7 @@ def _utf16(head: bytes) -> str:
         return "utf-16"
     even, odd = head[:_LOOKED:2].count(0), head[1:_LOOKED:2].count(0)
     half = max(len(head[:_LOOKED]) / 2, 1)
-    if max(even, odd) / half <= MIN_ZERO_BYTE_SHARE.value:
+    if max(even, odd) / half <= _MIN_ZERO_BYTE_SHARE:
         return ""
     return "utf-16-le" if odd > even else "utf-16-be"
 

@@ -3,11 +3,12 @@
 import csv
 
 from axisid.estimation.tables import Repair
-from axisid.estimation.thresholds.logs import MAX_INCOMPLETE_LINES
 from axisid.support.remedy import Setting
 
 from .dialect import Dialect, Line, is_number
 from .time_stamps import is_stamp
+
+_MAX_INCOMPLETE_LINES = 50  # unlike lines are an incomplete end; more are another table
 
 #: Leaves out what is no row at the end.
 DROP_TAIL = Setting("tail", "drop")
@@ -28,7 +29,7 @@ def complete_lines(lines: list[Line], dialect: Dialect, *, ended: bool = True) -
     kinds = [_kind(cell, dialect) for cell in _cells(lines[0][1], dialect)]
     early = _ends_early(lines, dialect) or (not ended and is_cut(lines, dialect))
     first = len(lines) - 1 if early else len(lines)
-    for count in range(first, max(len(lines) - MAX_INCOMPLETE_LINES.value, 1) - 1, -1):
+    for count in range(first, max(len(lines) - _MAX_INCOMPLETE_LINES, 1) - 1, -1):
         cells = _cells(lines[count - 1][1], dialect)
         alike = len(cells) == len(kinds) and all(
             _kind(cell, dialect) == kind or not cell or kind == "text"
@@ -41,7 +42,7 @@ def complete_lines(lines: list[Line], dialect: Dialect, *, ended: bool = True) -
 
 def _ends_early(lines: list[Line], dialect: Dialect) -> bool:
     """Whether the last line lacks a cell that none of the lines before it lacks."""
-    *before, last = (_cells(line, dialect) for _, line in lines[-MAX_INCOMPLETE_LINES.value :])
+    *before, last = (_cells(line, dialect) for _, line in lines[-_MAX_INCOMPLETE_LINES:])
     alike = [cells for cells in before if len(cells) == len(last)]
     return bool(alike) and any(
         not cell and all(others) for cell, *others in zip(last, *alike, strict=True)

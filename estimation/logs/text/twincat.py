@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.tables import Column, Table, loaded_column, numbered
-from axisid.estimation.thresholds.logs import MAX_MISSING_END
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
 from .dialect import Line, how_written, is_number
+
+# of the span in the head that samples may lack at the end, with nothing said
+_MAX_MISSING_END = 0.02
 
 _NAME = "Name"
 _SEPARATORS = "\t;,| "
@@ -218,7 +220,7 @@ def _cut_short(heads: list[list[str]], clocks: list[Array]) -> list[str]:
     wanted = (int(end) - int(start)) * _TICK
     there = max(float(np.nanmax(c) - np.nanmin(c)) for c in clocks if np.isfinite(c).any())
     missing = wanted - there
-    if missing <= MAX_MISSING_END.value * wanted:
+    if missing <= _MAX_MISSING_END * wanted:
         return []
     return [f"its samples end {missing:.4g} s before the end that its head gives"]
 

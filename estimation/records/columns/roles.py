@@ -5,7 +5,6 @@ from dataclasses import replace
 from difflib import get_close_matches
 
 from axisid.estimation.tables import Samples, Table
-from axisid.estimation.thresholds.records import MIN_NAME_SIMILARITY
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
@@ -14,6 +13,8 @@ from axisid.support.user_values import quoted
 from .motion_role import motion_role
 from .scaling import is_scaling
 from .units import assumed_units_text, check_no_counts, scaled, to_si
+
+_MIN_NAME_SIMILARITY = 0.8  # by difflib, from which a column is proposed for a wanted one
 
 _ON_REQUEST = ("velocity", "acceleration")  # a column that only bears the name is left out
 _CLOCKS = "the file's own clocks are taken"
@@ -311,7 +312,7 @@ def _near(table: Table, wanted: str) -> list[str]:
     """Columns whose names are nearly the one that is wanted."""
     names = {name.casefold(): name for name in list(table.columns)[:_COMPARED]}
     plain = wanted.casefold()
-    close = get_close_matches(plain, names, n=2, cutoff=MIN_NAME_SIMILARITY.value)
+    close = get_close_matches(plain, names, n=2, cutoff=_MIN_NAME_SIMILARITY)
     close += [name for name in names if name.startswith((f"{plain} ", f"{plain}["))]
     return [names[name] for name in close]
 

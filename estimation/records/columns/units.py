@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, is_unit, label_unit
-from axisid.estimation.thresholds.records import MIN_COUNTS
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.modeling.quantities import Unit, angle_power, parse_unit
 from axisid.support.arrays import Array
@@ -14,6 +13,10 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
 from .scaling import Quantity, ScalingError, read_scaling
+
+# different whole numbers: metres or radians are whole by chance in no log, fewer are a test of a
+# few rows
+_MIN_COUNTS = 10
 
 #: Of the roles that are no length or angle, where no axis says more.
 _UNITS: dict[str, tuple[str, ...]] = {
@@ -233,7 +236,7 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     finite = values[np.isfinite(values)]
     if not finite.size or np.any(finite != np.round(finite)):
         return
-    if len(np.unique(finite)) < MIN_COUNTS.value:
+    if len(np.unique(finite)) < _MIN_COUNTS:
         return
     unit = (axis.coordinate.unit if axis is not None else "") or "rad"
     example = "5mm/4096" if unit == "m" else "360deg/4096"

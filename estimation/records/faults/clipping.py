@@ -13,22 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.tables import Repair
-from axisid.estimation.thresholds.records import (
-    HELD_VALUE_SHARE,
-    LIMIT_TOLERANCE,
-    MAX_LIMIT_EXCESS_AT_TOP,
-    MAX_QUANTUM_MULTIPLE,
-    MAX_QUANTUM_REMAINDER,
-    MAX_SMOOTH_STEP,
-    MIN_ABRUPT_STEP,
-    MIN_FLAT_SAMPLES,
-    MIN_MULTIPLE_SHARE,
-    MIN_RAMP_SAMPLES,
-    MIN_REST_SAMPLES,
-)
+from axisid.estimation.thresholds import LIMIT_TOLERANCE, MAX_SMOOTH_STEP
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, runs
 from axisid.support.remedy import Note, Remedy, Setting
+
+# of the limit, from a flat top that is at it: more than a converter's noise
+_MAX_LIMIT_EXCESS_AT_TOP = 0.02
+# equal samples at an extreme, from which a signal may have been cut off there
+_MIN_FLAT_SAMPLES = 3
+# of the position's largest step, into or out of a flat extreme that was cut off
+_MIN_ABRUPT_STEP = 0.2
+_MIN_RAMP_SAMPLES = 4  # samples inside a ramp, from which it shows that it is straight
+_MIN_REST_SAMPLES = 20  # samples without motion, from which a flat extreme is a rest
+_HELD_VALUE_SHARE = 0.1  # of a control's values may be kept for less long than it is held
+# quanta; larger differences do not tell whether values are multiples of one
+_MAX_QUANTUM_MULTIPLE = 5.0
+_MAX_QUANTUM_REMAINDER = 0.15  # quanta from a whole multiple, as decimals leave them
+_MIN_MULTIPLE_SHARE = 0.9  # of the small differences are whole multiples: there is a quantum
 
 Mask = NDArray[np.bool_]
 
@@ -86,7 +88,7 @@ def clipping_notes(
     values = columns[role]
     cut = _flat_tops(values, _still(columns, role, clocks))
     if role == "control" and axis is not None and math.isfinite(axis.drive.limit):
-        cut &= np.abs(values) < axis.drive.limit * (1 - MAX_LIMIT_EXCESS_AT_TOP.value)
+        cut &= np.abs(values) < axis.drive.limit * (1 - _MAX_LIMIT_EXCESS_AT_TOP)
     if not cut.any():
         return []
     said = (
@@ -106,11 +108,11 @@ def _flat_extremes(values: Array) -> Mask:
     """Runs of equal samples at the position's largest or smallest value with abrupt ends, (N,)."""
     signal = _Signal(values)
     mask = np.zeros(len(values), dtype=bool)
-    least = MIN_ABRUPT_STEP.value * float(np.abs(np.diff(values)).max(initial=0.0))
+    least = _MIN_ABRUPT_STEP * float(np.abs(np.diff(values)).max(initial=0.0))
     for extreme in (signal.least, signal.most):
         for start, stop in runs(values == extreme):
             abrupt = max(signal.ends(start, stop), default=0.0) >= least > 0
-            if stop - start >= MIN_FLAT_SAMPLES.value and abrupt and signal.is_steep(start, stop):
+            if stop - start >= _MIN_FLAT_SAMPLES and abrupt and signal.is_steep(start, stop):
                 mask[start:stop] = True
     return mask
 
@@ -139,7 +141,7 @@ def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
     flat = [
         (start, stop)
         for start, stop in runs(signal.values == extreme)
-        if stop - start >= MIN_FLAT_SAMPLES.value * signal.held
+        if stop - start >= _MIN_FLAT_SAMPLES * signal.held
         and not _rests(position, start, stop)
         and signal.is_steep(start, stop)
     ]
@@ -182,12 +184,12 @@ class _Signal:
         In a few samples to one between the extremes, or along a ramp of more to any. Where in its
         first and last sample a ramp has its corners is not known.
         """
-        beyond = np.arange(end, end + way * MIN_FLAT_SAMPLES.value * self.held, way)
+        beyond = np.arange(end, end + way * _MIN_FLAT_SAMPLES * self.held, way)
         kept = self.values[beyond[(beyond >= 0) & (beyond < len(self.values))]]
         if np.any(kept != kept[0]):
             return False
         inner = self.values[min(top, end) + 1 : max(top, end)]
-        if len(inner) < MIN_RAMP_SAMPLES.value:
+        if len(inner) < _MIN_RAMP_SAMPLES:
             return bool(self.least < self.values[end] < self.most)
         off = inner - np.linspace(inner[0], inner[-1], len(inner))
         return float(np.abs(off).max()) <= MAX_SMOOTH_STEP.value * self.quantum
@@ -210,10 +212,10 @@ def quantum_of(values: Array, fewest: int = 1) -> float:
     apart = np.diff(np.unique(values))
     apart = apart[apart > _rounding(values)]
     least = float(apart.min(initial=np.inf))
-    few = apart[apart < MAX_QUANTUM_MULTIPLE.value * least] / least
-    whole = np.abs(few - np.round(few)) < MAX_QUANTUM_REMAINDER.value
+    few = apart[apart < _MAX_QUANTUM_MULTIPLE * least] / least
+    whole = np.abs(few - np.round(few)) < _MAX_QUANTUM_REMAINDER
     enough = np.isfinite(least) and len(few) >= fewest
-    return least if enough and np.mean(whole) > MIN_MULTIPLE_SHARE.value else 0.0
+    return least if enough and np.mean(whole) > _MIN_MULTIPLE_SHARE else 0.0
 
 
 def _held(values: Array) -> int:
@@ -222,11 +224,11 @@ def _held(values: Array) -> int:
     lengths = np.diff(edges)
     inner = values[edges[:-1]]
     lengths = lengths[(inner > values.min()) & (inner < values.max())]
-    return max(int(np.quantile(lengths, HELD_VALUE_SHARE.value)), 1) if len(lengths) else 1
+    return max(int(np.quantile(lengths, _HELD_VALUE_SHARE)), 1) if len(lengths) else 1
 
 
 def _rests(position: Array | None, start: int, stop: int) -> bool:
     """Whether the axis does not move during a run of samples."""
-    if position is None or stop - start < MIN_REST_SAMPLES.value:
+    if position is None or stop - start < _MIN_REST_SAMPLES:
         return False
     return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * _finest(position)

@@ -5,13 +5,16 @@ import math
 import numpy as np
 
 from axisid.estimation.tables import Samples
-from axisid.estimation.thresholds.records import MAX_STEP_BESIDE_JUMP, MAX_TURN_DEVIATION, MIN_JUMP
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .wrapping import IN_DEGREES, OTHER_MODULUS, Modulus, Places, long_steps
+
+_MIN_JUMP = 0.5  # of the position's range; a larger step may be a jump
+_MAX_STEP_BESIDE_JUMP = 0.1  # of a jump, for the steps beside it and the median one
+_MAX_TURN_DEVIATION = 0.05  # of a whole turn: the axis moves on during a jump
 
 _TURN = 2 * math.pi
 
@@ -24,10 +27,10 @@ def _jumps(position: Array, gaps: Places) -> tuple[Places, Array]:
     steps = np.abs(np.diff(position))
     steps[gaps] = 0.0
     beside = np.pad(steps, 1)
-    large = np.flatnonzero(steps > MIN_JUMP.value * np.ptp(position))
+    large = np.flatnonzero(steps > _MIN_JUMP * np.ptp(position))
     middle = np.median(steps) if len(steps) else 0.0
     slow = np.maximum(np.maximum(beside[:-2], beside[2:])[large], middle)
-    places = large[slow < MAX_STEP_BESIDE_JUMP.value * steps[large]]
+    places = large[slow < _MAX_STEP_BESIDE_JUMP * steps[large]]
     return places, steps[places]
 
 
@@ -70,7 +73,7 @@ def remaining_jumps_note(
     turns = axis is None or axis.coordinate.unit == "rad"
     in_degrees = Remedy.of(Setting("columns", "position=NAME:deg"), " and ")
     for turn, more in ((_TURN, None), (360.0, in_degrees)):
-        if turns and abs(size / turn - 1) < MAX_TURN_DEVIATION.value:
+        if turns and abs(size / turn - 1) < _MAX_TURN_DEVIATION:
             raise DataError(
                 f"{source}: {found}, as one that starts again after a turn does; it looks "
                 "wrapped: ",

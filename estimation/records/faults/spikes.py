@@ -9,18 +9,20 @@ from collections.abc import Mapping
 import numpy as np
 
 from axisid.estimation.tables import Samples
-from axisid.estimation.thresholds.records import (
-    MAX_STEP_ACROSS_SPIKE,
-    MAX_STEP_BESIDE_SPIKE,
-    MIN_SPIKE,
-    MIN_SPIKE_SHARE,
-    MIN_SPIKE_TIP,
-    MIN_SPIKE_WINDOWS,
-    SELDOM_EXCEEDED,
-)
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.remedy import Note, Remedy, Setting
+
+# times the second difference that is seldom exceeded, from the median about a sample
+_MIN_SPIKE = 10.0
+_SELDOM_EXCEEDED = 0.995  # quantile of the second differences
+# windows of a spike's median; fewer do not tell how the signal bends elsewhere
+_MIN_SPIKE_WINDOWS = 10
+_MIN_SPIKE_TIP = 0.25  # of the least spike, in second difference at its tip
+# of the signal's range: where hardly anything moves nothing else is a measure
+_MIN_SPIKE_SHARE = 1e-3
+_MAX_STEP_BESIDE_SPIKE = 0.2  # of a spike, for the steps beside it: the signal is quiet there
+_MAX_STEP_ACROSS_SPIKE = 0.5  # of a spike, between its two sides: it is no step
 
 _REACH = 3  # samples to each side that a spike's median is of; it is shorter than that
 _BEYOND = 2  # samples beyond them, over which the signal is to be quiet
@@ -73,15 +75,15 @@ def spike_notes(
 def spikes(values: Array) -> list[tuple[int, float]]:
     """Samples at which spikes of (N,) values are largest, and by how much, the largest first."""
     around = 2 * _REACH + 1
-    if len(values) < MIN_SPIKE_WINDOWS.value * around:
+    if len(values) < _MIN_SPIKE_WINDOWS * around:
         return []
     bends = np.abs(np.diff(values, 2))
     least = max(
-        MIN_SPIKE.value * float(np.quantile(bends, SELDOM_EXCEEDED.value)),
-        MIN_SPIKE_SHARE.value * float(np.ptp(values)),
+        _MIN_SPIKE * float(np.quantile(bends, _SELDOM_EXCEEDED)),
+        _MIN_SPIKE_SHARE * float(np.ptp(values)),
     )
     # A spike bends at its tip by as much as it is large, or nearly.
-    tips = np.flatnonzero(bends > MIN_SPIKE_TIP.value * least) + 1
+    tips = np.flatnonzero(bends > _MIN_SPIKE_TIP * least) + 1
     places = np.unique((tips[:, None] + np.arange(-_REACH, _REACH + 1)).ravel())
     places = places[(places >= _REACH) & (places < len(values) - _REACH)]
     windows = np.lib.stride_tricks.sliding_window_view(values, around)
@@ -107,6 +109,6 @@ def _is_quiet(values: Array, place: int, size: float) -> bool:
     slope = float(steps.mean())
     across = float(after[0] - before[-1]) - 2 * _REACH * slope
     return (
-        float(np.abs(steps - slope).max()) <= MAX_STEP_BESIDE_SPIKE.value * size
-        and abs(across) <= MAX_STEP_ACROSS_SPIKE.value * size
+        float(np.abs(steps - slope).max()) <= _MAX_STEP_BESIDE_SPIKE * size
+        and abs(across) <= _MAX_STEP_ACROSS_SPIKE * size
     )

@@ -10,12 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.tables import Repair, Samples
-from axisid.estimation.thresholds.records import MAX_SEAM_BEND, MAX_WRAPPED_SPAN, MIN_SEAM_BEND
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .clipping import quantum_of
+
+_MAX_WRAPPED_SPAN = 1.001  # moduli that a wrapped position spans, with noise
+# times the largest second difference elsewhere: more than a right modulus leaves at seams
+_MAX_SEAM_BEND = 5.0
+_MIN_SEAM_BEND = 1e-4  # moduli, up to which a second difference at the seams is rounding
 
 Places = NDArray[np.int64]
 #: First sample, the one after the last, and by how many moduli.
@@ -113,7 +117,7 @@ def unwrapped(
         if role not in samples:
             continue
         values, counts[role] = samples[role].values, 0
-        if float(np.ptp(values)) <= MAX_WRAPPED_SPAN.value * modulus.si:
+        if float(np.ptp(values)) <= _MAX_WRAPPED_SPAN * modulus.si:
             unwrapped, places = undone(values, modulus.si)
             if role == "position":  # a reference may well step across its seam
                 _check_seams(source, unwrapped, places, long_steps(samples[role], gap), modulus)
@@ -128,7 +132,7 @@ def unwrapped(
     moves: list[_Move] = []
     # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
     if "reference" in samples and any(counts.values()):
-        own_turn = float(np.ptp(samples["reference"].values)) > MAX_WRAPPED_SPAN.value * modulus.si
+        own_turn = float(np.ptp(samples["reference"].values)) > _MAX_WRAPPED_SPAN * modulus.si
         repaired["reference"], moves = _beside(repaired, modulus.si, gap, own_turn=own_turn)
     counted = ", ".join(f"{role} {count}" for role, count in counts.items())
     text = f"jumps by the modulus {modulus} undone: {counted}"
@@ -267,7 +271,7 @@ def _check_seams(
     if not len(seams) or not len(elsewhere):
         return
     left = float(np.median(np.abs(bends[seams])))
-    if left > max(MAX_SEAM_BEND.value * float(elsewhere.max()), MIN_SEAM_BEND.value * modulus.si):
+    if left > max(_MAX_SEAM_BEND * float(elsewhere.max()), _MIN_SEAM_BEND * modulus.si):
         raise DataError(
             f"{source}: the position still jumps by {modulus.written(left)} where the modulus "
             f"{modulus} was taken out, as before data row {seams[0] + 2}; ",

@@ -2,12 +2,14 @@
 
 import numpy as np
 
-from axisid.estimation.thresholds.records import (
-    LOST_PERIOD_UNCERTAINTY,
-    MAX_UNEVEN_STEP,
-    MIN_PHASE_SUM,
-)
+from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
+
+# sum of the stamps' unit phases, by that of as many random ones, from which a rate is the
+# clock's: measured, the largest of a thousand such sums of random phases
+_MIN_PHASE_SUM = 3.5
+# of a mean time step, where nothing tells how many samples were lost
+_LOST_PERIOD_UNCERTAINTY = 0.1
 
 _FIRST, _MORE, _MOST = 1024, 4, 65_536  # samples that are looked at, at once, times, at most
 _NEAR = 0.25  # of the guess: how far the rate may be from it
@@ -30,7 +32,7 @@ def own_period(clock: Array) -> tuple[float, float]:
     if period is not None:
         off = np.diff(piece) / period
         return period, float(np.ptp(off - np.round(off))) * period / float(piece[-1] - piece[0])
-    return float(np.mean(steps[steps <= longest_step])), LOST_PERIOD_UNCERTAINTY.value
+    return float(np.mean(steps[steps <= longest_step])), _LOST_PERIOD_UNCERTAINTY
 
 
 def _in_phase(time: Array, guess: float) -> float | None:
@@ -42,7 +44,7 @@ def _in_phase(time: Array, guess: float) -> float | None:
         step = _FINE / float(some[-1])
         rates = rate + step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
         sums = np.abs([np.exp(2j * np.pi * r * some).sum() for r in rates])
-        if sums.max() < MIN_PHASE_SUM.value * np.sqrt(count):
+        if sums.max() < _MIN_PHASE_SUM * np.sqrt(count):
             return None
         rate, reach = float(rates[np.argmax(sums)]), 2 * step
         if count == len(time) or count >= _MOST:

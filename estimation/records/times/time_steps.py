@@ -6,18 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.thresholds.records import (
-    MAX_EVEN_STEP,
-    MAX_MEAN_STEP_DEVIATION,
-    MAX_ODD_STEP_SHARE,
-    MAX_PERIOD_DRIFT,
-    MAX_STEP_SPREAD,
-    MAX_UNEVEN_STEP,
-    RESTARTED_CLOCK_STEP,
-)
+from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION, MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
+
+# periods between mean steps of windows; jitter of a quarter moves one by as much
+_MAX_PERIOD_DRIFT = 0.005
+_MAX_STEP_SPREAD = 0.02  # periods between the time steps, up to which nothing is said of jitter
+_MAX_ODD_STEP_SHARE = 0.01  # of the time steps are odd: faults of single samples; more are jitter
+# periods in place of a clock that was set back: more than any gap needs, to cut there
+_RESTARTED_CLOCK_STEP = 4.0
 
 #: Code of an error about time steps that are not one sampling period.
 UNEVEN = "uneven-time"
@@ -41,7 +40,7 @@ def odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
 
 def is_rare(count: int, steps: int) -> bool:
     """Whether so many steps of all may be faults of single samples, and no jitter."""
-    return count <= max(MAX_ODD_STEP_SHARE.value * steps, 1)
+    return count <= max(_MAX_ODD_STEP_SHARE * steps, 1)
 
 
 def advice_on_uneven(steps: Array, typical: float) -> Remedy:
@@ -139,7 +138,7 @@ def count_past_restarts(time: Array, *, uneven: bool) -> tuple[Array, int, str]:
     if not places.size or not typical > 0 or not is_rare(len(places), len(steps)):
         return time, 0, ""
     shifts = np.zeros(len(time))
-    shifts[timed[places + 1]] = RESTARTED_CLOCK_STEP.value * typical - steps[places]
+    shifts[timed[places + 1]] = _RESTARTED_CLOCK_STEP * typical - steps[places]
     shown = [
         f"before data row {timed[k + 1] + 1}, from {finite[k]:.9g} s to {finite[k + 1]:.9g} s"
         for k in places[:_SHOWN]
@@ -179,7 +178,7 @@ class ClockDrift:
 
         Jitter moves the ends of a window by a part of the `spread` of the steps, s.
         """
-        if self.most - self.least <= MAX_PERIOD_DRIFT.value * mean + spread / WINDOW:
+        if self.most - self.least <= _MAX_PERIOD_DRIFT * mean + spread / WINDOW:
             return None
         evenly = Remedy.of("resample the log evenly (", _EVENLY, ")")
         return Note(f"{self._found()} and is taken as even: ", evenly)
@@ -195,7 +194,7 @@ def step_notes(least: float, most: float, mean: float, drift: ClockDrift) -> tup
     """What is said of time steps that are taken as even but are not quite; empty if they are."""
     if said := drift.remark(mean, most - least):
         return (said,)
-    if most - least <= MAX_STEP_SPREAD.value * abs(mean):
+    if most - least <= _MAX_STEP_SPREAD * abs(mean):
         return ()
     steps = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
     return (Note(f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each"),)

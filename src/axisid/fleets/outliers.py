@@ -5,12 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.estimation.thresholds.studies import FLEET_LEVEL, MIN_LOGS_PER_PARAMETER
+from axisid.estimation.thresholds import FLEET_LEVEL
 from axisid.populations import Alike, Usual, alike_points, spread_of
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 from .row import FleetRow
+
+_MIN_LOGS_PER_PARAMETER = 5  # with fewer, half of the logs hardly tell a scatter
 
 _FAR = 1e3  # median deviations
 
@@ -113,13 +115,13 @@ def _judged(
     names: Sequence[str], machines: Sequence[Sequence[FleetRow]]
 ) -> tuple[Usual | Missing, tuple[Outlier, ...]]:
     values = np.array([np.mean([_values(row) for row in each], axis=0) for each in machines])
-    least = int(MIN_LOGS_PER_PARAMETER.value) * max(len(names), 1)
+    least = int(_MIN_LOGS_PER_PARAMETER) * max(len(names), 1)
     if len(machines) < least:
         logs = sum(map(len, machines))
         count, enough = "1 log is" if logs == 1 else f"{logs} logs are", f"{least}"
         if logs > len(machines):
             count, enough = f"{logs} logs of {len(machines)} machines are", f"{least} machines"
-        each = int(MIN_LOGS_PER_PARAMETER.value)
+        each = int(_MIN_LOGS_PER_PARAMETER)
         few = f"{count} too few to tell which stand out; {enough} do, {each} for each parameter"
         return Missing(few), ()
     if not _is_spread(values):

@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.thresholds.studies import MIN_SERIES, TREND_LEVEL
+from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.populations import Change, Drift, Step, alike_points, change_in, limit_of_a_new_point
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
 
 from .point import Point
+
+_MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
 
 Places = NDArray[np.intp]
 
@@ -132,7 +134,7 @@ def _limits(
     """Limits for all from the results that count before the first step, about a drift's line."""
     first = change.steps[0].place if change.steps else len(values)
     before = counted[counted < first]
-    least = int(MIN_SERIES.value)
+    least = int(_MIN_SERIES)
     if len(before) < least:
         few = "1 result tells" if len(before) == 1 else f"{len(before)} results tell"
         return Missing(f"{few} no limits; {least} or more do"), ()

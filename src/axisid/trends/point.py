@@ -11,7 +11,7 @@ from scipy.special import ndtri
 
 from axisid.estimation.choices.outputs import FIT
 from axisid.estimation.estimates import Value
-from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.fleets import FleetRow
 from axisid.populations import LARGEST
 from axisid.presentation.saved import SavedIdentification, SavedOutputFit

@@ -8,7 +8,6 @@ import pytest
 
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.codegen.thresholds.threshold import Threshold
 from axisid.estimation.checks.check import Check, Status, passed
 from axisid.estimation.diagnostics.diagnose import (
     DIAGNOSTICS,
@@ -18,7 +17,6 @@ from axisid.estimation.diagnostics.diagnose import (
     conclusion,
 )
 from axisid.estimation.diagnostics.diagnosis import Case
-from axisid.estimation.thresholds import diagnostics as thresholds
 from axisid.presentation.report.page import report_html
 from tests.recipes import recipe_blocks
 
@@ -92,10 +90,7 @@ def test_one_file_and_one_row_add_a_diagnostic(
     emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The recipe's goes through verdict, text, notebook, JSON and page."""
-    module, threshold, row = recipe_blocks("Add a diagnostic")
-    rows = {"Threshold": Threshold}
-    exec(threshold, rows)
-    monkeypatch.setattr(thresholds, "MIN_TURNS", rows["MIN_TURNS"], raising=False)
+    module, row = recipe_blocks("Add a diagnostic")
     package = "axisid.estimation.diagnostics"
     names = {"__name__": f"{package}.turns", "__package__": package, "Diagnostic": Diagnostic}
     exec(module, names)

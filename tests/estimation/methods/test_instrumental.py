@@ -10,7 +10,8 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.loop.simulation import following
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.estimates.iterate import NotSimulated
-from axisid.estimation.thresholds.estimates import CONVERGED, NEARLY_CONVERGED
+from axisid.estimation.methods.instrumental import NEARLY_CONVERGED
+from axisid.estimation.thresholds import CONVERGED
 from axisid.support.remedy import Setting
 from tests.refusals import refuses
 
@@ -63,7 +64,7 @@ def test_a_loop_that_jumps_ends_near_and_says_so() -> None:
     axis, record = white("rotary_table", 1e-2, 1, noisy=True)
     estimate = identify(axis, record, methods="idm-iv")["idm-iv"]
     (told,) = (r.text for r in estimate.remarks if "jumps with the parameters" in r.text)
-    assert float(told.split("ends ")[1].split()[0]) <= NEARLY_CONVERGED.value
+    assert float(told.split("ends ")[1].split()[0]) <= NEARLY_CONVERGED
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axisid.estimation.methods.pace import Pace
-from axisid.estimation.thresholds.estimates import CONVERGED
+from axisid.estimation.thresholds import CONVERGED
 
 
 @pytest.mark.parametrize("slope", [-0.9, -1.0, -1.5, -2.5])

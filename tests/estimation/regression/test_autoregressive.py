@@ -9,7 +9,7 @@ from axisid.estimation.regression import Hac, Solution
 from axisid.estimation.regression.autoregressive import autoregressive_covariance
 from axisid.estimation.regression.linear import factor, least_squares
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import MIN_FREEDOM
+from axisid.estimation.thresholds import MIN_FREEDOM
 
 NAMES = ("a", "b")
 

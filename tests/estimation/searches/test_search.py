@@ -16,7 +16,7 @@ from axisid.estimation.searches import (
     Weighing,
     deviation_by_median,
 )
-from axisid.estimation.thresholds.estimates import HUBER_TUNING
+from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.support.arrays import Array
 from tests.refusals import refuses
 

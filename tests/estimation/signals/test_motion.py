@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axisid.estimation.signals.motion import (
+    MAX_REST_SHARE,
     motion_lacks,
     one_direction,
     one_speed,
@@ -13,7 +14,6 @@ from axisid.estimation.signals.motion import (
     rests_first,
 )
 from axisid.estimation.signals.signals import Signals
-from axisid.estimation.thresholds.signals import MAX_REST_SHARE
 
 PERIOD = 1e-3
 
@@ -110,5 +110,5 @@ def test_a_rest_ends_with_its_segment() -> None:
 
 
 def test_rests_are_told_from_a_tenth_on() -> None:
-    assert rests_first(MAX_REST_SHARE.value) is None
+    assert rests_first(MAX_REST_SHARE) is None
     assert "rests in 11 %" in str(rests_first(0.11))

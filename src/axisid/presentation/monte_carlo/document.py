@@ -18,8 +18,7 @@ from axisid.estimation.monte_carlo import (
     Share,
     stated_by,
 )
-from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
-from axisid.estimation.thresholds.studies import MIN_BIAS
+from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.presentation.blocks import (
     Block,
     Cell,

@@ -6,7 +6,7 @@ import numpy as np
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import power_density
-from axisid.estimation.thresholds.estimates import CONVERGED
+from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 

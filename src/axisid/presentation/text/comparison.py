@@ -8,7 +8,7 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import within_bounds
 from axisid.estimation.estimates import Value
 from axisid.estimation.studies import Candidate, Comparison, NestedTest, ParameterCheck
-from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
+from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.blocks import (
     Cell,

@@ -8,7 +8,7 @@ import pytest
 from axisid.estimation.checks.check import Check
 from axisid.estimation.diagnostics.loop.simulation import following
 from axisid.estimation.estimates import Estimate, NotSimulated
-from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
 from axisid.support.missing import Missing
 
 MOST = MAX_SIMULATION_ERROR.value
