@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from axisid.codegen.thresholds.threshold import Threshold
 from axisid.support.missing import Missing
 from axisid.support.number_text import plain_numbers
 from axisid.support.remedy import Note, Remedy
@@ -52,6 +53,29 @@ class Check:
         """A check that could not be made, as a verdict lists it; by a fault it fails."""
         status: Status = "fail" if isinstance(missing, Fault) else "not evaluated"
         return cls(name=name, status=status, meaning=missing.reason, remedy=missing.remedy)
+
+    @classmethod
+    def unless(
+        cls,
+        name: str,
+        fault: Note | str | None,
+        held: str = "",
+        figure: float | None = None,
+        most: Threshold[float] | None = None,
+        *,
+        matters: bool = True,
+    ) -> "Check":
+        """A check that fails by a fault, where there is one; else it says what holds."""
+        said = Note.of(fault or held)
+        return cls(
+            name=name,
+            status=passed(not fault, matters=matters),
+            meaning=said.text,
+            remedy=said.remedy,
+            figure=figure,
+            threshold=None if most is None else most.value,
+            source="" if most is None else most.source,
+        )
 
     @property
     def line(self) -> str:

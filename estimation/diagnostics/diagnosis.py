@@ -311,7 +311,8 @@ class Case:
     @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
-        return lacking(self.data, self.preferred, len(self.choice.problem.data))
+        choice = self.choice
+        return lacking(self.data, self.preferred, len(choice.problem.data), choice.levels)
 
     @cached_property
     def coarse(self) -> Check | Missing | None:

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import STARTS, comparing, is_output_error
-from axisid.estimation.diagnostics import Case
+from axisid.estimation.diagnostics import Case, Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.identification import (
     Identification,
@@ -42,10 +43,11 @@ from axisid.support.user_values import is_among, quoted
 from .candidate import Candidate, candidate
 from .held_out import HeldOutBlock, contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
+from .recommendation import checks_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Comparison(Presentable, Exact):
+class Comparison(Checked, Presentable, Exact):
     """Candidates on the same rows of one record or several, with a recommendation.
 
     Attributes
@@ -78,6 +80,8 @@ class Comparison(Presentable, Exact):
         form, by parameter; empty where these tell nothing.
     set_aside : mapping of str to Note
         Records that could not be used, with the reason.
+    result : Identification or None
+        Of the recommended candidate.
     """
 
     problem: Problem
@@ -94,6 +98,12 @@ class Comparison(Presentable, Exact):
     law: LawCheck | Missing
     noise_biases: Mapping[str, NoiseBias] = field(default_factory=dict)
     set_aside: Mapping[str, Note] = field(default_factory=dict)
+    result: Identification | None = None
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Of the recommended candidate; without one, why there is none."""
+        return checks_of(self.result, self.reason)
 
     def with_set_aside(self, unread: Mapping[str, Note]) -> "Comparison":
         """The same with records that could not even be read."""
@@ -205,6 +215,7 @@ def compare(
             raise _none_left(failures)
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
+    result = None if recommended is None else fits[recommended]
     return Comparison(
         problem=problem,
         method=method,
@@ -218,8 +229,9 @@ def compare(
         tied=tied,
         reason=reason,
         law=first_failing(next(iter(fits.values())).choice.laws),
-        noise_biases={} if recommended is None else _noise_biases(fits[recommended], method),
+        noise_biases={} if result is None else _noise_biases(result, method),
         set_aside=shared.set_aside,
+        result=result,
     )
 
 
