@@ -14,6 +14,7 @@ from .fitting import OutputFit as OutputFit
 from .identification import DriveTime as DriveTime
 from .identification import DriveTiming as DriveTiming
 from .identification import estimate_drive_timing as estimate_drive_timing
+from .lacking import Levels as Levels
 from .law_search import ExplainedLaw as ExplainedLaw
 from .law_search import LawSearch as LawSearch
 from .law_search import find_law as find_law

@@ -53,6 +53,28 @@ class Check:
         status: Status = "fail" if isinstance(missing, Fault) else "not evaluated"
         return cls(name=name, status=status, meaning=missing.reason, remedy=missing.remedy)
 
+    @classmethod
+    def unless(
+        cls,
+        name: str,
+        fault: Note | str | None,
+        held: str = "",
+        figure: float | None = None,
+        most: float | None = None,
+        *,
+        matters: bool = True,
+    ) -> "Check":
+        """A check that fails by a fault, where there is one; else it says what holds."""
+        said = Note.of(fault or held)
+        return cls(
+            name=name,
+            status=passed(not fault, matters=matters),
+            meaning=said.text,
+            remedy=said.remedy,
+            figure=figure,
+            threshold=most,
+        )
+
     @property
     def line(self) -> str:
         """The line of a verdict that it is of, one of `LINES`."""

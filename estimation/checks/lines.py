@@ -10,7 +10,7 @@ from types import MappingProxyType
 LINES = MappingProxyType(
     {
         "law": ("control law", "law's factors", "exact law", "force against control", "drive gain"),
-        "timing": ("alignment", "recorded signals", "start of the loop"),
+        "timing": ("time base", "alignment", "recorded signals", "start of the loop"),
         "loop": (
             "simulation",
             "windows",
@@ -20,7 +20,13 @@ LINES = MappingProxyType(
             "noise in the loop",
             "samples near rests",
         ),
-        "model": ("missing terms", "fixed values", "what was known", "lack of fit"),
+        "model": (
+            "equation error",
+            "missing terms",
+            "fixed values",
+            "what was known",
+            "lack of fit",
+        ),
         "outliers": ("outliers",),
         "precision": (
             "any parameter shown",

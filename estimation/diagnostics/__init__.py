@@ -6,10 +6,11 @@ Knows nothing of how it is shown.
 
 from .diagnose import DIAGNOSTICS as DIAGNOSTICS
 from .diagnose import Belief as Belief
+from .diagnose import Checked as Checked
+from .diagnose import Diagnosed as Diagnosed
 from .diagnose import Diagnostic as Diagnostic
 from .diagnose import alignment_of as alignment_of
 from .diagnose import belief as belief
-from .diagnose import belief_in as belief_in
 from .diagnose import by_weight as by_weight
 from .diagnose import conclusion as conclusion
 from .diagnose import diagnose as diagnose

@@ -7,7 +7,7 @@ where its threshold comes from.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
+from typing import Literal, Protocol
 
 from axisid.estimation.checks import Check, line_of, lines_of, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
@@ -52,8 +52,16 @@ Belief = Literal["believed", "with care", "not believed"]
 _LAST = 100
 #: Checks of what an axis declares.
 _OF_THE_MODEL = ("missing terms", "control law")
-#: Checks of fits alone by which no number is to be believed, with their rank among the others.
-_GRAVE_OF_FITS = {"windows": 2, "any parameter shown": 3, "one end": 3, "what was known": 4}
+#: Checks of other results by which no number is to be believed, with their rank among the others.
+_GRAVE_ELSEWHERE = {
+    "result": 0,
+    "time base": 0,
+    "windows": 2,
+    "any parameter shown": 3,
+    "one end": 3,
+    "equation error": 3,
+    "what was known": 4,
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +136,9 @@ def _outliers(case: Case) -> Check | Missing:
         return Missing(
             "single samples are held against twins of the record, of which there are none"
         )
-    return outliers_check(found, case.data.axis, case.data.record, bounded=bounded)
+    return outliers_check(
+        found, case.data.axis, case.data.record, case.choice.levels, bounded=bounded
+    )
 
 
 def _alignment(case: Case) -> Check | Missing:
@@ -182,7 +192,7 @@ def _measured_acceleration(case: Case) -> Check | Missing | None:
 
 
 def _recorded_signals(case: Case) -> Check | Missing | None:
-    return signals_check(case.lacking, case.data.axis, case.data.record)
+    return signals_check(case.lacking, case.data.axis, case.data.record, case.choice.levels)
 
 
 def _limit(case: Case) -> Check | None:
@@ -195,7 +205,7 @@ def _missing_terms(case: Case) -> Check | Missing:
         return lacking
     if _fails(_alignment(case)):  # which says how late
         lacking = tuple(lack for lack in lacking if lack.kind != "delay")
-    found = terms_check(lacking, case.data.axis, case.data.record)
+    found = terms_check(lacking, case.data.axis, case.data.record, case.choice.levels)
     if found.status != "fail":
         return found
     if _fails(method_check(case.preferred, {}, {}, case.steps, law_passed=None)):
@@ -389,14 +399,48 @@ def belief(failing: Iterable[str]) -> Belief:
     """How far the numbers of a result can be believed of which checks of these names fail."""
     names = gravest_first(failing)
     first = DIAGNOSTICS.get(names[0]) if names else None
-    if names and (names[0] in _GRAVE_OF_FITS or (first is not None and first.grave)):
+    if names and (names[0] in _GRAVE_ELSEWHERE or (first is not None and first.grave)):
         return "not believed"
     return "with care" if names else "believed"
 
 
-def belief_in(checks: Iterable[Check]) -> Belief:
-    """How far the numbers of a result with these checks can be believed."""
-    return belief(check.name for check in checks if check.status == "fail")
+class _HasChecks(Protocol):
+    @property
+    def checks(self) -> tuple[Check, ...]: ...
+
+
+class Checked:
+    """A result with `checks`, which say what it is worth."""
+
+    __slots__ = ()
+
+    @property
+    def belief(self: _HasChecks) -> Belief:
+        """How far the numbers can be believed: "believed", "with care", "not believed"."""
+        return belief(check.name for check in self.checks if check.status == "fail")
+
+    @property
+    def believed(self: _HasChecks) -> bool:
+        """Whether no check fails."""
+        return all(check.status != "fail" for check in self.checks)
+
+
+class _HasDiagnosis(Protocol):
+    @property
+    def diagnosis(self) -> Diagnosis: ...
+
+
+class Diagnosed(Checked):
+    """A result whose checks are those of its diagnosis."""
+
+    __slots__ = ()
+
+    @property
+    def checks(self: _HasDiagnosis) -> tuple[Check, ...]:
+        """What was checked: a name, a status, a sentence and a figure each."""
+        return self.diagnosis.verdict
+
+    verdict = checks
 
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:
@@ -411,4 +455,4 @@ def gravest_first(names: Iterable[str]) -> list[str]:
 
 def _rank(name: str) -> int:
     found = DIAGNOSTICS.get(name)
-    return _GRAVE_OF_FITS.get(name, _LAST) if found is None else found.rank
+    return _GRAVE_ELSEWHERE.get(name, _LAST) if found is None else found.rank

@@ -286,7 +286,8 @@ class Case:
     @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
-        return lacking(self.data, self.preferred, len(self.choice.problem.data))
+        choice = self.choice
+        return lacking(self.data, self.preferred, len(choice.problem.data), choice.levels)
 
     @property
     def steps(self) -> Mapping[str, float] | Missing:

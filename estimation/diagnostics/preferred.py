@@ -8,6 +8,7 @@ from axisid.estimation.checks import told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import prefers_instruments
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate, HausmanTest, hausman
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import DirectForm
 from axisid.support.missing import Missing
@@ -23,10 +24,13 @@ class Choice:
         What the estimates were made from.
     estimates : mapping of str to Estimate
         By method.
+    levels : Levels
+        From when on something is told as missing.
     """
 
     problem: Problem
     estimates: Mapping[str, Estimate]
+    levels: Levels = DEFAULT_LEVELS
 
     @cached_property
     def method(self) -> str:

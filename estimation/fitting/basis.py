@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.law import LawCheck, law_check
-from axisid.estimation.lacking import Lack
+from axisid.estimation.lacking import Lack, Levels
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Elsewhere, Found
@@ -125,6 +125,7 @@ class Judged:
     records: tuple[Record, ...]
     horizon: float | None
     searched: int  # parameters that are free
+    levels: Levels
 
     @property
     def law_check(self) -> Check:

@@ -13,7 +13,7 @@ from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.remainder import outliers_check, terms_check
 from axisid.estimation.estimates import few_rows
 from axisid.estimation.joint import GAIN
-from axisid.estimation.lacking import Lack
+from axisid.estimation.lacking import Lack, Levels
 from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds import (
@@ -121,13 +121,13 @@ def outlying_check(of: Judged) -> Iterator[Check]:
 def _joined(
     name: str,
     of: Judged,
-    check: Callable[[tuple[Lack, ...], GeneratedAxis, Record], Check],
+    check: Callable[[tuple[Lack, ...], GeneratedAxis, Record, Levels], Check],
 ) -> Check | None:
     """What is checked of what the model lacks, over all records."""
     found = [
         Check.not_evaluated(name, lacks)
         if isinstance(lacks, Missing)
-        else check(lacks, axis, record)
+        else check(lacks, axis, record, of.levels)
         for lacks, axis, record in zip(of.lacks, of.basis.axes, of.records, strict=True)
     ]
     return joined(found, record_labels(of.records)) if len(found) > 1 else found[0]

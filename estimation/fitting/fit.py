@@ -21,6 +21,7 @@ from axisid.estimation.diagnostics.law import LawCheck, first_law
 from axisid.estimation.freed import FormByTime, are_starts
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told, moved_layouts
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.predictions import (
     LoopPredictions,
     Predictions,
@@ -102,6 +103,8 @@ def fit(
     weights: Mapping[str, float] | None = None,
     rests: str = RESTS[0],
     progress: Progress | None = None,
+    level: float = DEFAULT_LEVELS.level,
+    least_share: float = DEFAULT_LEVELS.least_share,
 ) -> OutputFit:
     """Fit the simulated loop's output to that of a record, or of several of them together.
 
@@ -164,6 +167,8 @@ def fit(
         open loop they count.
     progress : callable, optional
         Told before each step how many are done, of how many at most, and how far it is.
+    level, least_share : float
+        As in `identify`.
 
     Raises
     ------
@@ -179,6 +184,7 @@ def fit(
     outputs = _outputs(output)
     _check(loss, starts, seed)
     check_count(bootstrap)
+    levels = Levels(level=level, least_share=least_share)
     if not (progress is None or callable(progress)):
         raise UsageError(
             f"the progress is {quoted(progress)}; give a function that takes a step, their number "
@@ -206,7 +212,8 @@ def fit(
         keeps_rests=_keeps_rests(rests, outputs),
         progress=progress,
     )
-    return assembled(with_time_found(generated, time, start, asked.ended, given[0].period))
+    ended = with_time_found(generated, time, start, asked.ended, given[0].period)
+    return replace(assembled(ended), levels=levels)
 
 
 @dataclass(frozen=True, kw_only=True)

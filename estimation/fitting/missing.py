@@ -10,7 +10,7 @@ from contextlib import suppress
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.lacking import Lack, found_beside, scores_of
+from axisid.estimation.lacking import Lack, Levels, found_beside, scores_of
 from axisid.estimation.methods import bound_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import recorded_loops
@@ -28,6 +28,7 @@ def missing_of(
     half_widths: Mapping[str, float],
     held: Collection[str],
     records: int,
+    levels: Levels,
 ) -> tuple[Lack, ...] | Missing:
     """What is found beside the model of one record.
 
@@ -44,6 +45,7 @@ def missing_of(
         Names of those that the record did not tell.
     records : int
         How many there are.
+    levels : Levels
     """
     if axis.axis.states:
         return Missing("friction that remembers has no rows in which that could be looked for")
@@ -58,4 +60,4 @@ def missing_of(
     if isinstance(scores, Missing):
         return scores
     half = np.array([half_widths.get(name, np.inf) for name in names])
-    return found_beside(scores, physical, half, records)
+    return found_beside(scores, physical, half, records, levels)

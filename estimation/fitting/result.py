@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check, told_or, unless_faulty
 from axisid.estimation.choices.outputs import OPEN_LOOP
-from axisid.estimation.diagnostics import Belief, belief_in
+from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
-from axisid.estimation.lacking import Lack
+from axisid.estimation.lacking import DEFAULT_LEVELS, Lack, Levels
 from axisid.estimation.records import Record
 from axisid.estimation.searches import FitStep
 from axisid.estimation.told_by_outputs import noise_left
@@ -60,7 +60,7 @@ class RecordError:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class OutputFit(Presentable, Exact):
+class OutputFit(Checked, Presentable, Exact):
     """Parameters with which a simulated output follows that of the records.
 
     Attributes
@@ -114,6 +114,8 @@ class OutputFit(Presentable, Exact):
         Length of the windows of an open loop, s.
     basis : FitBasis
         What it is judged from.
+    levels : Levels
+        From when on something is told as missing of the model.
     """
 
     axis: GeneratedAxis
@@ -142,6 +144,7 @@ class OutputFit(Presentable, Exact):
     samples: tuple[NDArray[np.intp], ...]
     horizon: float | None
     basis: FitBasis = field(repr=False, compare=False)
+    levels: Levels = DEFAULT_LEVELS
 
     def __getstate__(self) -> dict[str, Any]:
         """With what twins of the record tell, and without the twins."""
@@ -202,7 +205,7 @@ class OutputFit(Presentable, Exact):
         }
         told = set(self.searched) - self.prior.keys()
         held = [own_name for own_name, name in names.items() if name not in told]
-        return missing_of(axis, record, own, half, held, len(self.records))
+        return missing_of(axis, record, own, half, held, len(self.records), self.levels)
 
     @cached_property
     def noise(self) -> tuple[float, ...]:
@@ -240,6 +243,7 @@ class OutputFit(Presentable, Exact):
                 records=self.records,
                 horizon=self.horizon,
                 searched=len(self.names) - len(self.fixed),
+                levels=self.levels,
             )
         )
 
@@ -362,13 +366,3 @@ class OutputFit(Presentable, Exact):
     def step(self) -> float:
         """Of the coarsest encoder, SI; 0 where nothing is known of any."""
         return self.basis.predictions.step
-
-    @property
-    def belief(self) -> Belief:
-        """How far the numbers can be believed: "believed", "with care", "not believed"."""
-        return belief_in(self.checks)
-
-    @property
-    def believed(self) -> bool:
-        """Whether no check fails."""
-        return all(check.status != "fail" for check in self.checks)

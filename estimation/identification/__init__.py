@@ -8,6 +8,7 @@ from .bound import bound_records as bound_records
 from .bound import layout_for as layout_for
 from .bound import tells_gain as tells_gain
 from .bound import weighted as weighted
+from .by_method import ByMethod as ByMethod
 from .drive_time import check_time as check_time
 from .drive_timing import DriveTiming as DriveTiming
 from .drive_timing import estimate_drive_timing as estimate_drive_timing

@@ -9,6 +9,7 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, is_output_error
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.problems import Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
@@ -43,6 +44,8 @@ def identify(
     loss: str = ROW_LOSSES[0],
     bounded: bool = False,
     bootstrap: int = DEFAULT_COUNT,
+    level: float = DEFAULT_LEVELS.level,
+    least_share: float = DEFAULT_LEVELS.least_share,
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
 
@@ -96,6 +99,9 @@ def identify(
         How many twins of the records tell bias and HAC deviations: their loops once more, with the
         noise that was measured in them. 0 for
         none: deviations then are those of neighbouring rows, and no bias is known.
+    level, least_share : float
+        Chance that a right model is told to lack anything, over all that is looked for, and part of
+        the force from which that matters.
 
     Raises
     ------
@@ -110,6 +116,7 @@ def identify(
     records = records_of(record)
     check_choices(covariance, start, loss)
     check_count(bootstrap)
+    levels = Levels(level=level, least_share=least_share)
     requested = requested_methods(methods)
     as_given = _at_rate(prefilter, records[0].period)
 
@@ -133,8 +140,10 @@ def identify(
         return bounded_result(tried, free) if bounded else free(tried)
 
     if generated.declared.drive.estimated is not None:
-        return identified_with_time(generated, records, run, requested)
-    return run(generated, requested)
+        found = identified_with_time(generated, records, run, requested)
+    else:
+        found = run(generated, requested)
+    return replace(found, levels=levels)
 
 
 def records_of(record: object) -> list[Record]:

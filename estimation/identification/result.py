@@ -1,14 +1,13 @@
 """The result object: estimates with what they were made from."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import STARTS
-from axisid.estimation.diagnostics import Belief, Choice, Diagnosis, belief_in, diagnose
+from axisid.estimation.diagnostics import Choice, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
     Physical,
@@ -17,16 +16,17 @@ from axisid.estimation.estimates import (
     part_of,
     physical_parameters,
 )
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import Held, Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Exact
-from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
 from axisid.support.remedy import Note
-from axisid.support.user_values import quoted
+from axisid.support.uncached import Uncached
 
+from .by_method import ByMethod
 from .several import OfRecord, of_records, record_place
 
 
@@ -60,7 +60,7 @@ class DriveTime:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Identification(Presentable, Exact):
+class Identification(ByMethod, Uncached, Presentable, Exact):
     """The estimates of one axis from one record, or from several together.
 
     Attributes
@@ -81,6 +81,8 @@ class Identification(Presentable, Exact):
     drive_time : DriveTime or None
         The drive's lag or delay where it was estimated; the deviations of all parameters have what
         its own adds.
+    levels : Levels
+        From when on something is told as missing of the model.
     """
 
     problem: Problem
@@ -90,6 +92,7 @@ class Identification(Presentable, Exact):
     requested: Prefilter | None = None
     set_aside: Mapping[str, Note] = field(default_factory=dict)
     drive_time: DriveTime | None = None
+    levels: Levels = DEFAULT_LEVELS
 
     @property
     def axis(self) -> GeneratedAxis:
@@ -204,31 +207,9 @@ class Identification(Presentable, Exact):
         """The filter, with what was chosen for the record."""
         return self.data.prefilter
 
-    def __getitem__(self, method: str) -> Estimate:
-        name = str(method).lower()
-        if name not in self.estimates:
-            raise UsageError(
-                f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
-                code="no-such-estimate",
-            )
-        return self.estimates[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.estimates)
-
-    def __contains__(self, method: object) -> bool:
-        return isinstance(method, str) and method.lower() in self.estimates
-
-    def __len__(self) -> int:
-        return len(self.estimates)
-
     def __repr__(self) -> str:
         source = " and ".join(self.record_names)
         return f"identification of {self.axis.axis.name} from {source}: {', '.join(self.estimates)}"
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without what is computed when it is asked for."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @cached_property
     def physical(self) -> PhysicalByMethod[Physical]:
@@ -252,27 +233,12 @@ class Identification(Presentable, Exact):
     @cached_property
     def choice(self) -> Choice:
         """Which estimate is judged, and what was measured to tell."""
-        return Choice(problem=self.problem, estimates=self.estimates)
+        return Choice(problem=self.problem, estimates=self.estimates, levels=self.levels)
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
         """What the tests of the result measured, computed once."""
         return diagnose(self.choice)
-
-    @property
-    def verdict(self) -> tuple[Check, ...]:
-        """What was checked, against what, and what it means."""
-        return self.diagnosis.verdict
-
-    @property
-    def checks(self) -> tuple[Check, ...]:
-        """What was checked: a name, a status, a sentence and a figure each."""
-        return self.verdict
-
-    @property
-    def belief(self) -> Belief:
-        """How far the numbers can be believed: "believed", "with care", "not believed"."""
-        return belief_in(self.checks)
 
     def summary(self, draws: int = 0, *, full: bool = False) -> str:
         """The estimates side by side as text, with numbered notes.

@@ -8,7 +8,7 @@ least to say of the others once it is taken into the model; then it is asked aga
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -17,7 +17,10 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import LACKING_LEVEL, MIN_LACKING_SHARE
 from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
+from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
 
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of
 from .outliers import outliers_of
@@ -30,6 +33,37 @@ _NEGLIGIBLE_RESIDUAL = 1e-4
 _MOST = 3  # that are told
 _RIVALS, _NEARLY = 4, 0.6  # of the strongest: how many may be the name, from which share on
 _CERTAIN = 40.0  # of -log10 p: what is beyond it is as certain
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Levels:
+    """From when on something is told as missing of a model.
+
+    Attributes
+    ----------
+    level : float
+        Chance that anything is of a right model, over all that is looked for.
+    least_share : float
+        Part of the force from which it matters; or it moves a parameter by more than its interval.
+
+    Raises
+    ------
+    UsageError
+        One of them is not between 0 and 1.
+    """
+
+    level: float = LACKING_LEVEL.value
+    least_share: float = MIN_LACKING_SHARE.value
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            given = getattr(self, each.name)
+            if not (is_real(given) and 0 < float(given) < 1):
+                raise UsageError(
+                    f"the {each.name.replace('_', ' ')} is {quoted(given)}; give a number between "
+                    f"0 and 1, such as {each.default:g}.",
+                    code="level",
+                )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,6 +113,7 @@ class Lack:
         return self.kind == "outlier"
 
 
+DEFAULT_LEVELS = Levels()
 #: A hypothesis and its columns.
 Prepared: TypeAlias = tuple[Hypothesis, AddedColumns]
 
@@ -109,11 +144,10 @@ class TestedHypothesis:
     share: float
     moved: float
 
-    @property
-    def matters(self) -> bool:
+    def matters(self, least_share: float) -> bool:
         """Whether it is any part of the force, or more than rounding and moves a parameter."""
         moves = self.moved > 1 and self.share > _NEGLIGIBLE_RESIDUAL
-        return self.share > MIN_LACKING_SHARE.value or moves
+        return self.share > least_share or moves
 
     @property
     def certainty(self) -> float:
@@ -122,7 +156,7 @@ class TestedHypothesis:
 
 
 def lacking(
-    data: FilteredRecord, preferred: Estimate, records: int = 1
+    data: FilteredRecord, preferred: Estimate, records: int = 1, levels: Levels = DEFAULT_LEVELS
 ) -> tuple[Lack, ...] | Missing:
     """What the judged estimate's model lacks on a record, one of several, the strongest first."""
     chains = preferred.inference.chains
@@ -130,11 +164,17 @@ def lacking(
     at = preferred.corrected if chains else preferred.physical
     free = range(len(at))
     scores = scores_of(data, at, chains[0] if chains else None, free)
-    return scores if isinstance(scores, Missing) else found_beside(scores, at, half, records)
+    return (
+        scores if isinstance(scores, Missing) else found_beside(scores, at, half, records, levels)
+    )
 
 
 def found_beside(
-    scores: RecordScores, physical: Array, half_widths: Array, records: int = 1
+    scores: RecordScores,
+    physical: Array,
+    half_widths: Array,
+    records: int = 1,
+    levels: Levels = DEFAULT_LEVELS,
 ) -> tuple[Lack, ...]:
     """What is found beside a model, the name that explains most first.
 
@@ -147,18 +187,19 @@ def found_beside(
         Of its intervals.
     records : int
         How many are searched by themselves, which share the level.
+    levels : Levels
     """
-    level = LACKING_LEVEL.value / records
+    own = replace(levels, level=levels.level / records)
     lasting = _prepared(scores, hypotheses_of(scores))
     half = half_widths[scores.free]
     named, beside = list[Lack](), scores
     while len(named) < _MOST:
         hypotheses = [*lasting, *_prepared(beside, outliers_of(beside))]
-        failing = findings(beside, hypotheses, half, level)
+        failing = findings(beside, hypotheses, half, own)
         if not failing:
             break
-        name = _name(beside, hypotheses, failing, half, level)
-        if named and name.share <= MIN_LACKING_SHARE.value:
+        name = _name(beside, hypotheses, failing, half, own)
+        if named and name.share <= own.least_share:
             break
         named.append(_told(beside, name, physical))
         beside = beside.beside(name.columns)
@@ -170,18 +211,18 @@ def _prepared(scores: RecordScores, hypotheses: Sequence[Hypothesis]) -> list[Pr
 
 
 def findings(
-    scores: RecordScores, hypotheses: Sequence[Prepared], half: Array, level: float
+    scores: RecordScores, hypotheses: Sequence[Prepared], half: Array, levels: Levels
 ) -> list[TestedHypothesis]:
     """What is there and matters, by its part of the force, the largest first."""
-    sure = level / max(len(hypotheses), 1)
+    sure = levels.level / max(len(hypotheses), 1)
     every = [_finding(scores, *each, half, sure) for each in hypotheses]
     every.sort(key=lambda each: each.p_value)
     there = []
     for place, each in enumerate(every):
-        if each.p_value > level / (len(every) - place):
+        if each.p_value > levels.level / (len(every) - place):
             break
         there.append(each)
-    return sorted((e for e in there if e.matters), key=lambda each: -each.share)
+    return sorted((e for e in there if e.matters(levels.least_share)), key=lambda each: -each.share)
 
 
 def _finding(
@@ -212,12 +253,12 @@ def _name(
     hypotheses: Sequence[Prepared],
     failing: Sequence[TestedHypothesis],
     half: Array,
-    level: float,
+    levels: Levels,
 ) -> TestedHypothesis:
     """Of what fails the one that leaves least to be said by the others."""
     rivals = [e for e in failing if e.share > _NEARLY * failing[0].share][:_RIVALS]
     tried = [
-        (each, findings(scores.beside(each.columns), hypotheses, half, level))
+        (each, findings(scores.beside(each.columns), hypotheses, half, levels))
         for each in (_located(scores, rival) for rival in rivals)
     ]
     return min(tried, key=lambda t: sum(e.certainty for e in t[1]) - 1e-3 * t[0].certainty)[0]

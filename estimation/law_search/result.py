@@ -3,7 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Checked
 from axisid.estimation.records import Record
+from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.presentable import Presentable
 
@@ -66,7 +69,7 @@ class ExplainedLaw:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class LawSearch(Presentable):
+class LawSearch(Checked, Presentable):
     """Ready laws by how well they explain the recorded control, the best first.
 
     Attributes
@@ -99,6 +102,19 @@ class LawSearch(Presentable):
     def best(self) -> ExplainedLaw:
         """The first of them."""
         return self.laws[0]
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Whether a law explains the control."""
+        best, left = self.best.title, self.best.held_out_percent
+        lost = (
+            f"No ready law explains the control: the best, {best}, leaves {left:.3g} % of it. The "
+            "drive runs another law, reads other columns (a feed-forward, a sensor of its own), or "
+            "runs faster than the log"
+        )
+        held = f"{best} leaves {left:.3g} % of the control"
+        fault = None if self.explained else lost
+        return (Check.unless("control law", fault, held, left, MAX_LAW_RESIDUAL.value),)
 
 
 def _quoted(word: str) -> str:

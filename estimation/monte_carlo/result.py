@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.presentable import Presentable
+from axisid.support.uncached import Uncached
 from axisid.support.user_values import quoted
 
 from .figures import Mean, Share
@@ -35,7 +35,7 @@ from .told import CheckFigures, EstimandFigures, StudyFigures
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MonteCarlo(StudyFigures, Presentable, Exact):
+class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
     """The numbers of many runs.
 
     Attributes
@@ -217,7 +217,7 @@ class MonteCarlo(StudyFigures, Presentable, Exact):
         return int(self.numbers.judged.sum())
 
     @cached_property
-    def checks(self) -> tuple[CheckFigures, ...]:
+    def check_figures(self) -> tuple[CheckFigures, ...]:
         """How often each check ends how, in the order of the verdict."""
         return tuple(
             _check(name, self._statuses_judged[:, i]) for i, name in enumerate(self.numbers.checks)
@@ -252,10 +252,6 @@ class MonteCarlo(StudyFigures, Presentable, Exact):
         errors = self.corrected[:, place] - self.truths[place]
         there = np.isfinite(errors) & (stated > 0)
         return np.asarray(errors[there] / stated[there])
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without what is computed when it is asked for."""
-        return {"plan": self.plan, "numbers": self.numbers}
 
 
 def _check(name: str, statuses: NDArray[np.int8]) -> CheckFigures:

@@ -1,20 +1,24 @@
 """What figures of a study tell, whoever has them: a study that was made, or its file."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 from scipy.special import ndtr, stdtrit
 
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Checked
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
 from axisid.support.user_values import quoted
 
 from .figures import Mean, Share
 from .fits import stated_by
 from .runs import Estimand, FailedRun
 
+_MOST_REASONS = 5  # that are told of what came to nothing
 _ROUNDING = 1e-12  # of the truth: a mean error up to it is one of arithmetic
 
 
@@ -82,16 +86,56 @@ class _HasFigures(Protocol):
     @property
     def chosen(self) -> str: ...
 
+    def __len__(self) -> int: ...
 
-class StudyFigures:
+
+class StudyFigures(_HasFigures, Checked):
     """What follows from the figures of a study."""
 
     @property
-    def biased(self: _HasFigures) -> tuple[EstimandFigures, ...]:
+    def checks(self) -> tuple[Check, ...]:
+        """Whether intervals hold the truth as often as they say, values are biased, runs fail."""
+        narrow, wide = (_listed(self.miscovered(narrow=narrow)) for narrow in (True, False))
+        shares = [each.coverage for each in self.figures if each.coverage]
+        runs, biased, lost = f"{len(self)} runs tell", _listed(self.biased), "; ".join(self._lost())
+        return (
+            Check.unless(
+                "coverage",
+                narrow and f"Intervals that hold the truth too rarely: {narrow}",
+                f"No interval holds the truth more rarely than it says, as far as {runs}",
+            )
+            if shares
+            else Check.not_evaluated("coverage", Missing("No truth is known")),
+            Check.unless(
+                "width",
+                wide and f"Intervals that are wider than they need be: {wide}",
+                f"No interval is wider than it need be, as far as {runs}",
+                matters=False,
+            ),
+            Check.unless(
+                "bias",
+                biased
+                and f"Bias beyond chance ({MIN_BIAS.value:g} standard errors of many twins, more "
+                f"of few): {biased}",
+                f"No bias is beyond chance, as far as {runs}",
+            ),
+            Check.unless("runs", lost, "Every run gave every estimate"),
+        )
+
+    def _lost(self) -> Iterator[str]:
+        """What came to nothing, with the reasons that occur most."""
+        for of, reasons in self.lost.items():
+            count = sum(reasons.values())
+            listed = list(reasons.items())[:_MOST_REASONS]
+            why = "; ".join(f"{n} times: {reason.removesuffix('.')}" for reason, n in listed)
+            yield f"{of} came to nothing in {count} of {len(self)} runs: {why}"
+
+    @property
+    def biased(self) -> tuple[EstimandFigures, ...]:
         """Where the mean error is beyond its own standard error, and beyond rounding."""
         return tuple(each for each in self.figures if _is_biased(each))
 
-    def miscovered(self: _HasFigures, *, narrow: bool) -> tuple[EstimandFigures, ...]:
+    def miscovered(self, *, narrow: bool) -> tuple[EstimandFigures, ...]:
         """Whose intervals hold the truth too rarely, or else are wider than they need be.
 
         Both beyond the Monte-Carlo error, under what their method states, with 5 % for a mistake in
@@ -108,7 +152,7 @@ class StudyFigures:
             if (high < wanted if narrow else low > wanted)
         )
 
-    def of(self: _HasFigures, method: str, name: str) -> EstimandFigures:
+    def of(self, method: str, name: str) -> EstimandFigures:
         """The figures of a parameter by a method.
 
         Raises
@@ -126,15 +170,19 @@ class StudyFigures:
         )
 
     @property
-    def lost(self: _HasFigures) -> Mapping[str, Mapping[str, int]]:
+    def lost(self) -> Mapping[str, Mapping[str, int]]:
         """How many runs gave nothing, by method or what else failed, then by reason."""
         found: dict[str, Counter[str]] = {}
         for failed in self.failures:
             found.setdefault(failed.of, Counter())[failed.reason] += 1
         return {of: dict(counted.most_common()) for of, counted in found.items()}
 
-    def __iter__(self: _HasFigures) -> Iterator[EstimandFigures]:
+    def __iter__(self) -> Iterator[EstimandFigures]:
         return iter(self.figures)
+
+
+def _listed(figures: Iterable[EstimandFigures]) -> str:
+    return ", ".join(f"{each.estimand.method} {each.estimand.name}" for each in figures)
 
 
 def _is_biased(each: EstimandFigures) -> bool:

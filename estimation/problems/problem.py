@@ -2,10 +2,9 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
-from typing import Any
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.remedy import Remedy
+from axisid.support.uncached import Uncached
 
 from .held import Held
 from .visibility import (
@@ -39,7 +39,7 @@ from .visibility import (
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Problem:
+class Problem(Uncached):
     """The records that an axis's parameters are estimated from, as one regression.
 
     A record with gaps and several records are the same thing: rows one after the other, of which
@@ -89,10 +89,6 @@ class Problem:
         check_time_known(self.axis)
         if layout is None:
             check_identifiable(self.axis)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without what is computed when it is asked for."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def __repr__(self) -> str:
         return f"{self.axis.axis.name} from {', '.join(map(repr, self.data))}"

@@ -1,9 +1,9 @@
 """A record under a filter: what the filter leaves open is chosen, what it cannot serve refused."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, covered
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.uncached import Uncached
 from axisid.support.user_values import quoted
 
 from .drive_response import DriveAlong, acting_control
@@ -35,7 +36,7 @@ _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class FilteredRecord(Exact):
+class FilteredRecord(Exact, Uncached):
     """A record of an axis under a prefilter, filtered once.
 
     Attributes
@@ -144,10 +145,6 @@ class FilteredRecord(Exact):
         same = ("motion", "force", "signals")  # whatever is left out of the rows
         vars(other).update({name: vars(self)[name] for name in same if name in vars(self)})
         return other
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without what is computed when it is asked for."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def __len__(self) -> int:
         return len(self.record)

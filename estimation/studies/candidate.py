@@ -46,9 +46,9 @@ class ParameterCheck:
     """
 
     name: str
-    p_value: float | None
-    without_percent: float | None
-    informed: bool | None
+    p_value: float | None = None
+    without_percent: float | None = None
+    informed: bool | None = None
     not_tested: str | None = None
 
 
@@ -183,40 +183,26 @@ class _Checks:
         return tuple(self._one(column) for column in range(len(self.rows.names)))
 
     def _one(self, column: int) -> ParameterCheck:
-        name = self.rows.names[column]
+        name, why = self.rows.names[column], ""
         if name in self.rows.nonlinear:
             why = "it enters nonlinearly, so that a model without it is none with it at zero"
-            return ParameterCheck(
-                name=name, p_value=None, without_percent=None, informed=None, not_tested=why
-            )
-        if name == GAIN:
+        elif name == GAIN:
             why = "it is the drive's, and no term of the model"
-            return ParameterCheck(
-                name=name, p_value=None, without_percent=None, informed=None, not_tested=why
-            )
+        if why:
+            return ParameterCheck(name=name, not_tested=why)
         poorer = self._without(column)
-        if lost := [each for each in self.rows.nonlinear if each not in poorer.names]:
-            return self._untested(name, poorer, lost)
-        p_value, without = self._p_value(column), self._held_out(poorer)
-        error = None if without is None else without.error_percent
+        without, excess, deviation = self._held_out(poorer), math.inf, 0.0
+        if without is not None:
+            excess, deviation = without.excess(self.equation)
+        # Where it is zero, these may be fitted to noise: the held-out error alone tells.
+        lost = " and ".join(each for each in self.rows.nonlinear if each not in poorer.names)
+        p_value = 0.0 if lost else self._p_value(column)
         return ParameterCheck(
             name=name,
-            p_value=p_value,
-            without_percent=error,
-            informed=p_value < SIGNIFICANCE_LEVEL.value
-            and (error is None or error > self.equation.error_percent),
-        )
-
-    def _untested(self, name: str, poorer: Rows, lost: Sequence[str]) -> ParameterCheck:
-        """By the held-out error alone: where the parameter is zero, others are fitted to noise."""
-        without = self._held_out(poorer)
-        excess, deviation = (math.inf, 0.0) if without is None else without.excess(self.equation)
-        return ParameterCheck(
-            name=name,
-            p_value=None,
+            p_value=None if lost else p_value,
             without_percent=None if without is None else without.error_percent,
-            informed=excess > deviation,
-            not_tested=f"at zero, {' and '.join(lost)} would mean nothing",
+            informed=p_value < SIGNIFICANCE_LEVEL.value and excess > (deviation if lost else 0.0),
+            not_tested=f"at zero, {lost} would mean nothing" if lost else None,
         )
 
     def _p_value(self, column: int) -> float:

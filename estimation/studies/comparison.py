@@ -11,7 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import STARTS, comparing, is_output_error
+from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.identification import (
     Identification,
@@ -39,6 +41,7 @@ from axisid.support.user_values import is_among, quoted
 from .candidate import Candidate, candidate
 from .held_out import HeldOutBlock, contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
+from .recommendation import checks_of
 
 # of the least held-out error, however precise both are: it is not worth a parameter
 _EQUAL_ERROR = 1.01
@@ -46,7 +49,7 @@ _MAX_TIED_ERROR = 1.1  # of the least, where the excess is within its standard e
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Comparison(Presentable, Exact):
+class Comparison(Checked, Presentable, Exact):
     """Candidates on the same rows of one record or several, with a recommendation.
 
     Attributes
@@ -76,6 +79,8 @@ class Comparison(Presentable, Exact):
         The first candidate's control law against the record.
     set_aside : mapping of str to Note
         Records that could not be used, with the reason.
+    result : Identification or None
+        Of the recommended candidate.
     """
 
     problem: Problem
@@ -91,6 +96,12 @@ class Comparison(Presentable, Exact):
     reason: str
     law: LawCheck | Missing
     set_aside: Mapping[str, Note] = field(default_factory=dict)
+    result: Identification | None = None
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Of the recommended candidate; without one, why there is none."""
+        return checks_of(self.result, self.reason)
 
     def with_set_aside(self, unread: Mapping[str, Note]) -> "Comparison":
         """The same with records that could not even be read."""
@@ -202,6 +213,7 @@ def compare(
             raise _none_left(failures)
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
+    result = None if recommended is None else fits[recommended]
     return Comparison(
         problem=problem,
         method=method,
@@ -216,6 +228,7 @@ def compare(
         reason=reason,
         law=first_failing(next(iter(fits.values())).choice.laws),
         set_aside=shared.set_aside,
+        result=result,
     )
 
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm
@@ -22,11 +24,13 @@ _PROBES = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Friction(Exact):
+class Friction(Checked, Exact):
     """What the force is beyond inertia, gravity and whatever else does not need a velocity.
 
     Attributes
     ----------
+    result : Identification
+        That it is of, with its checks.
     velocity, force : (n,) array
         Of the rows: recorded force less the model's parts without velocity.
     skipped : int
@@ -38,11 +42,17 @@ class Friction(Exact):
         Velocity and fitted force; NaN between the two directions.
     """
 
+    result: Identification
     velocity: Array
     force: Array
     skipped: int
     binned: Array
     law: Array
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Of the result."""
+        return self.result.checks
 
 
 def friction(result: "Identification", estimate: "Estimate") -> Friction | Missing:
@@ -67,6 +77,7 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | Missi
         return Missing("no row of the fit is clear of the reversals and rests that it leaves out")
     velocity, force = (reduced[whole] / weights[whole, None]).T
     return Friction(
+        result=result,
         velocity=velocity,
         force=force,
         skipped=len(whole) - int(whole.sum()),

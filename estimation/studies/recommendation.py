@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import tests_of_instruments
 from axisid.estimation.estimates import Estimate, Value, hausman, parted
 from axisid.estimation.identification import Identification
@@ -64,6 +65,12 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
             "noise biases least squares at every cut-off, so believe the instruments"
         )
     return _steadiest(results)
+
+
+def checks_of(recommended: Identification | None, reason: str) -> tuple[Check, ...]:
+    """The checks of what is recommended; without any, why there is none."""
+    none = Check.unless("recommendation", reason)
+    return (none,) if recommended is None else recommended.checks
 
 
 def _most_precise(agreeing: Sequence[Identification]) -> tuple[float, str]:

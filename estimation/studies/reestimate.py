@@ -25,7 +25,7 @@ from axisid.support.errors import EstimationError
 
 # % of force otherwise: measured, a mass a tenth larger makes 2 to 6, right records of 15 s at
 # most 1.3
-_MAX_REESTIMATE_SHARE = 1.0
+MAX_REESTIMATE_SHARE = 1.0
 # deviations: measured, at most 4 on right records, 5.4 on one of 2 s whose noise lasts 0.5 s; 6.1
 # and more with a mass a tenth larger
 _MIN_REESTIMATE_DISTANCE = 5.5
@@ -58,7 +58,7 @@ class Reestimate:
     @property
     def changed(self) -> tuple[str, ...]:
         """Parameters that are others on the second record; none where it makes no difference."""
-        if not self.share_percent > _MAX_REESTIMATE_SHARE:
+        if not self.share_percent > MAX_REESTIMATE_SHARE:
             return ()
         far = np.abs(self.distances) > _MIN_REESTIMATE_DISTANCE
         return tuple(name for name, is_far in zip(self.names, far, strict=True) if is_far)

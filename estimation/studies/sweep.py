@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import STARTS, same_estimates
+from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
@@ -30,14 +32,14 @@ from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
-from .recommendation import recommend
+from .recommendation import checks_of, recommend
 
 _DEFAULT_POINTS, _MOST_POINTS = 12, 500
 _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sweep(Presentable, Exact):
+class Sweep(Checked, Presentable, Exact):
     """Results by cut-off, ascending.
 
     Attributes
@@ -74,6 +76,12 @@ class Sweep(Presentable, Exact):
         if self.recommended is None:
             return self.reason
         return f"{self.recommended:g} Hz, {self.reason}"
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Of the result at the recommended cut-off; without one, why none can be named."""
+        of_it = (each for each in self.results if each.prefilter.cutoff == self.recommended)
+        return checks_of(next(of_it, None), self.reason)
 
     @property
     def cutoffs(self) -> tuple[float, ...]:

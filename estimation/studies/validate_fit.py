@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Check
 from axisid.estimation.choices.outputs import OPEN_LOOP
-from axisid.estimation.diagnostics.law import LawCheck, check_law
+from axisid.estimation.diagnostics import Checked
+from axisid.estimation.diagnostics.law import check_law
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.freed import STARTS, by_declared_gain
 from axisid.estimation.joint import GAIN
@@ -27,11 +29,14 @@ from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
+from .validation import MAX_VALIDATION_ERROR, checked_law, is_as_small
+
 _OTHER_PERIOD = 1e-3  # relative difference of sample periods: clocks agree to less
+_NO_LAW = "an open loop is followed without any law"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FitValidation(Exact):
+class FitValidation(Checked, Exact):
     """What the output that frozen parameters simulate leaves of a record.
 
     Attributes
@@ -53,9 +58,10 @@ class FitValidation(Exact):
         Which of the samples are measurements.
     percent : float
         Root mean square of what is left, of that of the recorded output.
-    notes : tuple of Note
-        What says that the record may be of another axis, as a record does not know its axis: a
-        control law that it does not have, another sample period than that of the fit's records.
+    checks : tuple of Check
+        Whether the output is as near as on the fit's own records, and what says that the record may
+        be of another axis, as a record does not know its axis: a control law that it does not have,
+        another sample period than that of the fit's records.
     """
 
     record: Record
@@ -67,7 +73,12 @@ class FitValidation(Exact):
     samples: NDArray[np.intp]
     counted: NDArray[np.bool_]
     percent: float
-    notes: tuple[Note, ...] = ()
+    checks: tuple[Check, ...] = ()
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What speaks against the fit on this record."""
+        return tuple(check.note for check in self.checks if check.status == "fail")
 
     @property
     def error(self) -> float:
@@ -135,6 +146,7 @@ def validate_fit(
         )
     errors, counted = lanes.errors[:, 0], predictions.counted > 0
     size = float(np.linalg.norm(predictions.measured[counted]))
+    percent = 100 * float(np.linalg.norm(errors[counted])) / size if size else float("inf")
     return FitValidation(
         record=record,
         output=followed,
@@ -144,8 +156,8 @@ def validate_fit(
         errors=errors,
         samples=predictions.samples[0],
         counted=counted,
-        percent=100 * float(np.linalg.norm(errors[counted])) / size if size else float("inf"),
-        notes=tuple(_doubts(result, axis, record)),
+        percent=percent,
+        checks=tuple(_checks(result, axis, record, followed, percent)),
     )
 
 
@@ -161,17 +173,25 @@ def _check_signals(axis: GeneratedAxis, record: Record) -> None:
         )
 
 
-def _doubts(result: OutputFit, axis: GeneratedAxis, record: Record) -> Iterator[Note]:
-    """What says that a record is of another axis, or of other settings of its drive."""
+def _checks(
+    result: OutputFit, axis: GeneratedAxis, record: Record, output: str, percent: float
+) -> Iterator[Check]:
+    """Whether the fit holds, and what says that a record is of another axis, or drive."""
     periods = [each.period for each in result.records]
-    if not any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods):
-        yield Note(
-            f"the record is sampled every {record.period:.6g} s, and what was fitted every "
-            f"{periods[0]:.6g} s: see whether it is of the same axis and drive"
-        )
-    law = Missing("") if result.outputs == (OPEN_LOOP,) else check_law(axis, record)
-    if isinstance(law, LawCheck) and not law.passed:
-        yield Note.of("the record's control is not the law's of the fit's axis: ", law.note)
+    same = any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods)
+    said = Note(
+        f"the record is sampled every {record.period:.6g} s, and what was fitted every "
+        f"{periods[0]:.6g} s: see whether it is of the same axis and drive"
+    )
+    yield Check.unless("time base", None if same else said, "its sample period is that of the fit")
+    law = Missing(_NO_LAW) if result.outputs == (OPEN_LOOP,) else check_law(axis, record)
+    yield checked_law(law, "the record's control is not the law's of the fit's axis: ")
+    own = max(each.percent for each in result.of_records if each.output == output)
+    told = f"the simulated {output} is {percent:.3g} % from the recorded one, and {own:.3g} %"
+    lost = Note(f"{told} in the fit's own records: see whether axis and load are the same")
+    near = is_as_small(percent, own, MAX_VALIDATION_ERROR)
+    held = f"{told} at most in the fit's own"
+    yield Check.unless("simulation", None if near else lost, held, percent, MAX_VALIDATION_ERROR)
 
 
 def _horizon(result: object, asked: object) -> float | None:

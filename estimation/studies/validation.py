@@ -1,9 +1,11 @@
 """What comes of holding estimates against another record, as they are."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Checked
+from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
 from axisid.support.arrays import Exact
@@ -13,10 +15,10 @@ from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .reestimate import Reestimate
+from .reestimate import MAX_REESTIMATE_SHARE, Reestimate
 
 _MAX_VALIDATION_ERROR_RATIO = 2.0  # equation error on another record by that on the own one
-_MAX_VALIDATION_ERROR = 10.0  # %, up to which an estimate holds whatever the other error is
+MAX_VALIDATION_ERROR = 10.0  # %, up to which an estimate holds whatever the other error is
 # % of the tracking error: measured, at most 0.7 on right records, 5.4 with a coarse encoder that
 # has as much on its own; 10 with a gain a tenth off
 _MAX_VALIDATION_TRACKING = 5.0
@@ -76,10 +78,10 @@ class MethodValidation:
     @property
     def fits(self) -> bool:
         """Whether the equation error is of the size that it has on the estimate's own record."""
-        most = _MAX_VALIDATION_ERROR
+        most = MAX_VALIDATION_ERROR
         least = self.least_equation_error_percent
         found = self.equation_error_percent if least is None else least
-        return _as_small(found, self.own_equation_error_percent, most)
+        return is_as_small(found, self.own_equation_error_percent, most)
 
     @property
     def follows(self) -> bool:
@@ -88,7 +90,7 @@ class MethodValidation:
             (
                 self.simulation_error_percent,
                 self.own_simulation_error_percent,
-                _MAX_VALIDATION_ERROR,
+                MAX_VALIDATION_ERROR,
             ),
             (
                 self.tracking_error_percent,
@@ -97,13 +99,13 @@ class MethodValidation:
             ),
         )
         return all(
-            found is None or own is None or _as_small(found, own, most)
+            found is None or own is None or is_as_small(found, own, most)
             for found, own, most in pairs
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Validation(Presentable, Exact):
+class Validation(Checked, Presentable, Exact):
     """The estimates of a result, frozen, on another record; ``validation["idm-iv"]`` is one.
 
     Attributes
@@ -162,20 +164,17 @@ class Validation(Presentable, Exact):
         }
 
     @property
+    def checks(self) -> tuple[Check, ...]:
+        """What the record says of the estimates, as a verdict: its law, force and parameters."""
+        return tuple(self._checks())
+
+    @property
     def notes(self) -> tuple[Note, ...]:
         """What is missing and why, and which estimates do not hold."""
         reasons = dict.fromkeys(v.reason for v in self if v.reason)
-        notes = [Note.of("no simulation: ", reason) for reason in reasons]
-        if self.time_base:
-            notes.append(Note.of("believe nothing before this is mended: ", self.time_base))
-        if not self.same_record and self.known_share > _MAX_KNOWN_SHARE:
-            notes.append(
-                Note(
-                    f"{100 * self.known_share:.0f} % of its samples are among those that the "
-                    "estimates were made from, which say nothing new; validate on the others"
-                )
-            )
-        return (*notes, *self._whether_it_holds())
+        held = [self._held()] * (self.holds and not self.same_record)
+        told = [check.note for check in self.checks if check.status == "fail"]
+        return (*(Note.of("no simulation: ", reason) for reason in reasons), *told, *held)
 
     @property
     def same_record(self) -> bool:
@@ -187,74 +186,109 @@ class Validation(Presentable, Exact):
         """Whether nothing speaks against the declared control law on this record."""
         return isinstance(self.law, Missing) or self.law.passed
 
-    def _whether_it_holds(self) -> tuple[Note, ...]:
-        """Which estimates do not, and why, in words."""
+    @property
+    def holds(self) -> bool:
+        """Whether the law is the record's, and each estimate holds on it."""
+        return self.has_declared_law and all(v.holds for v in self)
+
+    def _checks(self) -> Iterator[Check]:
+        known, most = self.known_share, _MAX_KNOWN_SHARE
+        if self.time_base:
+            said = Note.of("believe nothing before this is mended: ", self.time_base)
+            yield Check.unless("time base", said, "")
         if self.same_record:
-            said = (
+            said = Note(
                 "this is the record that the estimates were made from, so it says nothing new; "
                 "validate on another one"
             )
-            return (Note(said),)
-        faults = [*self._other_law(), *self._other_force(), *self._other_loop(), *self._moved()]
-        return tuple(faults) or (Note(self._held()),)
+            yield Check.unless("repeated records", said, "", known, most)
+            return
+        if known > most:
+            said = Note(
+                f"{100 * known:.0f} % of its samples are among those that the "
+                "estimates were made from, which say nothing new; validate on the others"
+            )
+            yield Check.unless("repeated records", said, "", known, most)
+        yield checked_law(self.law, "does not hold: the loop of this record is another one: ")
+        yield self._force()
+        yield self._loop()
+        yield self._parameters()
 
-    def _held(self) -> str:
-        times, most = _MAX_VALIDATION_ERROR_RATIO, _MAX_VALIDATION_ERROR
-        also = ", the simulated loops follow it" * any(v.tracking_error_percent for v in self)
-        also += ", its control is the declared law's" * (not isinstance(self.law, Missing))
+    def _held(self) -> Note:
         again = any(v.reestimate for v in self)
-        also += ", and estimated anew no parameter differs by more than chance" * again
         head = "the estimates hold" if again else "nothing speaks against the estimates"
         left = "" if again else "; they were not estimated anew, so that less may have changed"
-        return (
-            f"{head}: no equation error is both beyond {most:g} % and beyond {times:g} times the "
-            f"one on their own record{also}{left}"
+        held = ", ".join(check.meaning for check in self.checks if check.status == "pass")
+        return Note(f"{head}: {held}{left}")
+
+    def _force(self) -> Check:
+        times, most = _MAX_VALIDATION_ERROR_RATIO, MAX_VALIDATION_ERROR
+        said = Note(
+            f"{', '.join(v.method for v in self if not v.fits)}: does not hold on this record "
+            f"(more than {most:g} % and than {times:g} times the error on its own); check "
+            "that it is the same axis, its units and its signs"
+        )
+        return Check.unless(
+            "equation error",
+            None if all(v.fits for v in self) else said,
+            f"no equation error is both beyond {most:g} % and beyond {times:g} times the one "
+            "on their own record",
+            max(v.equation_error_percent for v in self),
+            most,
         )
 
-    def _other_law(self) -> Iterator[Note]:
-        if isinstance(self.law, LawCheck) and not self.law.passed:
-            yield Note.of("does not hold: the loop of this record is another one: ", self.law.note)
-
-    def _other_force(self) -> Iterator[Note]:
-        times, most = _MAX_VALIDATION_ERROR_RATIO, _MAX_VALIDATION_ERROR
-        if lost := [v.method for v in self if not v.fits]:
-            yield Note(
-                f"{', '.join(lost)}: does not hold on this record (more than {most:g} % and than "
-                f"{times:g} times the error on its own); check that it is the same axis, its units"
-                " and its signs"
-            )
-
-    def _other_loop(self) -> Iterator[Note]:
+    def _loop(self) -> Check:
         """Only where the law does not say more of it, or the force is at fault."""
+        found = [v for v in self if v.tracking_error_percent is not None]
         lost = [v for v in self if v.fits and not v.follows]
-        if not lost or not self.has_declared_law:
-            return
-        worst = max(v.tracking_error_percent or 0.0 for v in lost)
-        yield Note(
+        if not (self.has_declared_law and (found or lost)):
+            said = next((v.reason for v in self if v.reason), None)
+            why = said or Note("the loop of this record is another one, or has no position")
+            return Check.not_evaluated("simulation", Missing.of(why))
+        worst = max(v.tracking_error_percent or 0.0 for v in lost or found)
+        said = Note.of(
             f"{', '.join(v.method for v in lost)}: does not hold on this record: the force fits "
             f"the motion, but the simulated position is {worst:.3g} % of the tracking error from "
             "the recorded one, far more than on its own record; check the gains and the period of "
             "the drive, and name a test signal that was added, with ",
             Remedy.of(Setting("columns", "injected=NAME"), " and ", Setting("injected-at")),
         )
+        followed = "the simulated loops follow it"
+        return Check.unless(
+            "simulation", said if lost else None, followed, worst, _MAX_VALIDATION_TRACKING
+        )
 
-    def _moved(self) -> Iterator[Note]:
-        found = {
-            v.method: v.reestimate
-            for v in self
-            if v.reestimate is not None and v.reestimate.changed
-        }
-        texts = {method: again.text() for method, again in found.items()}
+    def _parameters(self) -> Check:
+        again = {v.method: v.reestimate for v in self if v.reestimate is not None}
+        if not again:
+            return Check.not_evaluated("records alike", Missing("they cannot be estimated anew"))
+        texts = {method: each.text() for method, each in again.items() if each.changed}
+        told = []
         for words in dict.fromkeys(texts.values()):
             methods = [method for method in texts if texts[method] == words]
-            share = max(found[method].share_percent for method in methods)
-            yield Note(
+            share = max(again[method].share_percent for method in methods)
+            told.append(
                 f"{', '.join(methods)}: does not hold on this record: estimated anew it has "
                 f"{words}, which makes {share:.2g} % of the force; check the load and what has "
                 "changed, or whether friction and motion are beyond what the model says"
             )
+        return Check.unless(
+            "records alike",
+            Note("; ".join(told)) if told else None,
+            "estimated anew no parameter differs by more than chance",
+            max(each.share_percent for each in again.values()),
+            MAX_REESTIMATE_SHARE,
+        )
 
 
-def _as_small(found: float, own: float, most: float) -> bool:
+def checked_law(law: LawCheck | Missing, lead: str) -> Check:
+    """The declared law against a second record; `lead` begins what is told where it fails."""
+    found = law_check(law)
+    if isinstance(found, Missing):
+        return Check.not_evaluated("control law", found)
+    return replace(found, meaning=lead + found.meaning) if found.status == "fail" else found
+
+
+def is_as_small(found: float, own: float, most: float) -> bool:
     """Whether an error is small, or of the size that it has on the estimate's own record."""
     return found <= max(_MAX_VALIDATION_ERROR_RATIO * own, most)

@@ -163,6 +163,13 @@ def test_results_are_told_by_their_verdicts_with_the_logs_and_the_reason() -> No
     assert [row.verdict for row in made.rows[:3]] == ["believed", "with care", "not believed"]
     assert "1 believed, 1 with care, 7 not believed" in made.summary()
     assert columns_of(made.rows, ())["verdict"][2] == "not believed"
+    worst = made["bad0"].checks[0]
+    assert (worst.name, worst.meaning) == ("control law", "what control law says")
+    shares = {check.name: check.status for check in made.checks}
+    assert shares == dict.fromkeys(("precision", "control law", "bounds"), "fail") | {
+        "outlying logs": "pass"
+    }
+    assert made.belief == "not believed"
 
 
 def test_a_row_of_no_such_log_is_refused_with_those_that_there_are() -> None:
@@ -171,6 +178,7 @@ def test_a_row_of_no_such_log_is_refused_with_those_that_there_are() -> None:
         with pytest.raises(UsageError, match=r"name one of a, or take one of fleet\.rows"):
             made[name]  # type: ignore[index]
     assert made["a"].verdict == ""
+    assert made["a"].belief == "not believed"
 
 
 def test_what_is_no_file_is_told_beside_others_and_not_waited_for(

@@ -173,7 +173,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "study": (
             judged(),
             judged().figures,
-            judged().checks,
+            judged().check_figures,
             Chain(position=1e-6, disturbances=((0.01, 0.1),)),
             FailedRun(run=3, of="idm-iv", reason="singular"),
         ),

@@ -258,7 +258,7 @@ def test_what_is_of_another_kind_is_told(given: Context, name: str) -> None:
 def test_a_saved_result_has_the_methods_of_its_file(given: Context, tmp_path: Path) -> None:
     file = tmp_path / "result.json"
     file.write_text(json.dumps(given.result.to_dict()))
-    with refuses("not-in-file", "3; choose from idm-ls"):
+    with refuses("no-such-estimate", "3; choose from idm-ls"):
         axisid.load_result(file)[3]  # type: ignore[index]
     with refuses("no-saved-draws"):
         axisid.load_result(file)["idm-ls"].propagate([])  # type: ignore[arg-type]

@@ -7,12 +7,14 @@ from dataclasses import replace
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.lacking import (
+    DEFAULT_LEVELS,
     Lack,
+    Levels,
     sentence,
 )
 from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.tables import label_unit
-from axisid.estimation.thresholds import LACKING_LEVEL, MIN_DISTANCE_FROM_NOISE, MIN_LACKING_SHARE
+from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
@@ -24,23 +26,23 @@ _LESS = Remedy.of(
 )
 _SAME_UNIT = 0.02  # distance of a factor from that of another unit, up to which it is that
 _UNITS = ("bar", "mbar", "kPa", "MPa", "mV", "kV", "mA", "kN", "mm", "mm/s", "deg", "rpm", "min")
-_SOURCE = (
-    "percent of the force, root mean square; fails where the residuals hold more of it than those "
-    f"of twins (Hotelling's test, {100 * LACKING_LEVEL.value:g} % over all that is looked for, by "
-    f"Holm's rule) and it is more than {100 * MIN_LACKING_SHARE.value:g} % of the force beside "
-    "what the parameters make of it, or moves one by more than its interval"
-)
 
 
-def terms_check(found: Sequence[Lack], axis: GeneratedAxis, record: Record) -> Check:
+def terms_check(
+    found: Sequence[Lack], axis: GeneratedAxis, record: Record, levels: Levels = DEFAULT_LEVELS
+) -> Check:
     """Whether the residuals hold a term that the model lacks, or a parameter that changes."""
     own = [lack for lack in found if not (lack.is_of_signal or lack.is_outlier)]
     said = "; ".join(sentence(lack, axis, record) for lack in own)
-    return _check("missing terms", own, said or "nothing that was looked for is in the residuals")
+    said = said or "nothing that was looked for is in the residuals"
+    return _check("missing terms", own, levels, said)
 
 
 def signals_check(
-    found: Sequence[Lack] | Missing, axis: GeneratedAxis, record: Record
+    found: Sequence[Lack] | Missing,
+    axis: GeneratedAxis,
+    record: Record,
+    levels: Levels = DEFAULT_LEVELS,
 ) -> Check | Missing | None:
     """Whether recorded signals are in time and of their size; nothing for an axis without any."""
     if not axis.axis.signals or isinstance(found, Missing):
@@ -48,13 +50,18 @@ def signals_check(
     own = [lack for lack in found if lack.is_of_signal]
     if not own:
         said = "the recorded signals are in time with the forces that they make, and of their size"
-        return _check("recorded signals", own, said)
+        return _check("recorded signals", own, levels, said)
     said = "; ".join(sentence(lack, axis, record) for lack in own)
-    return _check("recorded signals", own, f"{said}: ", _remedy(axis, record, own[0]))
+    return _check("recorded signals", own, levels, f"{said}: ", _remedy(axis, record, own[0]))
 
 
 def outliers_check(
-    found: Sequence[Lack], axis: GeneratedAxis, record: Record, *, bounded: bool = False
+    found: Sequence[Lack],
+    axis: GeneratedAxis,
+    record: Record,
+    levels: Levels = DEFAULT_LEVELS,
+    *,
+    bounded: bool = False,
 ) -> Check:
     """Whether single samples of what was measured leave its course.
 
@@ -62,20 +69,25 @@ def outliers_check(
     """
     own = [lack for lack in found if lack.is_outlier]
     said = "; ".join(sentence(lack, axis, record) for lack in own)
-    check = _check("outliers", own, said or "no single sample leaves its course", _LESS)
+    check = _check("outliers", own, levels, said or "no single sample leaves its course", _LESS)
     if not own:
         return replace(check, remedy=None)
     return replace(check, status="note", remedy=None) if bounded else check
 
 
-def _check(name: str, own: Sequence[Lack], meaning: str, remedy: Remedy | None = None) -> Check:
+def _check(
+    name: str, own: Sequence[Lack], levels: Levels, meaning: str, remedy: Remedy | None = None
+) -> Check:
     return Check(
         name=name,
         status=passed(not own),
         figure=100 * max((lack.own_share for lack in own), default=0.0),
-        threshold=100 * MIN_LACKING_SHARE.value,
+        threshold=100 * levels.least_share,
         p_value=min((lack.p_value for lack in own), default=None),
-        source=_SOURCE,
+        source="percent of the force, root mean square; fails where the residuals hold more of it "
+        f"than those of twins (Hotelling's test, {100 * levels.level:g} % over all that is looked "
+        f"for, by Holm's rule) and it is more than {100 * levels.least_share:g} % of the force "
+        "beside what the parameters make of it, or moves one by more than its interval",
         meaning=meaning,
         remedy=remedy,
     )

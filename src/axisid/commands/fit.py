@@ -3,12 +3,12 @@
 import shlex
 import sys
 from datetime import datetime
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.fit_options import FitAsked, fit_options
+from axisid.commands.options.fit_options import fit_options
 from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import (
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 def fit(
     axis: str,
     record: tuple[str, ...],
-    asked: FitAsked,
+    asked: dict[str, Any],
     seed: int,
     reading: Reading,
     columns_of: tuple[tuple[int, str], ...],
@@ -90,7 +90,6 @@ def fit(
     """
     targets = [Target("--json", json_file, "fit"), Target("--report", report, "report")]
     check_targets(targets, (*record, axis), force=force)
-    wanted = asked.arguments()
     inputs = axis_and_records(
         axis,
         record,
@@ -107,7 +106,7 @@ def fit(
     from axisid.estimation.fitting import fit as run
 
     with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
-        result = run(inputs.axis, inputs.records, progress=line, seed=seed, **wanted, **shared)
+        result = run(inputs.axis, inputs.records, progress=line, seed=seed, **asked, **shared)
     put_result(result, json_file)
     if report is not None:
         _put_page(result, report, is_quiet=json_file == "-")

@@ -17,6 +17,8 @@ from axisid.commands.options.estimator_options import (
     drive_time_option,
     fix_option,
     lags_option,
+    least_share_option,
+    level_option,
     loss_option,
     method_option,
     start_of_instruments,
@@ -134,6 +136,8 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @loss_option
 @bounded_option
 @bootstrap_option
+@level_option
+@least_share_option
 @draws_option
 @click.option(
     "--full", is_flag=True, help="Print intervals, correlations and every diagnostic's figures too."
@@ -179,6 +183,8 @@ def identify(
     loss: str,
     bounded: bool,
     bootstrap: int,
+    level: float,
+    least_share: float,
     draws: int | None,
     full: bool,
     json_file: str | None,
@@ -243,6 +249,8 @@ def identify(
             loss=loss,
             bounded=bounded,
             bootstrap=bootstrap,
+            level=level,
+            least_share=least_share,
             **shared,
         ).with_set_aside(inputs.set_aside)
     from axisid.presentation.report import Outputs

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Checked
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.html import blocks_html
 from axisid.support.errors import UsageError
@@ -17,7 +19,7 @@ from .table import write_table
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fleet:
+class Fleet(Checked):
     """What became of the logs of a fleet.
 
     Attributes
@@ -74,6 +76,20 @@ class Fleet:
         """The logs whose parameters are not those of the others, the furthest first."""
         found = (each for group in self.groups for each in group.outliers)
         return tuple(sorted(found, key=lambda each: each.p_value))
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """What fails in any log, of how many, and whether any stands out; a row has its own."""
+        found = dict.fromkeys(check.name for row in self.rows for check in row.checks)
+        by_name = {n: [r.name for r in self.rows if n in (c.name for c in r.checks)] for n in found}
+        out = first_of([each.name for each in self.outliers])
+        return (
+            *(
+                Check.unless(name, f"fails in {len(logs)} of {len(self)}: {first_of(logs)}")
+                for name, logs in by_name.items()
+            ),
+            Check.unless("outlying logs", out and f"stand out: {out}", "no log stands out"),
+        )
 
     def summary(self) -> str:
         """Counts, what is usual, what stands out, and what failed, as text."""

@@ -5,9 +5,12 @@ from collections.abc import Iterable, Mapping
 from itertools import chain
 from typing import Annotated, Any, Literal
 
-from axisid.estimation.diagnostics import Belief, belief, gravest_first
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Belief, Checked, gravest_first
 from axisid.populations import LARGEST
 from axisid.presentation.schema import JsonObject, Matrix, about
+
+_NO_RESULT, _IN_RESULT = "it came to no result", "see the result of the log"
 
 Status = Literal["ok", "failed", "skipped"]
 
@@ -21,7 +24,9 @@ class FleetValue(JsonObject, frozen=True, kw_only=True):
     unit: str
 
 
-class FleetRow(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fleet/1"):
+class FleetRow(
+    Checked, JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fleet/1"
+):
     """One log of a fleet.
 
     Attributes
@@ -74,9 +79,17 @@ class FleetRow(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="a
         return self.status != "failed"
 
     @property
+    def checks(self) -> tuple[Check, ...]:
+        """Those that fail, the gravest first, which alone says what; the result has all."""
+        if not self.has_result:
+            return (Check.unless("result", self.reason or _NO_RESULT),)
+        said = (self.doubt or _IN_RESULT, *[_IN_RESULT] * len(self.failing))
+        return tuple(map(Check.unless, self.failing, said))
+
+    @property
     def verdict(self) -> Belief | Literal[""]:
-        """How far the values can be believed, by the checks that fail; empty without a result."""
-        return belief(self.failing) if self.has_result else ""
+        """The belief in the values; empty without a result."""
+        return self.belief if self.has_result else ""
 
     @property
     def is_comparable(self) -> bool:

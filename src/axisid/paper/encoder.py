@@ -201,7 +201,9 @@ def _case(
             clean=float("nan"),
         )
     objected = {
-        check.name: check.fails.count / found.judged for check in found.checks if check.fails.count
+        check.name: check.fails.count / found.judged
+        for check in found.check_figures
+        if check.fails.count
     }
     return EncoderCase(
         counts=counts,

@@ -3,12 +3,16 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Checked
+from axisid.support.user_values import first_of
+
 from .chart import Chart
 from .point import Point
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Series:
+class Series(Checked):
     """Results of one axis and one machine.
 
     Attributes
@@ -41,6 +45,20 @@ class Series:
     def title(self) -> str:
         """Axis and serial number."""
         return f"{self.axis} {self.serial}".strip()
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Whether a parameter changes or is beyond its limits, and whether results are believed."""
+        changed = ", ".join(chart.parameter for chart in self.charts if chart.has_changed)
+        beyond = ", ".join(chart.parameter for chart in self.charts if chart.beyond)
+        failing = first_of([point.name for point in self.points if point.failing])
+        rows = (
+            ("changes", changed and f"step or drift of {changed}", "no step and no drift"),
+            ("limits", beyond and f"beyond the limits: {beyond}", "nothing beyond the limits"),
+            ("verdicts", failing and f"the verdict fails of {failing}", "no verdict fails"),
+        )
+        of = f"{self.title}: "
+        return tuple(Check.unless(name, bad and of + bad, of + good) for name, bad, good in rows)
 
     @property
     def has_changed(self) -> bool:

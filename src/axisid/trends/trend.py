@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 
 from axisid.codegen.artefacts import replace_file
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Checked
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.html import blocks_html
 from axisid.support.errors import DataError, UsageError
@@ -22,7 +24,7 @@ from .table import trend_csv, trend_dict
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trend:
+class Trend(Checked):
     """Series of results, each of one axis.
 
     Attributes
@@ -40,6 +42,11 @@ class Trend:
 
     def __str__(self) -> str:
         return self.summary()
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Of all series, each of which has its own."""
+        return tuple(check for each in self.series for check in each.checks)
 
     @property
     def changed(self) -> tuple[Series, ...]:

@@ -1,18 +1,34 @@
 """What a model lacks is named with its size; where it lacks nothing, nothing is."""
 
+import json
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import Parameter, Record, build, fix, identify, leave_out, load_axis, twin_record
+from axisid import (
+    Parameter,
+    Record,
+    build,
+    fit,
+    fix,
+    identify,
+    leave_out,
+    load_axis,
+    load_result,
+    twin_record,
+)
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
-from axisid.estimation.lacking import Lack, lacking
+from axisid.estimation.lacking import Lack, Levels, lacking
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
+from tests.refusals import refuses
 
 AXIS = load_axis("emps2015")
 Q = AXIS.coordinate
@@ -63,6 +79,32 @@ def test_friction_that_is_not_declared_is_told_as_what_it_is(
     assert not isinstance(lacks, Missing)
     assert lacks[0].kind == kind
     assert lacks[0].values == pytest.approx([twin.provenance.truth[name]], rel=0.1)
+    surer = Levels(level=lacks[0].p_value / 1e9)
+    assert not any(lack.kind == kind for lack in lacking(result.data, result.preferred, 1, surer))
+
+
+@pytest.mark.parametrize("given", [0, 1, 2.0, -0.1, math.nan, "0.01", True, None])
+@pytest.mark.parametrize("name", ["level", "least_share"])
+def test_levels_are_shares(twin: Record, name: str, given: Any) -> None:
+    with refuses("level", says=f"the {name.replace('_', ' ')} is"):
+        identify(AXIS, twin, **{name: given})
+    with refuses("level"):
+        fit(AXIS, twin, **{name: given})
+
+
+def test_levels_are_those_of_the_checks_and_of_the_file(twin: Record, tmp_path: Path) -> None:
+    asked = {"level": 0.05, "least_share": 0.02}
+    result = identify(leave_out(AXIS, "Fc"), twin, methods=["idm-ls"], **asked)
+    saved = load_result(result.save(tmp_path / "result.json"))
+    assert saved.levels == result.levels == Levels(**asked)
+    (missing,) = (check for check in saved.checks if check.name == "missing terms")
+    assert (missing.status, missing.threshold) == ("fail", 2.0)
+    assert "5 % over all" in missing.source
+    assert saved.belief == result.belief
+    document = result.to_dict()
+    document.pop("levels")  # as earlier versions wrote it
+    (tmp_path / "earlier.json").write_text(json.dumps(document), encoding="utf-8")
+    assert load_result(tmp_path / "earlier.json").levels == Levels()
 
 
 @pytest.mark.parametrize(

@@ -151,6 +151,7 @@ def test_a_law_that_is_none_of_them_is_said_to_be_none() -> None:
     found = find_law(axis, twin_record(axis))
     assert not found.explained
     assert "No ready law explains the control" in found.summary()
+    assert found.belief == "not believed"
 
 
 @pytest.mark.slow

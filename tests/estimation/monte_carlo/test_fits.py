@@ -49,7 +49,7 @@ def test_intervals_and_checks_stand_in_the_tables_of_the_others(made: MonteCarlo
     assert {each.coverage[COLOURED].of for each in made if each.estimand.method in FITS} == {3}
     assert stated_by("fit:control", "hac") == COLOURED
     assert stated_by("idm-ls", "hac") == "hac"
-    names = {check.name for check in made.checks}
+    names = {check.name for check in made.check_figures}
     assert {"control law", "control law (fit:control)", "exact law (fit:position)"} <= names
     assert made.judged == 1
     said = made.summary()

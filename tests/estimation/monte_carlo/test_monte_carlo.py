@@ -164,9 +164,11 @@ def test_bias_scatter_and_coverage_are_those_of_the_numbers() -> None:
     assert (made.status(3), made.reason(3)) == ("failed", "idm-iv: singular")
     assert made.lost == {"idm-iv": {"singular": 1}}
     assert made.estimated("idm-iv") == Share(3, 4)
-    (check,) = made.checks
+    (check,) = made.check_figures
     assert (check.fails, check.passes, check.missing) == (Share(1, 2), Share(1, 2), Share(0, 2))
     assert made.objected == Share(1, 2)
+    assert {check.name: check.status for check in made.checks}["runs"] == "fail"
+    assert made.belief == "with care"
 
 
 def test_a_check_is_counted_where_it_was_evaluated_alone() -> None:
@@ -176,7 +178,9 @@ def test_a_check_is_counted_where_it_was_evaluated_alone() -> None:
         -1: (Share(0, 1), Share(1, 1), Share(1, 2)),
     }.items():
         unseen = replace(made.numbers, statuses=np.array([[0], [second]], dtype=np.int8))
-        (check,) = replace(made, numbers=replace(unseen, judged=np.array([True, True]))).checks
+        (check,) = replace(
+            made, numbers=replace(unseen, judged=np.array([True, True]))
+        ).check_figures
         assert (check.fails, check.passes, check.missing) == shares
 
 
@@ -230,7 +234,7 @@ def test_intervals_of_every_kind_are_there_and_truths_of_both_models() -> None:
     assert np.isfinite(made.deviations("model")[0]).any()  # of the run that is judged
     assert np.isnan(made.deviations("model")[1:]).all()
     assert made.judged == 1
-    assert "precision" in {check.name for check in made.checks}
+    assert "precision" in {check.name for check in made.check_figures}
 
 
 @pytest.mark.slow

@@ -101,6 +101,14 @@ def test_what_the_filter_rounds_is_not_taken_for_a_richer_law(emps: GeneratedAxi
     assert all(test.wald_p > 0.05 for test in found.tests)
 
 
+def test_a_comparison_is_worth_what_is_recommended(symmetric: Comparison) -> None:
+    assert symmetric.result is not None
+    assert symmetric.result.axis is symmetric[symmetric.recommended or ""].axis
+    assert symmetric.checks == symmetric.result.checks
+    (none,) = replace(symmetric, recommended=None, result=None).checks
+    assert (none.status, none.meaning) == ("fail", symmetric.reason)
+
+
 def test_every_candidate_explains_the_same_rows(symmetric: Comparison) -> None:
     first, *others = symmetric.candidates
     for other in others:

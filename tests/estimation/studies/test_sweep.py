@@ -41,7 +41,9 @@ def test_least_squares_drifts_and_instruments_hold(swept: Sweep) -> None:
 def test_recommended_cutoff_is_one_where_both_agree(swept: Sweep) -> None:
     assert swept.recommended <= 100
     assert "instruments agree" in swept.reason
+    assert swept.belief == "believed"
     chosen = swept.results[swept.cutoffs.index(swept.recommended)]
+    assert swept.checks == chosen.checks
     assert chosen["idm-ls"].physical == pytest.approx(chosen["idm-iv"].physical, rel=0.01)
 
 
@@ -104,6 +106,8 @@ def test_two_cutoffs_do_not_show_where_noise_begins(
     assert result.cutoffs == tuple(sorted(cutoffs))
     assert result.recommended is None
     assert "give 3 or more" in result.reason
+    (check,) = result.checks
+    assert (check.status, check.meaning) == ("fail", result.reason)
 
 
 def test_instruments_decide_where_noise_biases_least_squares_at_every_cutoff(

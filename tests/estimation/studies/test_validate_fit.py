@@ -48,7 +48,9 @@ def test_wrong_parameters_leave_more(
     emps2015: GeneratedAxis, twin: Record, other: Record, opened: OutputFit
 ) -> None:
     wrong = fit(emps2015, twin, "open-loop", start=TRUTH, horizon=1.0, fixed={"Fc": 25.8})
-    assert validate_fit(wrong, other).error > 5 * validate_fit(opened, other).error
+    lost, held = (validate_fit(each, other) for each in (wrong, opened))
+    assert lost.error > 5 * held.error
+    assert held.believed
 
 
 def test_a_loop_is_simulated_along_the_whole_record(
@@ -87,7 +89,10 @@ def test_a_record_of_another_axis_is_told_by_what_it_shows(
     stiffer = twin_record(
         build(replace(emps2015.axis, control=cascade_pd(kp=200.0, kv=243.45, period=1e-3)))
     )
-    (said,) = validate_fit(followed, stiffer).notes
+    assert validate_fit(followed, other).belief == "believed"
+    found = validate_fit(followed, stiffer)
+    assert found.belief == "not believed"
+    (said,) = found.notes
     assert "not the law's" in said.text
     assert "kp" in said.text
     slower = validate_fit(followed, twin_record(emps2015, sample_period=2e-3)).notes

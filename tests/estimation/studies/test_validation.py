@@ -23,7 +23,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from axisid.estimation.signals import Neighbours, SampledFilter
 from axisid.estimation.studies.reestimate import as_normal, least_mean_square
-from axisid.estimation.studies.validation import MethodValidation
+from axisid.estimation.studies.validation import MethodValidation, Validation
 
 
 @pytest.mark.slow
@@ -45,10 +45,20 @@ def test_on_its_own_record_an_estimate_has_its_own_errors(
         assert validation.reason is None
 
 
+def failing(validation: Validation) -> list[str]:
+    """Names of the checks that fail."""
+    return [check.name for check in validation.checks if check.status == "fail"]
+
+
 def test_position_figures_are_those_of_the_simulated_loop(emps2015: GeneratedAxis) -> None:
     result = identify(emps2015, twin_record(emps2015), methods=["idm-iv"])
     other = twin_record(emps2015, seed=7)
-    (validation,) = validate(result, other)
+    found = validate(result, other)
+    (validation,) = found
+    assert {check.status for check in found.checks} == {"pass"}
+    assert found.belief == "believed"
+    own = validate(result, result.record)
+    assert (failing(own), own.belief) == (["repeated records"], "with care")
     assert other.reference is not None
     physical, first = result["idm-iv"].physical, float(other.position[0])
     loop = simulate(emps2015, physical, other.reference, other.period, start=first)
@@ -143,6 +153,8 @@ def test_a_mass_a_tenth_larger_does_not_hold_and_is_named(emps2015: GeneratedAxi
     assert "the estimates hold" not in text
     assert f"estimated anew it has M {heavy['M']:.3g}" in text
     assert not other.to_dict()["holds"]
+    assert failing(other) == ["records alike"]
+    assert other.belief == "not believed"
 
 
 @pytest.mark.slow
@@ -157,6 +169,8 @@ def test_a_gain_a_tenth_off_is_told_by_the_law(emps2015: GeneratedAxis) -> None:
     text = " ".join(str(other).split())
     assert "does not hold: the loop of this record is another one: " in text
     assert "kp*kv x 1.1" in text
+    assert "control law" in failing(other)
+    assert other.belief == "not believed"
 
 
 def test_short_records_are_not_blamed_for_slow_noise() -> None:

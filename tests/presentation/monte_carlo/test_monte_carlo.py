@@ -67,7 +67,12 @@ def test_a_file_reads_back_as_what_was_written(tmp_path: Path) -> None:
     assert isinstance(saved, SavedMonteCarlo)
     assert saved.summary() == live.summary()
     assert saved.to_dict() == written
-    assert (len(saved), saved.judged, saved.checks) == (len(live), live.judged, live.checks)
+    assert (len(saved), saved.judged, saved.check_figures) == (
+        len(live),
+        live.judged,
+        live.check_figures,
+    )
+    assert (saved.checks, saved.belief) == (live.checks, live.belief)
     assert saved.figures[0].coverage == live.figures[0].coverage
     assert saved.of("idm-iv", "M").bias == live.of("idm-iv", "M").bias
     chain = written["twins"].pop("chain")  # as earlier versions wrote it

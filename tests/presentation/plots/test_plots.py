@@ -173,6 +173,7 @@ def test_gravity_and_springs_are_taken_off_the_friction() -> None:
     )
     found = friction(result, result["idm-ls"])
     assert isinstance(found, Friction)
+    assert found.checks == result.checks
     fast = np.abs(found.velocity) > 0.3
     law = 3.0 * found.velocity + 1.5 * np.sign(found.velocity)
     assert found.force[fast] == pytest.approx(law[fast], abs=0.15)

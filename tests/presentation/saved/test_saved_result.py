@@ -249,7 +249,7 @@ def test_figures_whose_data_the_file_holds_are_drawn(pair: Pair) -> None:
         assert isinstance(pair.saved["idm-iv"].plot("convergence"), Figure)
     with refuses("no-figure", says="is no iteration"):
         pair.saved.plot("convergence", method="idm-ls")
-    with refuses("not-in-file", says="'ols'"):
+    with refuses("no-such-estimate", says="'ols'"):
         pair.saved["ols"]
 
 

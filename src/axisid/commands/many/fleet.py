@@ -1,13 +1,12 @@
 """``axisid fleet``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.estimator_options import (
-    Estimating,
     drive_time_option,
     estimator_options,
     fix_option,
@@ -76,7 +75,7 @@ def fleet(
     resume: bool,
     filtering: Filtering,
     reading: Reading,
-    estimating: Estimating,
+    estimating: dict[str, Any],
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
     drive_time: str | None,
@@ -117,8 +116,7 @@ def fleet(
                 native=not no_native,
                 reading=reading.arguments(),
                 progress=line,
-                draws=estimating.draws,
-                **estimating.arguments(),
+                **estimating,
             )
     except KeyboardInterrupt:
         click.echo(f"axisid: what is done is in {output}; --resume goes on from there", err=True)

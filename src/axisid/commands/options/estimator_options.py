@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import click
@@ -65,6 +64,20 @@ bootstrap_option = click.option(
     help="Bias and deviations from N simulated twins of the records, with their noise as it is "
     "measured; 0 for none.",
 )
+level_option = click.option(
+    "--level",
+    type=float,
+    default=0.01,
+    show_default=True,
+    help="Chance that a right model is told to lack anything.",
+)
+least_share_option = click.option(
+    "--least-share",
+    type=float,
+    default=0.01,
+    show_default=True,
+    help="Part of the force from which what the model lacks matters.",
+)
 start_of_instruments = start_option(
     "Of instruments: least squares where its simulated loop follows the record, or the nominal "
     "values, as published."
@@ -92,30 +105,7 @@ def check_estimator(methods: tuple[str, ...], covariance: str) -> None:
         check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Estimating:
-    """How a record is estimated from, as the command line says it."""
-
-    methods: tuple[str, ...]
-    covariance: str
-    lags: int | None
-    start: str
-    loss: str
-    bounded: bool
-    draws: int
-
-    def arguments(self) -> dict[str, Any]:
-        """Arguments of `identify`, but for the draws, which are of its result."""
-        return {
-            "methods": None if "all" in self.methods else self.methods,
-            "lags": self.lags,
-            "covariance": self.covariance,
-            "start": self.start,
-            "loss": self.loss,
-            "bounded": self.bounded,
-        }
-
-
+_AS_GIVEN = ("lags", "loss", "bounded")
 _OPTIONS = (
     method_option,
     covariance_option,
@@ -128,30 +118,25 @@ _OPTIONS = (
 
 
 def estimator_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options; the command takes them as one `estimating`."""
+    """Add the options; the command takes them as one `estimating`, with the draws of the result."""
 
     @functools.wraps(command)
     def collected(
         *,
         methods: tuple[str, ...],
         covariance: str,
-        lags: int | None,
         started_at: str,
-        loss: str,
-        bounded: bool,
         draws: int | None,
         **others: Any,
     ) -> None:
         check_estimator(methods, covariance)
-        estimating = Estimating(
-            methods=methods,
-            covariance=covariance,
-            lags=lags,
-            start=started_at,
-            loss=loss,
-            bounded=bounded,
-            draws=draws or 0,
-        )
+        estimating = {
+            "methods": None if "all" in methods else methods,
+            "covariance": covariance,
+            "start": started_at,
+            "draws": draws or 0,
+            **{name: others.pop(name) for name in _AS_GIVEN},
+        }
         command(estimating=estimating, **others)
 
     for option in reversed(_OPTIONS):

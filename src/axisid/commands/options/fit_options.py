@@ -3,58 +3,18 @@
 import functools
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import click
 
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS, RESTS
 
-from .estimator_options import bootstrap_option
+from .estimator_options import bootstrap_option, least_share_option, level_option
 from .several_options import names_in
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BOUND = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*")
 _WEIGHT = re.compile(rf"\s*([\w-]+)\s*=\s*({_NUMBER})\s*")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FitAsked:
-    """What is asked of a fit."""
-
-    output: tuple[str, ...]
-    weight: tuple[str, ...]
-    loss: str
-    start: str
-    starts: int
-    bootstrap: int
-    horizon: float | None
-    rests: str
-    bound: tuple[str, ...]
-    prior: tuple[str, ...]
-    free: tuple[str, ...]
-
-    def arguments(self) -> dict[str, Any]:
-        """Arguments of `fit`.
-
-        Raises
-        ------
-        UsageError
-            An output is unknown, or a bound or a prior cannot be read.
-        """
-        return {
-            "output": tuple(_output(name) for text in self.output for name in names_in(text)),
-            "weights": dict(map(_weight, self.weight)) or None,
-            "loss": self.loss,
-            "start": self.start,
-            "starts": self.starts,
-            "bootstrap": self.bootstrap,
-            "horizon": self.horizon,
-            "rests": self.rests,
-            "bounds": dict(map(_bound, self.bound)),
-            "prior": _priors(self.prior),
-            "free": tuple(each for text in self.free for each in names_in(text)),
-        }
 
 
 def _output(name: str) -> str:
@@ -102,6 +62,7 @@ def _weight(text: str) -> tuple[str, float]:
     return match[1], float(match[2])
 
 
+_AS_GIVEN = ("loss", "starts", "bootstrap", "horizon", "rests", "level", "least_share")
 _OPTIONS = (
     click.option(
         "--output",
@@ -178,41 +139,37 @@ _OPTIONS = (
         "its lag or its delay, or the start of the loops: start_position, start_velocity, or start "
         "for both.",
     ),
+    level_option,
+    least_share_option,
 )
 
 
 def fit_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options; the command takes them as one `asked`."""
+    """Add the options; the command takes them as one `asked`, the arguments of `fit`.
+
+    An output that is unknown, and a bound or a prior that cannot be read, are usage errors.
+    """
 
     @functools.wraps(command)
     def collected(
         *,
         output: tuple[str, ...],
         weight: tuple[str, ...],
-        loss: str,
-        started_at: str,
-        starts: int,
-        bootstrap: int,
-        horizon: float | None,
-        rests: str,
         bound: tuple[str, ...],
         prior: tuple[str, ...],
         free: tuple[str, ...],
+        started_at: str,
         **others: Any,
     ) -> None:
-        asked = FitAsked(
-            output=output,
-            weight=weight,
-            loss=loss,
-            start=started_at,
-            starts=starts,
-            bootstrap=bootstrap,
-            horizon=horizon,
-            rests=rests,
-            bound=bound,
-            prior=prior,
-            free=free,
-        )
+        asked = {
+            "output": tuple(_output(name) for text in output for name in names_in(text)),
+            "weights": dict(map(_weight, weight)) or None,
+            "start": started_at,
+            "bounds": dict(map(_bound, bound)),
+            "prior": _priors(prior),
+            "free": tuple(each for text in free for each in names_in(text)),
+            **{name: others.pop(name) for name in _AS_GIVEN},
+        }
         command(asked=asked, **others)
 
     for option in reversed(_OPTIONS):

@@ -25,6 +25,7 @@ from axisid.presentation.schema import (
     WrittenHeld,
     WrittenIdentification,
     WrittenKnown,
+    WrittenLevels,
     WrittenPhysical,
     WrittenPrefilter,
     WrittenRecord,
@@ -40,6 +41,7 @@ from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, as_options
 
 from .diagnosis import diagnosis_members, residual_document
+from .same_members import written_as
 from .several import several_members
 
 T = TypeVar("T")
@@ -86,6 +88,7 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
             [record_document(record) for record in result.records],
             [prefilter_document(data.sampling) for data in result.problem.data],
         ),
+        levels=written_as(WrittenLevels, result.levels),
     )
 
 

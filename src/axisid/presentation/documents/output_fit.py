@@ -10,6 +10,7 @@ from axisid.presentation.schema import (
     WrittenFitted,
     WrittenKnown,
     WrittenLack,
+    WrittenLevels,
     WrittenOutputFit,
     WrittenRecordError,
     plain,
@@ -63,6 +64,7 @@ def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
         law_check=law_document(fit.law),
         verdict=tuple(map(check_document, fit.checks)),
         believed=fit.believed,
+        levels=written_as(WrittenLevels, fit.levels),
         remarks=tuple(note.worded(as_options) for note in fit.remarks),
     )
 

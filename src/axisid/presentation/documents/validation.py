@@ -22,7 +22,7 @@ def validation_document(validation: Validation) -> WrittenValidation:
         methods=tuple(map(_method, validation)),
         time_base=note_text(validation.time_base),
         law_check=law_document(validation.law),
-        holds=validation.has_declared_law and all(v.holds for v in validation),
+        holds=validation.holds,
     )
 
 

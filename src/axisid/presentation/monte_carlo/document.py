@@ -1,7 +1,7 @@
 """A study as tables: bias, scatter and intervals of every estimate, and what checks say."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from axisid.estimation.choices.outputs import fitted_output
 from axisid.estimation.estimates import COVARIANCES
@@ -18,7 +18,7 @@ from axisid.estimation.monte_carlo import (
     Share,
     stated_by,
 )
-from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
+from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.presentation.blocks import (
     Block,
     Cell,
@@ -36,7 +36,6 @@ from axisid.support.remedy import Wording, as_arguments
 
 from .method_title import method_title
 
-_MOST_REASONS = 5  # that are told of what came to nothing
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 _TITLES = {
     PARAMETER: "Estimates",
@@ -173,7 +172,7 @@ def share_texts(share: Share | None) -> tuple[str, str]:
 
 def checks_table(result: MonteCarlo) -> Table:
     """How often each check fails; of those that do not pass in every run, and were evaluated."""
-    beyond = [each for each in result.checks if each.passes.of > 0 and not _is_silent(each)]
+    beyond = [each for each in result.check_figures if each.passes.of > 0 and not _is_silent(each)]
     shares = [
         Column(head, "%", group=group)
         for group in ("fails", "notes")
@@ -204,49 +203,21 @@ def legend(result: MonteCarlo) -> Paragraph:
         f"errors. stated: deviation, {_stated_labels(result)}. holds: share of its intervals "
         "that hold the truth, with Wilson's 95 % interval; after it that of other deviations."
     ]
-    if silent := [each.name for each in result.checks if _is_silent(each)]:
+    if silent := [each.name for each in result.check_figures if _is_silent(each)]:
         said.append(f"Passed in every run: {', '.join(silent)}.")
-    if unseen := [each.name for each in result.checks if not each.passes.of]:
+    if unseen := [each.name for each in result.check_figures if not each.passes.of]:
         said.append(f"Evaluated in no run, so that nothing is known of them: {', '.join(unseen)}.")
     return paragraph(*said)
 
 
 def findings(result: MonteCarlo) -> Paragraph:
     """What is beyond the Monte-Carlo error, and what came to nothing."""
-    said = []
-    few, many = (result.miscovered(narrow=narrow) for narrow in (True, False))
-    if few:
-        said.append(f"Intervals that hold the truth too rarely: {_listed(few)}.")
-    if many:
-        said.append(f"Intervals that are wider than they need be: {_listed(many)}.")
-    if not few and not many and any(each.coverage for each in result.figures):
-        said.append(
-            f"No interval holds the truth more or less often than it says, as far as {len(result)} "
-            "runs tell."
-        )
-    if result.biased:
-        said.append(
-            f"Bias beyond chance ({MIN_BIAS.value:g} standard errors of many twins, more of few): "
-            f"{_listed(result.biased)}."
-        )
+    told = (check for check in result.checks if check.status != "not evaluated")
+    said = [f"{check.meaning}." for check in told]
     if result.judged:
         share, interval = share_texts(result.objected)
         said.append(
             f"A check fails in {share} % ({interval} %) of {result.judged} verdicts "
             f"{'on the right model' if result.plan.is_right else 'on a wrong model'}."
         )
-    return paragraph(*said, *_lost(result))
-
-
-def _listed(figures: Iterable[EstimandFigures]) -> str:
-    told = (each.estimand for each in figures)
-    return ", ".join(f"{method_title(each.method)} {each.name}" for each in told)
-
-
-def _lost(result: MonteCarlo) -> Iterator[str]:
-    """What came to nothing, with the reasons that occur most."""
-    for of, reasons in result.lost.items():
-        count = sum(reasons.values())
-        listed = list(reasons.items())[:_MOST_REASONS]
-        why = "; ".join(f"{times} times: {reason.removesuffix('.')}" for reason, times in listed)
-        yield f"{of} came to nothing in {count} of {len(result)} runs. {why}."
+    return paragraph(*said)

@@ -56,7 +56,7 @@ def _written(result: MonteCarlo) -> WrittenMonteCarlo:
         estimands=tuple(map(_estimand, result.figures)),
         judged=result.judged,
         objected=_share(result.objected),
-        checks=tuple(map(_check, result.checks)),
+        checks=tuple(map(_check, result.check_figures)),
         failures=tuple(
             WrittenFailedRun(run=each.run, of=each.of, reason=each.reason)
             for each in result.failures

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Apart, Diagnosis, RecordDiagnosis
@@ -17,6 +17,7 @@ from axisid.estimation.diagnostics.estimates import (
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment, MotionComparison
 from axisid.estimation.estimates import HausmanTest
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.documents import NOT_EVALUATED, number, read_as
@@ -28,6 +29,7 @@ from axisid.presentation.schema import (
     WrittenInstruments,
     WrittenLackOfFit,
     WrittenLawCheck,
+    WrittenLevels,
     WrittenMember,
     WrittenResidualTests,
     WrittenSetting,
@@ -85,6 +87,11 @@ def _of_record(
 def _lack_of_fit(written: WrittenLackOfFit) -> LackOfFit:
     excess = {name: number(ratio, math.inf) for name, ratio in written.hac_excess.items()}
     return read_as(LackOfFit, written, hac_excess=excess)
+
+
+def read_levels(written: WrittenLevels | UnsetType) -> Levels:
+    """Of a document; those that all had before files said it."""
+    return DEFAULT_LEVELS if isinstance(written, UnsetType) else read_as(Levels, written)
 
 
 def read_check(written: WrittenCheck) -> Check:

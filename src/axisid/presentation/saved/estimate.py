@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
+from axisid.support.uncached import Uncached
 from axisid.support.user_values import is_among, quoted
 
 from .diagnosis import read_residual_tests
@@ -38,7 +38,7 @@ class SavedForm:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class SavedEstimate(Presentable):
+class SavedEstimate(Uncached, Presentable):
     """An estimate that was read from a file, with the names of `Estimate`.
 
     Attributes
@@ -54,10 +54,6 @@ class SavedEstimate(Presentable):
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without what is computed when it is asked for."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @property
     def method(self) -> str:

@@ -1,19 +1,18 @@
 """An identification that was written as JSON, read again."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 from msgspec import UnsetType
 from msgspec.structs import asdict
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Belief, Diagnosis, belief_in
+from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import NamedValues, PhysicalByMethod
-from axisid.estimation.identification import DriveTime, OfRecord, record_place
+from axisid.estimation.identification import ByMethod, DriveTime, OfRecord, record_place
 from axisid.estimation.joint import JointForm, Layout, known_of, layout_of
+from axisid.estimation.lacking import Levels
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
@@ -29,9 +28,9 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
-from axisid.support.user_values import quoted
+from axisid.support.uncached import Uncached
 
-from .diagnosis import read_diagnosis
+from .diagnosis import read_diagnosis, read_levels
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
 from .part import PartEstimate, SavedPart
 
@@ -133,7 +132,7 @@ class SavedPhysical(Exact):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class SavedIdentification(Presentable):
+class SavedIdentification(ByMethod, Uncached, Presentable):
     """An identification that was read from a file; see `load_result`.
 
     It has the names of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
@@ -152,32 +151,10 @@ class SavedIdentification(Presentable):
     document: WrittenIdentification
     declared: Axis | None = None
 
-    def __getitem__(self, method: str) -> SavedEstimate:
-        name = str(method).lower()
-        if name not in self.estimates:
-            raise UsageError(
-                f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
-                code="not-in-file",
-            )
-        return self.estimates[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.estimates)
-
-    def __contains__(self, method: object) -> bool:
-        return isinstance(method, str) and method.lower() in self.estimates
-
-    def __len__(self) -> int:
-        return len(self.estimates)
-
     def __repr__(self) -> str:
         records = [self.document.record, *(m.record for m in (self.document.records or ())[1:])]
         source = " and ".join(record.source for record in records)
         return f"saved identification of {self.name} from {source}: {', '.join(self.estimates)}"
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without what is computed when it is asked for."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @property
     def name(self) -> str:
@@ -254,25 +231,15 @@ class SavedIdentification(Presentable):
         """The estimate that is judged."""
         return self[self.document.judged]
 
+    @property
+    def levels(self) -> Levels:
+        """From when on something was told as missing of the model."""
+        return read_levels(self.document.levels)
+
     @cached_property
     def diagnosis(self) -> Diagnosis:
         """What the tests of the result measured."""
         return read_diagnosis(self.document)
-
-    @property
-    def verdict(self) -> tuple[Check, ...]:
-        """What was checked, against what, and what it means."""
-        return self.diagnosis.verdict
-
-    @property
-    def checks(self) -> tuple[Check, ...]:
-        """What was checked: a name, a status, a sentence and a figure each."""
-        return self.verdict
-
-    @property
-    def belief(self) -> Belief:
-        """How far the numbers can be believed: "believed", "with care", "not believed"."""
-        return belief_in(self.checks)
 
     @cached_property
     def record(self) -> SavedRecord:

@@ -11,9 +11,10 @@ from msgspec import UNSET
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Belief, belief_in
+from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
 from axisid.estimation.fitting import OutputFit
+from axisid.estimation.lacking import Levels
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.text import FunctionLike
 from axisid.presentation.blocks import Document
@@ -26,13 +27,13 @@ from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Wording, as_arguments
 
 from .contradictions import contradiction
-from .diagnosis import read_check
+from .diagnosis import read_check, read_levels
 from .identification import SavedRecord, saved_record
 from .views import Like
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class SavedOutputFit(Presentable):
+class SavedOutputFit(Checked, Presentable):
     """A fit that was read from a file, with the names of `OutputFit`; see `load_result`.
 
     Attributes
@@ -116,20 +117,15 @@ class SavedOutputFit(Presentable):
         """What it is of, without samples."""
         return tuple(map(saved_record, self.document.records))
 
+    @property
+    def levels(self) -> Levels:
+        """From when on something was told as missing of the model."""
+        return read_levels(self.document.levels)
+
     @cached_property
     def checks(self) -> tuple[Check, ...]:
         """Whether to believe it."""
         return tuple(map(read_check, self.document.verdict))
-
-    @property
-    def belief(self) -> Belief:
-        """How far the numbers can be believed: "believed", "with care", "not believed"."""
-        return belief_in(self.checks)
-
-    @property
-    def believed(self) -> bool:
-        """Whether no check fails."""
-        return self.document.believed
 
 
 def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:

@@ -62,7 +62,7 @@ class SavedMonteCarlo(StudyFigures, Presentable):
         return tuple(map(_estimand, self.document.estimands))
 
     @cached_property
-    def checks(self) -> tuple[CheckFigures, ...]:
+    def check_figures(self) -> tuple[CheckFigures, ...]:
         """How often each check ends how."""
         return tuple(map(_check, self.document.checks))
 

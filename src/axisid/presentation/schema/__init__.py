@@ -68,5 +68,6 @@ from .values import WrittenDirectValue as WrittenDirectValue
 from .values import WrittenDrawn as WrittenDrawn
 from .values import WrittenHeld as WrittenHeld
 from .values import WrittenKnown as WrittenKnown
+from .values import WrittenLevels as WrittenLevels
 from .values import WrittenPhysical as WrittenPhysical
 from .values import WrittenValue as WrittenValue

@@ -25,7 +25,7 @@ from .record import (
     WrittenResponse,
     WrittenSignal,
 )
-from .values import WrittenHeld, WrittenKnown
+from .values import WrittenHeld, WrittenKnown, WrittenLevels
 
 
 class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
@@ -202,6 +202,7 @@ class WrittenIdentification(
         Mapping[str, str] | UnsetType,
         about("Records that could not be used, with the reason."),
     ] = UNSET
+    levels: WrittenLevels | UnsetType = UNSET
 
 
 class WrittenSweep(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):

@@ -8,7 +8,7 @@ from msgspec import UNSET, UnsetType
 from .base import JsonObject, about
 from .diagnosis import WrittenCheck, WrittenLawCheck
 from .record import WrittenRecord
-from .values import WrittenKnown
+from .values import WrittenKnown, WrittenLevels
 
 
 class WrittenFitted(JsonObject, frozen=True, kw_only=True):
@@ -127,4 +127,5 @@ class WrittenOutputFit(
     law_check: WrittenLawCheck
     verdict: tuple[WrittenCheck, ...]
     believed: Annotated[bool, about("Whether no check fails.")]
+    levels: WrittenLevels | UnsetType = UNSET
     remarks: tuple[str, ...]

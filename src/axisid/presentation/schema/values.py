@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated
 
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET, Meta, UnsetType
 
 from .base import JsonObject, Matrix, about
 
@@ -42,6 +42,15 @@ class WrittenValue(JsonObject, frozen=True, kw_only=True):
         Mapping[str, float] | UnsetType,
         about("Under covariances that have no member of their own."),
     ] = UNSET
+
+
+class WrittenLevels(JsonObject, frozen=True, kw_only=True):
+    """From when on something is told as missing of a model."""
+
+    level: Annotated[float, Meta(gt=0, lt=1, description="Chance that anything is of a right one.")]
+    least_share: Annotated[
+        float, Meta(gt=0, lt=1, description="Part of the force from which it matters.")
+    ]
 
 
 class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):

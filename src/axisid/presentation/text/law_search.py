@@ -67,12 +67,7 @@ def _gains(best: ExplainedLaw) -> Table:
 def _conclusion(search: LawSearch) -> Paragraph:
     best = search.best
     if not search.explained:
-        return paragraph(
-            f"No ready law explains the control: the best, {best.title}, leaves "
-            f"{best.held_out_percent:.3g} % of it. The drive runs another law, reads other columns "
-            "(a feed-forward, a sensor of its own), or runs faster than the log.",
-            filled=False,
-        )
+        return paragraph(f"{search.checks[0].meaning}.", filled=False)
     others = search.as_well - 1
     more = f"{others} other{'s' * (others > 1)} with more gains" if others else ""
     lines = [f"The control is explained as well by {more}."] if more else []
