@@ -51,7 +51,7 @@ from axisid.support.presentable import Presentable
 
 from .beside import instruments_beside, without_instruments
 from .preferred import Choice
-from .records_alike import Alike, Apart, records_alike
+from .records_alike import Alike, Apart, rows_alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -115,7 +115,7 @@ class RecordDiagnosis:
     verdict : tuple of Check
         The checks that are of one record.
     apart : Apart or Missing
-        The record alone beside all.
+        The record alone beside the others.
     motions : mapping of str to MotionComparison or Missing
         As of a `Diagnosis`.
     """
@@ -182,7 +182,7 @@ class Case:
     @cached_property
     def alike(self) -> Alike | Missing:
         """Each of several records against the others."""
-        return records_alike(self.problem, self.preferred)
+        return rows_alike(self.problem, self.preferred)
 
     @property
     def preferred(self) -> Estimate:

@@ -14,10 +14,11 @@ from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Elsewhere, Found
 from axisid.estimation.thresholds.diagnostics import NOTICEABLE_BIAS
-from axisid.estimation.told_by_outputs import Left
 from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
+
+from .spread import Scores
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -55,8 +56,12 @@ class FitBasis:
         Of the errors on the parameters.
     beyond : mapping of str to float
         How far beyond its bound each parameter at one would be without it, in deviations.
-    left : Left
-        Errors at the end.
+    scores : Scores
+        At the end.
+    weights : (n,) array
+        Of the errors.
+    inner : (P,) array of bool
+        Which parameters the scores are of: free ones that are at no bound.
     known : tuple of str
         Names of what was known of each record.
     alone : mapping of str to (float, float)
@@ -83,7 +88,9 @@ class FitBasis:
     ends: tuple[Found, ...]
     influence: Array
     beyond: Mapping[str, float]
-    left: Left
+    scores: Scores
+    weights: Array
+    inner: NDArray[np.bool_]
     known: tuple[str, ...]
     alone: Mapping[str, tuple[float, float]]
     moved: Array | None
@@ -96,7 +103,7 @@ class FitBasis:
     @property
     def without_twins(self) -> "FitBasis":
         """Without what noise and steps make of the errors: many times what the record holds."""
-        return replace(self, left=replace(self.left, twins=None))
+        return replace(self, scores=replace(self.scores, twins=None))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

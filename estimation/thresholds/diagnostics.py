@@ -384,13 +384,6 @@ MIN_RECORD_SHARE = Threshold(
     "speaks against the rest",
     "chosen: as of a frozen estimate on a second record",
 )
-MIN_RECORD_DIRECTION = Threshold(
-    1e-6,
-    "1",
-    "variance of a record's difference in a direction of the parameters, by the largest, below "
-    "which the direction is told by that record alone",
-    "chosen: rounding leaves 1e-12",
-)
 MIN_COMMON_WORDS = Threshold(
     25,
     "1",

@@ -70,13 +70,6 @@ SAME_END = Threshold(
     "excess of a search's cost over the least, up to which it ended there too",
     "chosen",
 )
-MIN_OWN_SLOPE = Threshold(
-    0.05,
-    "1",
-    "part of what a force beside the model changes in the outputs that parameters, or other "
-    "forces, do not make, up to which it is theirs",
-    "chosen: quadratic friction beside viscous friction leaves 0.17, on moves of three speeds",
-)
 MAX_BEYOND_NOISE = Threshold(
     15.0,
     "%",
@@ -103,12 +96,6 @@ ADVISED_WINDOWS = Threshold(
     "1",
     "windows of an open loop below which neither deviations nor a missing term are told for sure",
     "chosen: a Stribeck rise of half the Coulomb friction goes untold in 16, and is told in 28",
-)
-FEWEST_WINDOWS = Threshold(
-    6.0,
-    "1",
-    "windows of an open loop more than parameters from which their scores tell what is chance",
-    "chosen: five degrees of freedom are left",
 )
 SCORES_ALIKE = Threshold(
     0.4,
