@@ -17,7 +17,7 @@ from figures import give, parser_of
 
 from axisid import Record, identify, load_axis
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.diagnostics import records_alike
+from axisid.estimation.diagnostics import rows_alike
 from axisid.estimation.simulation import twin_record
 from axisid.modeling.declaration import Axis, leave_out
 from axisid.modeling.quantities import Parameter
@@ -145,12 +145,12 @@ def by_equality(other: float, runs: int) -> dict[str, float]:
             twin(5000 + 3 * run + i, gain, M=mass * (1 + other * (i == 2))) for i in range(3)
         ]
         result = identify(plain(), records, methods=[METHOD])
-        found = records_alike(result.problem, result[METHOD])
+        found = rows_alike(result.problem, result[METHOD])
         if isinstance(found, Missing):
             raise SystemExit(f"the records cannot be told apart: {found}")
         rejected += bool(found.against)
         named += found.against == (2,)
-        mass_alone += found.differing is not None and found.differing.names == ("M",)
+        mass_alone += found.differing is not None and found.differing.of.names == ("M",)
         chances.append(found.p_value)
     return {
         "runs": runs,

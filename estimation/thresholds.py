@@ -151,9 +151,6 @@ MAX_RECORD_CHANCE = Threshold(0.01, "1",
 MIN_RECORD_SHARE = Threshold(1.0, "%",
     "force that a record's parameters make otherwise than all records', for it to be against "
     "these", "chosen: as of a frozen estimate on a second record")
-MIN_RECORD_DIRECTION = Threshold(1e-6, "1",
-    "variance of a record's difference in a direction, by the largest, that others tell too",
-    "chosen: rounding leaves 1e-12")
 MIN_COMMON_SAMPLES = Threshold(0.99, "1",
     "part of the samples between the first and the last that two records have in common",
     "chosen: runs of one motion before a coarse encoder have others between")
@@ -179,15 +176,9 @@ MIN_FAR = Threshold(6.0, "deviations",
 MAX_FAR = Threshold(2.0, "deviations",
     "of such a place by its errors, beyond those of the end, below which deviations are too small",
     "chosen: noise alone tells two places that far apart in 1 of 20")
-MIN_OWN_SLOPE = Threshold(0.05, "1",
-    "part of what a force beside the model changes that parameters, or other forces, do not make",
-    "chosen: quadratic friction beside viscous friction leaves 0.17, on moves of three speeds")
 ADVISED_WINDOWS = Threshold(20.0, "1",
     "windows of an open loop from which deviations and missing terms are told for sure",
     "chosen: a Stribeck rise of half the Coulomb friction goes untold in 16, and is told in 28")
-FEWEST_WINDOWS = Threshold(6.0, "1",
-    "windows of an open loop more than parameters, for scores that tell what is chance",
-    "chosen: five degrees of freedom are left")
 MAX_GROWTH = Threshold(10.0, "1",
     "way by a first velocity in an open loop, by that of a free axis; longer windows are too long",
     "measured: over strong magnets 3 in windows of 0.5 s, of whose fits 96 % of intervals hold, "

@@ -44,7 +44,7 @@ from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
 from .preferred import Choice
-from .records_alike import Alike, Apart, records_alike
+from .records_alike import Alike, Apart, rows_alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -102,7 +102,7 @@ class RecordDiagnosis:
     verdict : tuple of Check
         The checks that are of one record.
     apart : Apart or Missing
-        The record alone beside all.
+        The record alone beside the others.
     motions : mapping of str to MotionComparison or Missing
         As of a `Diagnosis`.
     """
@@ -169,7 +169,7 @@ class Case:
     @cached_property
     def alike(self) -> Alike | Missing:
         """Each of several records against the others."""
-        return records_alike(self.problem, self.preferred)
+        return rows_alike(self.problem, self.preferred)
 
     @property
     def preferred(self) -> Estimate:

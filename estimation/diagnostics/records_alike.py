@@ -1,15 +1,19 @@
 """Whether several records are of one machine, or one differs from the rest by more than chance.
 
-The estimate from a record alone differs from that of all by ``d = (Z_i'X_i)^-1 Z_i' e_i`` with the
-residuals of all, less what the filter alone leaves. To first order it is linear in the residuals of
-every record, ``d = sum a_t e_t``, whose long-run covariance is the HAC one of all scores together;
-none of it reaches from one record into another. ``d' V^-1 d`` is held against F with the degrees of
-freedom that the covariance has. A record that differs most is put aside, and those that are left
-are tested again: what one record does to the estimate of all would else speak against the others.
+A record gets parameters of its own beside those of all: its columns of them, zero in every other
+record, are added to the estimate, which is solved once more. What is found of them is the record's
+difference from the others; its covariance is the one that the estimate itself has, and
+``d' V^-1 d`` is held against Hotelling's distribution with the degrees of freedom of that. A
+record that differs most keeps parameters of its own while those that are left are tested again:
+what one record does to the estimate of all would else speak against the others.
+
+Where one parameter differs, what is left of the difference is chance: parameters are named, the one
+that explains most first, until chance explains the rest, or it makes no output to speak of.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,21 +22,86 @@ from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     Hac,
-    Solution,
     checked_columns,
     factor,
     instrumental_variables,
     joint_p,
 )
-from axisid.estimation.thresholds import MAX_RECORD_CHANCE, MIN_RECORD_DIRECTION, MIN_RECORD_SHARE
+from axisid.estimation.thresholds import MAX_RECORD_CHANCE, MIN_RECORD_SHARE
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy
+from axisid.support.remedy import Remedy, Setting
 
-from .differing import Difference, Differing
+RECORDS_ALIKE = "records alike"
 
-NAME = "records alike"
+_OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
+_FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
+_LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extended:
+    """An estimate of m parameters, some of them of a record alone.
+
+    Attributes
+    ----------
+    change : (m,) array
+        From the estimate of all, and from zero.
+    covariance : (m, m) array
+    freedom : (m,) array
+        Degrees of freedom of each variance.
+    """
+
+    change: Array
+    covariance: Array
+    freedom: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnColumns:
+    """What a record has of an estimate's rows, by parameters that may be its own.
+
+    Attributes
+    ----------
+    names, units : tuple of str
+        Of its p parameters.
+    values : (p,) array
+        As all records have them.
+    slopes : (p, k) array
+        Of those by the parameters of all.
+    span : slice
+        Its rows.
+    columns, instruments : (n, p) array
+        There.
+    size : float
+        Norm of what their part is told of.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Array
+    slopes: Array
+    span: slice
+    columns: Array
+    instruments: Array
+    size: float
+
+    def only(self, places: Sequence[int]) -> "OwnColumns":
+        """Of some of the parameters."""
+        return replace(
+            self,
+            names=tuple(self.names[j] for j in places),
+            units=tuple(self.units[j] for j in places),
+            values=self.values[places],
+            slopes=self.slopes[places],
+            columns=self.columns[:, places],
+            instruments=self.instruments[:, places],
+        )
+
+
+#: An estimate of all, once more with further columns and their instruments, (N, q) each.
+Solved = Callable[[Array, Array], Extended]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,39 +111,133 @@ class Apart:
     Attributes
     ----------
     names, units : tuple of str
-        Of the parameters of the record's axis, length p.
-    own, common : (p,) array
-        As the record alone has them, and as the others have them with it.
+        Of the parameters that it tells and shares, length p.
+    own, others : (p,) array
+        As the record alone has them, and as the others have them without it.
     deviations : (p,) array
-        Of the difference, HAC.
+        Of the difference.
     statistic : float
-        Wald's, over its degrees of freedom.
+        Hotelling's, over its degrees of freedom.
     freedom : (float, float)
         Of F.
     p_value : float
         That chance alone makes as much, of one record.
     share_percent : float
-        Force that the difference makes, percent of the record's.
+        What the difference makes, percent of the record's force, or of what the largest parameter
+        makes of its output.
+    untold : tuple of str
+        Parameters that the record alone does not tell.
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     own: Array
-    common: Array
+    others: Array
     deviations: Array
     statistic: float
     freedom: tuple[float, float]
     p_value: float
     share_percent: float
+    untold: tuple[str, ...] = ()
 
-    def told(self) -> str:
-        """The parameter that differs most, in words."""
-        with np.errstate(all="ignore"):
-            far = np.abs(self.own - self.common) / self.deviations
-        j = int(np.argmax(np.nan_to_num(far)))
-        return (
-            f"{self.names[j]} = {self.own[j]:.4g} {self.units[j]} alone, "
-            f"{self.common[j]:.4g} of all ({far[j]:.1f} deviations)"
+    @property
+    def matters(self) -> bool:
+        """Whether it is beyond chance, and makes any force to speak of."""
+        far = self.p_value < MAX_RECORD_CHANCE.value
+        return far and self.share_percent > MIN_RECORD_SHARE.value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """Parameters of a record, length p, beside those of the others.
+
+    Attributes
+    ----------
+    number : int
+        Of the record.
+    of : OwnColumns
+        The record's, with values as the others have them without it.
+    difference : (p,) array
+        What the record alone has more.
+    covariances : tuple of (p, p) array
+        Of the difference, of the record's own and of the others'.
+    freedom : float
+    untold : tuple of str
+        Parameters that the record alone does not tell.
+    """
+
+    number: int
+    of: OwnColumns
+    difference: Array
+    covariances: tuple[Array, ...]
+    freedom: float
+    untold: tuple[str, ...]
+
+    def only(self, places: Sequence[int]) -> "Difference":
+        """Of some of the parameters, whatever the others are."""
+        return replace(
+            self,
+            of=self.of.only(places),
+            difference=self.difference[places],
+            covariances=tuple(each[np.ix_(places, places)] for each in self.covariances),
+        )
+
+    def explained(self) -> "Difference":
+        """The fewest parameters that explain it, one at least."""
+        left, chosen = [*range(len(self.difference))], list[int]()
+        while not chosen or (left and self.only(left).apart.matters):
+            best = min(left, key=lambda j: self.only([i for i in left if i != j]).square)
+            left.remove(best)
+            chosen.append(best)
+        return self.only(chosen)
+
+    @property
+    def square(self) -> float:
+        """``d' V^-1 d``."""
+        scale = np.maximum(_deviations(self.covariances[0]), np.finfo(float).tiny)
+        alike = self.covariances[0] / np.outer(scale, scale)
+        return float(self.difference / scale @ np.linalg.lstsq(alike, self.difference / scale)[0])
+
+    @property
+    def apart(self) -> Apart:
+        """The test of it."""
+        q, made = len(self.difference), self.of.columns @ self.difference
+        return Apart(
+            names=self.of.names,
+            units=self.of.units,
+            own=self.of.values + self.difference,
+            others=self.of.values,
+            deviations=_deviations(self.covariances[0]),
+            statistic=self.square / q,
+            freedom=(float(q), self.freedom - q + 1),
+            p_value=joint_p(self.square, q, self.freedom),
+            share_percent=relative_error_percent(made, np.array([self.of.size])),
+            untold=self.untold,
+        )
+
+    def told(self, whose: str, rest: str) -> str:
+        """What each parameter is in the record and in the others."""
+        own, others = (_deviations(each) for each in self.covariances[1:])
+        figures = zip(self.of.values + self.difference, own, self.of.values, others, strict=True)
+        each = [
+            f"{name} is {value:.4g} +- {sd:.1g} {unit} in {whose} and {other:.4g} +- {other_sd:.1g}"
+            for name, unit, (value, sd, other, other_sd) in zip(
+                self.of.names, self.of.units, figures, strict=True
+            )
+        ]
+        first = [f"{each[0]} in {rest}", *each[1:]]
+        load = any(unit in _LOAD_UNITS for unit in self.of.units)
+        return ", ".join(first) + ", as under another load" * load
+
+    @property
+    def remedy(self) -> Remedy:
+        """What declares it."""
+        return Remedy.of(
+            "; say what is known to differ, as a payload that the axis declares (",
+            Setting("known", "NAME=V1,V2"),
+            "), or let each record have its own (",
+            Setting("local", ",".join(self.of.names)),
+            ")",
         )
 
 
@@ -93,109 +256,150 @@ class Alike:
     rejected : bool
         Whether chance explains it no more; then `against` may still be empty of differences that
         make no force to speak of.
-    differing : Differing or None
-        The parameters of the first that speaks against the rest that are not theirs; None where
-        none is told.
+    differing : Difference or None
+        The parameters of the first that speaks against the rest, or of the one that differs most,
+        that are not theirs; None where chance explains it.
     """
 
     records: tuple[Apart | Missing, ...]
     against: tuple[int, ...]
     p_value: float
     rejected: bool
-    differing: Differing | None = None
+    differing: Difference | None = None
 
 
-def records_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
-    """Hold each record against the others, by the method of an estimate of all."""
+def rows_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
+    """Hold each record against the others, by the rows of an estimate of all; HAC."""
     if estimate.is_direct:
         return Missing("the rows of a direct model are accelerations")
     if estimate.counts is not None:
         return Missing("rows count by residuals, in a record alone by others than in all of them")
-    try:
-        rows = _OwnRows(problem, estimate)
-    except EstimationError as error:
-        return Missing.of(error.note)
-    everyone = range(len(problem.data))
-    first = tuple(rows.apart(i, everyone) for i in everyone)
-    tested = [each for each in first if isinstance(each, Apart)]
-    if not tested:
-        return Missing("no record alone tells the parameters of its axis")
-    left, against, found = [*everyone], list[int](), dict(enumerate(first))
-    rejected = False
-    while len(left) > 1:
-        told = {i: each for i, each in found.items() if isinstance(each, Apart)}
-        if not told:
-            break
+    weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
+    X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
+    names = [q.label for q in estimate.form.quantities]
+
+    def extended(columns: Array, instruments: Array) -> Extended:
+        every = [*names, *("a record's own" for _ in columns.T)]
+        regressor = checked_columns(np.hstack([X, columns]), every, neighbours=estimate.neighbours)
+        Z_of_all = factor(np.hstack([Z, instruments]), every)
+        found = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
+        applied = Hac().applied(found)
+        return Extended(change=found.theta, covariance=applied.matrix, freedom=applied.freedom)
+
+    records = []
+    for number, span in enumerate(problem.spans):
+        part, own = part_of(estimate, problem, number), weights[span]
+        records.append(
+            OwnColumns(
+                names=tuple(q.name for q in part.quantities),
+                units=tuple(q.unit for q in part.quantities),
+                values=part.corrected,
+                slopes=estimate.form.slopes(number),
+                span=span,
+                columns=own[:, None] * part.X,
+                instruments=own[:, None] * part.score_columns,
+                size=float(np.linalg.norm(own * part.y)),
+            )
+        )
+    return records_alike(Z, records, extended)
+
+
+def records_alike(
+    instruments: Array, records: Sequence[OwnColumns], extended: Solved
+) -> Alike | Missing:
+    """Hold each record against the others.
+
+    Parameters
+    ----------
+    instruments : (N, k) array
+        Of the parameters of all records: what residuals are without.
+    records : sequence of OwnColumns
+    extended : callable
+        Solves the estimate of all once more, see `Solved`.
+    """
+    tested = partial(_tested, instruments, records, extended)
+    left, against = [*range(len(records))], list[int]()
+    differences = {i: tested((), i) for i in left}
+    first = tuple(e if isinstance(e, Missing) else e.apart for e in differences.values())
+    chances = [each.p_value for each in first if isinstance(each, Apart)]
+    if not chances:
+        return next(each for each in first if isinstance(each, Missing))
+    aside = list[int]()
+    while told := {i: e.apart for i, e in differences.items() if isinstance(e, Difference)}:
         worst = min(told, key=lambda i: (told[i].p_value, -told[i].statistic))
-        if _allowed(told[worst].p_value, len(told)) >= MAX_RECORD_CHANCE.value:
+        if _allowed(told[worst].p_value, len(left)) >= MAX_RECORD_CHANCE.value:
             break
-        rejected = True
-        if told[worst].share_percent > MIN_RECORD_SHARE.value:
+        if told[worst].matters:
             against.append(worst)
+        aside.append(worst)
         left.remove(worst)
-        found = {i: rows.apart(i, left) for i in left} if len(left) > 1 else {}
+        differences = {i: tested(aside, i) for i in left}
+    differing = None
+    if aside:
+        most = (against or aside)[0]
+        of_most = tested([i for i in aside if i != most], most)
+        differing = None if isinstance(of_most, Missing) else of_most.explained()
     return Alike(
         records=first,
         against=tuple(against),
-        p_value=_allowed(min(each.p_value for each in tested), len(tested)),
-        rejected=rejected,
-        differing=rows.differing(against[0], left) if against else None,
+        p_value=_allowed(min(chances), len(chances)),
+        rejected=bool(aside),
+        differing=differing,
     )
 
 
-def alike_check(found: Alike | Missing, names: Sequence[str]) -> Check | Missing:
+def alike_check(
+    found: Alike | Missing, names: Sequence[str], output: str = "force"
+) -> Check | Missing:
     """Whether the records are alike, as a check; each record has a name."""
     if isinstance(found, Missing):
         return found
-    untold = [n for n, each in zip(names, found.records, strict=True) if isinstance(each, Missing)]
-    also = f" ({', '.join(untold)} alone would not tell them)" if untold else ""
     shares = [each.share_percent for each in found.records if isinstance(each, Apart)]
     return Check(
-        name=NAME,
+        name=RECORDS_ALIKE,
         status="fail" if found.against else "note" if found.rejected else "pass",
         figure=max(shares),
         threshold=MIN_RECORD_SHARE.value,
         p_value=found.p_value,
-        source="percent of a record's force that the parameters it has alone make otherwise than "
-        "those of all; fails where that is more, and chance would make as much in less than 1 % "
-        "(Wald's test, HAC, allowed for the number of records)",
-        meaning=_meaning(found, names) + also,
-        remedy=_remedy(found),
+        source=f"percent of a record's {output} that the parameters it has alone make otherwise "
+        "than those of the others; fails where that is more, and chance would make as much in less "
+        "than 1 % (Hotelling's test, allowed for the number of records)",
+        meaning=_meaning(found, names, output) + _untold(found, names),
+        remedy=found.differing.remedy if found.against and found.differing else None,
     )
 
 
-def _meaning(found: Alike, names: Sequence[str]) -> str:
+def _untold(found: Alike, names: Sequence[str]) -> str:
+    """Which records alone would not tell what."""
+    told = [
+        f"{name} alone would not tell {'them' if isinstance(e, Missing) else ', '.join(e.untold)}"
+        for name, e in zip(names, found.records, strict=True)
+        if isinstance(e, Missing) or e.untold
+    ]
+    return f" ({'; '.join(told)})" if told else ""
+
+
+def _meaning(found: Alike, names: Sequence[str], output: str) -> str:
     if not found.rejected:
         return "each record alone would give the same parameters, but for chance"
+    said = ""
+    if found.differing is not None:
+        whose, rest = names[found.differing.number], "the rest"
+        if len(names) == 2:
+            rest = names[1 - found.differing.number]
+        said = f": {found.differing.told(whose, rest)}"
     if not found.against:
         return (
             "the records differ by more than chance, in what makes less than "
-            f"{MIN_RECORD_SHARE.value:g} % of the force"
+            f"{MIN_RECORD_SHARE.value:g} % of the {output}{said}"
         )
+    of, several = " and ".join(names[i] for i in found.against), len(found.against) > 1
+    lead = f"{of} {'speak' if several else 'speaks'} against the rest"
     if len(names) == 2:
         lead = f"{names[0]} and {names[1]} speak against one another"
-    else:
-        of = " and ".join(names[i] for i in found.against)
-        lead = f"{of} {'speaks' if len(found.against) == 1 else 'speak'} against the rest"
-    differing, whose = found.differing, names[found.against[0]]
-    if differing is not None:
-        rest = next(n for n in names if n != whose) if len(names) == 2 else "the rest"
-        return (
-            f"{lead}: {differing.told(whose, rest)}. What is estimated of all is no record's, "
-            "nor need the other parameters be"
-        )
-    first = found.records[found.against[0]]
-    said = f": {whose} has {first.told()}" if isinstance(first, Apart) else ""
     return (
-        f"{lead}{said}; check its load, its columns and what has changed, or declare what is each "
-        "record's own or known of it"
+        f"{lead}{said}. What is estimated of all is no record's, nor need the other parameters be"
     )
-
-
-def _remedy(found: Alike) -> Remedy | None:
-    if found.differing is None:
-        return None
-    return Remedy.of("; ", found.differing.remedy)
 
 
 def _allowed(p_value: float, tests: int) -> float:
@@ -203,122 +407,65 @@ def _allowed(p_value: float, tests: int) -> float:
     return min(1.0, p_value * (tests if tests > 2 else 1))
 
 
-class _OwnRows:
-    """The rows of all records, weighted, and those of each in its own parameters."""
-
-    def __init__(self, problem: Problem, estimate: Estimate) -> None:
-        self._problem, self._estimate = problem, estimate
-        weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
-        self._weights = weights
-        self._X = estimate.X * weights[:, None]
-        self._Z = estimate.score_columns * weights[:, None]
-        self._residuals = estimate.net_residuals
-        self._names = [q.label for q in estimate.form.quantities]
-        self._parts = [part_of(estimate, problem, i) for i in range(len(problem.data))]
-
-    def apart(self, record: int, others: Sequence[int]) -> Apart | Missing:
-        """A record against those of a set that it is in."""
-        try:
-            return self._apart(record, others)
-        except EstimationError as error:
-            return Missing.of(error.note)
-
-    def _apart(self, record: int, others: Sequence[int]) -> Apart:
-        part = self._parts[record]
-        inside = np.zeros(len(self._residuals), dtype=bool)
-        for i in others:
-            inside[self._problem.spans[i]] = True
-        common, moved = self._common(inside)
-        own = self._alone(part)
-        to_own = self._estimate.form.slopes(record)
-        span = self._problem.spans[record]
-        # What all make of the record's parameters, and what the record alone makes of them.
-        influence = -(common.influence @ to_own.T) * self._weights[:, None]
-        influence[span] += own.influence
-        solution = replace(common, influence=influence, residuals=moved)
-        difference = influence.T @ moved
-        # What parts the records is a direction that the fit of all did not take: the kernel alone.
-        kernel = Hac(widened=False)
-        applied = kernel.applied(solution)
-        covariance, freedom = applied.matrix, float(np.min(applied.freedom))
-        statistic, k = _wald(difference, covariance, kernel.matrix(own))
-        base = part.corrected + to_own @ (common.influence.T @ (self._weights * moved))
-        force = part.X @ difference
-        return Apart(
-            names=tuple(q.name for q in part.quantities),
-            units=tuple(q.unit for q in part.quantities),
-            own=base + difference,
-            common=base,
-            deviations=np.sqrt(np.maximum(np.diag(covariance), 0.0)),
-            statistic=statistic / k,
-            freedom=(float(k), max(freedom - k + 1, 1.0)),
-            p_value=joint_p(statistic, k, freedom),
-            share_percent=relative_error_percent(force, part.y),
-        )
-
-    def differing(self, record: int, others: Sequence[int]) -> Differing | None:
-        """What of a record is otherwise than in others that it is not among."""
-        try:
-            return self._beside(record, others).explained()
-        except EstimationError:
-            return None
-
-    def _beside(self, record: int, others: Sequence[int]) -> Difference:
-        part, to_own = self._parts[record], self._estimate.form.slopes(record)
-        inside = np.zeros(len(self._residuals), dtype=bool)
-        for i in others:
-            inside[self._problem.spans[i]] = True
-        theirs, moved = self._common(inside)
-        own = self._alone(part)
-        influence = (theirs.influence @ to_own.T) * self._weights[:, None]
-        change = theirs.influence.T @ (self._weights * moved)
-        left = moved - np.where(inside, self._estimate.X @ change, 0.0)
-        rest = replace(theirs, influence=influence, residuals=left)
-        # Either is an estimate of its own rows.
-        applied = Hac().applied(own), Hac().applied(rest)
-        freedom = min(float(np.min(each.freedom)) for each in applied)
-        return Difference(
-            names=tuple(q.name for q in part.quantities),
-            units=tuple(q.unit for q in part.quantities),
-            own=part.corrected + own.influence.T @ part.net_residuals,
-            others=part.corrected + influence.T @ moved,
-            covariance=applied[0].matrix,
-            others_covariance=applied[1].matrix,
-            freedom=freedom,
-            regressor=part.X,
-            force=part.y,
-        )
-
-    def _common(self, inside: Array) -> tuple[Solution, Array]:
-        """The solution of some records' rows: influence on the rows of all, and residuals there."""
-        rows = np.flatnonzero(inside)
-        neighbours = self._estimate.neighbours
-        columns = checked_columns(self._X[rows], self._names, neighbours=neighbours[rows])
-        instruments = factor(self._Z[rows], self._names)
-        weighted = (self._residuals * self._weights)[rows]
-        found = instrumental_variables(weighted, columns, instruments)
-        influence = np.zeros_like(self._X)
-        influence[rows] = found.influence
-        residuals = np.where(inside, self._residuals, 0.0)
-        whole = replace(found, influence=influence, residuals=residuals, neighbours=neighbours)
-        return whole, residuals
-
-    def _alone(self, part: Estimate) -> Solution:
-        names = [q.label for q in part.quantities]
-        span = part.net_residuals
-        regressor = factor(part.X, names, neighbours=part.neighbours)
-        Z = factor(part.score_columns, names)
-        return instrumental_variables(span, regressor, Z)
+def _tested(
+    base: Array,
+    records: Sequence[OwnColumns],
+    extended: Solved,
+    aside: Sequence[int],
+    number: int,
+) -> Difference | Missing:
+    """A record against those that have no parameters of their own, as records aside have."""
+    columns = instruments = np.zeros((len(base), 0))
+    alone, own = list[int](), list[int]()
+    for i in (*aside, number):
+        record = records[i]
+        alone = _independent(record.instruments, record.instruments[:, :0])
+        around = (record.span.start, len(base) - record.span.stop), (0, 0)
+        X, Z = (np.pad(each[:, alone], around) for each in (record.columns, record.instruments))
+        own = _independent(Z, np.hstack([base, instruments]))
+        columns, instruments = np.hstack([columns, X[:, own]]), np.hstack([instruments, Z[:, own]])
+    if not own:
+        return Missing("no record alone tells the parameters of its axis")
+    try:
+        found = extended(columns, instruments)
+    except EstimationError as error:
+        return Missing.of(error.note)
+    record, q = records[number], len(own)
+    freedom = float(np.min(found.freedom[-q:]))
+    if freedom - q + 1 < _FEWEST:
+        return Missing("too few of the residuals are independent to tell what is chance")
+    chosen = [alone[j] for j in own]
+    to_own = np.eye(len(found.change))[-q:]
+    to_others = np.zeros_like(to_own)
+    to_others[:, : base.shape[1]] = record.slopes[chosen]
+    mapped = (to_own, to_own + to_others, to_others)
+    covariances = tuple(each @ found.covariance @ each.T for each in mapped)
+    part = record.only(chosen)
+    return Difference(
+        number=number,
+        of=replace(part, values=part.values + to_others @ found.change),
+        difference=to_own @ found.change,
+        covariances=covariances,
+        freedom=freedom,
+        untold=tuple(name for j, name in enumerate(record.names) if j not in alone),
+    )
 
 
-def _wald(difference: Array, covariance: Array, alone: Array) -> tuple[float, int]:
-    """``d' V^-1 d`` and its degrees of freedom, in the directions in which d has any variance.
+def _independent(columns: Array, beside: Array) -> list[int]:
+    """Which columns neither others nor those before them span."""
+    sizes = np.linalg.norm(beside, axis=0)
+    basis, cut, _ = np.linalg.svd(beside / np.where(sizes > 0, sizes, 1.0), full_matrices=False)
+    basis = basis[:, cut > np.finfo(float).eps * len(basis) * cut.max(initial=0.0)]
+    found = []
+    for j, column in enumerate(columns.T):
+        own = column - basis @ (basis.T @ column)
+        own -= basis @ (basis.T @ own)
+        size = float(np.linalg.norm(own))
+        if size > _OWN_PART * float(np.linalg.norm(column)):
+            found.append(j)
+            basis = np.column_stack([basis, own / size])
+    return found
 
-    A record that alone tells a direction of the parameters has none there: it is what all have.
-    """
-    scale = np.sqrt(np.diag(alone))
-    unit = np.outer(scale, scale)
-    sizes, directions = np.linalg.eigh(covariance / unit)
-    told = sizes > MIN_RECORD_DIRECTION.value * float(sizes.max(initial=0.0))
-    parts = directions[:, told].T @ (difference / scale)
-    return float(np.sum(parts**2 / sizes[told])), max(int(told.sum()), 1)
+
+def _deviations(covariance: Array) -> Array:
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))

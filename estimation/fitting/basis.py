@@ -14,10 +14,11 @@ from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Elsewhere, Found
 from axisid.estimation.thresholds import NOTICEABLE_BIAS
-from axisid.estimation.told_by_outputs import Left
 from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
+
+from .spread import Scores
 
 MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
 
@@ -57,8 +58,12 @@ class FitBasis:
         Of the errors on the parameters.
     beyond : mapping of str to float
         How far beyond its bound each parameter at one would be without it, in deviations.
-    left : Left
-        Errors at the end.
+    scores : Scores
+        At the end.
+    weights : (n,) array
+        Of the errors.
+    inner : (P,) array of bool
+        Which parameters the scores are of: free ones that are at no bound.
     known : tuple of str
         Names of what was known of each record.
     alone : mapping of str to (float, float)
@@ -85,7 +90,9 @@ class FitBasis:
     ends: tuple[Found, ...]
     influence: Array
     beyond: Mapping[str, float]
-    left: Left
+    scores: Scores
+    weights: Array
+    inner: NDArray[np.bool_]
     known: tuple[str, ...]
     alone: Mapping[str, tuple[float, float]]
     moved: Array | None
@@ -98,7 +105,7 @@ class FitBasis:
     @property
     def without_twins(self) -> "FitBasis":
         """Without what noise and steps make of the errors: many times what the record holds."""
-        return replace(self, left=replace(self.left, twins=None))
+        return replace(self, scores=replace(self.scores, twins=None))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,15 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.diagnostics import joined, repeated_check
+from axisid.estimation.diagnostics import (
+    RECORDS_ALIKE,
+    Extended,
+    OwnColumns,
+    alike_check,
+    joined,
+    records_alike,
+    repeated_check,
+)
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.remainder import outliers_check, terms_check
 from axisid.estimation.estimates import few_rows
@@ -22,7 +30,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_ROWS_PER_PARAMETER,
 )
-from axisid.estimation.told_by_outputs import alike_by_outputs, others_in_records
+from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
@@ -153,7 +161,7 @@ def _shorter(of: Judged) -> Remedy:
 
 def rows_check(of: Judged) -> Iterator[Check]:
     """Whether errors are enough to tell how sure the parameters are."""
-    rows = int(np.count_nonzero(of.basis.left.counted))
+    rows = int(np.count_nonzero(of.basis.scores.counted))
     few = few_rows(rows, of.searched)
     if few:
         yield Check(
@@ -169,7 +177,7 @@ def rows_check(of: Judged) -> Iterator[Check]:
 def rests_check(of: Judged) -> Iterator[Check]:
     """How many samples have no weight, as they are near rests."""
     measured = np.count_nonzero(of.basis.predictions.counted)
-    share = 1 - np.count_nonzero(of.basis.left.counted) / measured
+    share = 1 - np.count_nonzero(of.basis.scores.counted) / measured
     if share:
         said = (
             f"{100 * share:.2g} % of the samples have no weight: they are near rests or reversals "
@@ -197,6 +205,29 @@ def records_alike_check(of: Judged) -> Iterator[Check]:
         return
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.basis.of_start
     shared &= ~np.isin(of.names, (*of.found_gains, GAIN))
-    slopes = of.basis.best.slopes.jacobian
-    found = others_in_records(of.basis.left, slopes, of.physical, shared)
-    yield alike_by_outputs(found, of.names, of.units, len(of.records))
+    scores, places = of.basis.scores, np.flatnonzero(of.basis.inner)
+    records = []
+    for spans in scores.spans:
+        span = slice(spans[0].start, spans[-1].stop)
+        J = scores.jacobian[span]
+        own = np.flatnonzero(shared[places] & J.any(axis=0))  # others' local ones are nothing here
+        made = np.linalg.norm(J * of.physical[places], axis=0)
+        records.append(
+            OwnColumns(
+                names=tuple(of.names[j] for j in places[own]),
+                units=tuple(of.units[j] for j in places[own]),
+                values=of.physical[places[own]],
+                slopes=np.eye(len(places))[own],
+                span=span,
+                columns=J[:, own],
+                instruments=J[:, own],
+                size=float(made.max(initial=0.0)),
+            )
+        )
+
+    def extended(_: Array, columns: Array) -> Extended:
+        return scores.extended(columns, by_windows=of.horizon is not None)
+
+    alike = records_alike(scores.jacobian, records, extended)
+    found = alike_check(alike, record_labels(of.records), "output")
+    yield Check.not_evaluated(RECORDS_ALIKE, found) if isinstance(found, Missing) else found

@@ -145,7 +145,7 @@ def _searched(of: Judged) -> NDArray[np.bool_]:
 
 def precise_check(of: Judged) -> Iterator[Check]:
     """Every parameter that is searched, and shown, against its own deviation."""
-    slopes, weights = of.basis.best.slopes.jacobian, of.basis.left.weights
+    slopes, weights = of.basis.best.slopes.jacobian, of.basis.weights
     parts = np.abs(weights[:, None] * slopes * of.physical)
     whole, peak = (np.divide(x, x.max() or 1.0) for x in (_norms(parts), parts.max(axis=0)))
     chosen = (of.deviations > 0) & np.isfinite(of.deviations) & ~of.basis.of_start

@@ -27,7 +27,6 @@ from axisid.estimation.searches import (
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.told_by_outputs import (
     Colour,
-    Left,
     Scattering,
     Unseen,
     unseen_directions,
@@ -334,24 +333,12 @@ class Ended:
         return MovedByStart(moved=moved, far=far)
 
     @cached_property
-    def left(self) -> Left:
-        """The errors, to be asked what differs between records."""
-        s, weights = self.scores, self.weighing.weights
-        return Left(
-            errors=self.errors_left,
-            weights=weights,
-            curvature=s.curvature,
-            jacobian=s.jacobian,
-            inverse=s.inverse,
-            known=s.known,
-            counted=s.counted,
-            spans=s.spans,
-            periods=s.periods,
-            outputs=s.outputs,
-            by_windows=self.horizon is not None,
-            twins=s.twins if self.twins is None else self._uneven_errors(self.twins, s),
-            remembers=s.twins is not None,
-        )
+    def judged_scores(self) -> Scores:
+        """Of the parameters that are free and not at a bound, less what noise makes in the mean."""
+        found = replace(self.scores, errors=self.errors_left)
+        if self.twins is None:
+            return found
+        return replace(found, twins=self._uneven_errors(self.twins, found), remembers=False)
 
     @property
     def elsewhere(self) -> Elsewhere | None:

@@ -18,7 +18,6 @@ from axisid.estimation.estimates import FittedParameters, NamedValues, Value, de
 from axisid.estimation.lacking import DEFAULT_LEVELS, Lack, Levels
 from axisid.estimation.records import Record
 from axisid.estimation.searches import FitStep
-from axisid.estimation.told_by_outputs import noise_left
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
@@ -29,6 +28,7 @@ from .basis import FitBasis, Judged
 from .judgement import judged
 from .law_moves import factors_in_twins, move_by_record, moves_of_all, moves_per_percent
 from .missing import missing_of
+from .spread import noise_left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -216,7 +216,8 @@ class OutputFit(Checked, Presentable, Exact):
         What white noise of the position makes in the loop, as the record has it, or what nothing
         before it tells of an error, whichever is more.
         """
-        return noise_left(self.basis.predictions, self.physical, self.basis.left)
+        basis = self.basis
+        return noise_left(basis.predictions, self.physical, basis.scores, basis.weights)
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:

@@ -13,14 +13,15 @@ colour, and twins with noise tell it too, see `uneven`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from axisid.estimation.predictions import Predictions, whole_lanes
+from axisid.estimation.diagnostics import Extended
+from axisid.estimation.predictions import Predictions, record_rows, whole_lanes
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Found, Unknowns, Weighing
 from axisid.estimation.thresholds import MIN_SHOWN
@@ -31,6 +32,7 @@ from axisid.estimation.told_by_outputs import (
     autoregression_of,
     by_colour,
     by_windows,
+    larger,
     uneven,
 )
 from axisid.support.arrays import Array
@@ -38,6 +40,7 @@ from axisid.support.arrays import Array
 _FEWEST_TWINS = 16.0  # with noise, or pairs of opposite ones: a deviation is known to 18 % then
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
+_TWINS, _SEED = 8, 0  # of the noise that is left
 _FEWEST_OF_MANY, _MOST, _VALUES = 48, 144, 5_000_000  # a deviation is known to 10 or 6 % then
 
 
@@ -64,8 +67,10 @@ class Scores:
     outputs : int
         Whose rows of a sample are neighbours.
     twins : (n, B) array or None
-        What noise makes of the weighted errors of friction that remembers: scores are held
-        against them in place of autoregressions.
+        What noise makes of the weighted errors where no autoregression tells that.
+    remembers : bool
+        Whether that is so of friction that remembers, whose scores are held against twins in place
+        of autoregressions; else the larger of both tells the variance.
     """
 
     jacobian: Array
@@ -77,6 +82,7 @@ class Scores:
     periods: tuple[float, ...]
     outputs: int = 1
     twins: Array | None = None
+    remembers: bool = True
 
     @property
     def counted(self) -> NDArray[np.bool_]:
@@ -113,14 +119,14 @@ class Scores:
     def coloured(self, models: Sequence[Colour]) -> Scattering:
         """Covariance for errors that follow these autoregressions, or are as twins', (k, k)."""
         columns = self.jacobian @ self.inverse
-        twins = self.twins
-        found = [
-            self._by_colour(columns, models[r], r)
-            if twins is None
-            else self._uneven(columns, twins, r)
-            for r in range(len(self.spans))
-        ]
+        found = [self._scattering(columns, models, r) for r in range(len(self.spans))]
         return added(found).beside(self.by_known())
+
+    def _scattering(self, columns: Array, models: Sequence[Colour], r: int) -> Scattering:
+        if self.twins is not None and self.remembers:
+            return self._uneven(columns, self.twins, r)
+        found = self._by_colour(columns, models[r], r)
+        return found if self.twins is None else larger(found, columns, self.twins, self.spans[r])
 
     def by_windows(self) -> Scattering:
         """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
@@ -150,6 +156,20 @@ class Scores:
             white = float(np.einsum("ij,jk,ik", reach, self._independent(spans), reach))
             found.append(told / white if told > 0 and white > 0 else 1.0)
         return np.array(found)
+
+    def extended(self, columns: Array, *, by_windows: bool) -> Extended:
+        """The fit with further columns (n, q) of weighted errors, to first order."""
+        known, k = self.known, self.jacobian.shape[1]
+        wide = replace(
+            self,
+            jacobian=np.hstack([self.jacobian, columns]),
+            known=np.hstack([known, np.zeros((len(known), columns.shape[1]))]),
+        )
+        change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
+        left = self.errors + self.curvature * (wide.jacobian @ change)
+        wide = replace(wide, errors=left)
+        found = wide.by_windows() if by_windows else wide.coloured(wide.autoregressions)
+        return Extended(change=change, covariance=found.matrix, freedom=found.freedom)
 
     @property
     def _of_known(self) -> Array:
@@ -232,6 +252,42 @@ def scores_of(
         outputs=len(predictions.units),
         twins=None if twins is None else (first * weighing.weights)[:, None] * twins,
     )
+
+
+def noise_left(
+    predictions: Predictions, physical: Array, scores: Scores, weights: Array
+) -> tuple[float, ...]:
+    """Root mean square of what is noise in what is left, by record and output, in its unit.
+
+    What errors of the measured position make in the loop, or what nothing before it tells of an
+    error: the more of both.
+
+    Parameters
+    ----------
+    predictions : Predictions
+    physical : (P,) array
+        The estimate.
+    scores : Scores
+    weights : (n,) array
+    """
+    twins = scores.twins
+    if twins is None:
+        with np.errstate(all="ignore"):
+            noise = predictions.by_noise(physical, _TWINS, np.random.default_rng(_SEED))
+        twins = weights[:, None] * whole_lanes(noise)
+    found = []
+    for model, spans in zip(scores.autoregressions, scores.spans, strict=True):
+        for place, variance in enumerate(model.innovations):
+            rows = record_rows(spans, place, scores.outputs)
+            used = scores.counted[rows]
+            weight = float(weights[rows][used].max(initial=0.0)) or 1.0
+            own = np.sqrt(max(variance, 0.0)), _size(twins[rows][used])
+            found.append(float(max(own)) / weight)
+    return tuple(found)
+
+
+def _size(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
 def moved_by_start(scores: Scores, weights: Array, starts: Sequence[tuple[slice, Array]]) -> Array:

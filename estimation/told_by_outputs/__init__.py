@@ -1,16 +1,12 @@
-"""What outputs tell: which parameters they show, how errors are coloured, what differs by record.
+"""What outputs tell: which parameters they show, and how errors are coloured.
 
-In: errors with their slopes. Out: `Unseen`, `Colour`, `OtherInRecord`.
+In: errors with their slopes. Out: `Unseen`, `Colour`, `Scattering`.
 Knows nothing of how parameters are searched for.
 """
 
 from .autoregression import Autoregression as Autoregression
 from .colour import Colour as Colour
 from .colour import autoregression_of as autoregression_of
-from .missing import Left as Left
-from .noise import noise_left as noise_left
-from .records_alike import alike_by_outputs as alike_by_outputs
-from .records_alike import others_in_records as others_in_records
 from .uneven import Scattering as Scattering
 from .uneven import added as added
 from .uneven import by_colour as by_colour

@@ -906,10 +906,10 @@ def test_a_saved_fit_of_a_position_has_no_twins_and_tells_the_same(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     found = fit(emps2015, replace(twin, position=np.round(twin.position, 5)), "position")
-    assert found.basis.left.twins is not None
+    assert found.basis.scores.twins is not None
     written = pickle.dumps(found)
     again = pickle.loads(written)  # noqa: S301
-    assert again.basis.left.twins is None
+    assert again.basis.scores.twins is None
     assert len(written) < 8 * len(pickle.dumps(twin))  # of 22 with them
     assert again.to_dict() == found.to_dict()
     assert again.summary() == found.summary()

@@ -1,9 +1,13 @@
 """What columns make of errors that follow one another is what the whole matrix makes of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
+from scipy.signal import lfilter
 
+from axisid.estimation.told_by_outputs import autoregression_of
 from axisid.estimation.told_by_outputs.autoregression import by_durbin
 
 
@@ -20,3 +24,28 @@ def test_the_covariance_of_columns_is_that_of_the_whole_matrix(rows: int) -> Non
     np.testing.assert_allclose(
         found, columns.T @ whole @ columns, rtol=0, atol=1e-11 * np.abs(found).max(initial=0.0)
     )
+
+
+def test_an_order_beyond_short_stretches_has_its_uncertainty(rng: np.random.Generator) -> None:
+    pieces = [0.5 * np.sin(np.arange(30) / 3 + a) for a in rng.uniform(0, 6, 200)]
+    model = autoregression_of(pieces, 1e-4)
+    longer = replace(
+        model,
+        coefficients=np.r_[1.0, -0.5, np.zeros(78)],
+        covariances=0.5 ** np.arange(80.0) / 0.75,
+        variance=1.0,
+    )
+    assert longer.order > 2 * max(map(len, pieces))
+    assert np.isfinite(longer.uncertainty(pieces, 6000))
+
+
+def test_how_sure_a_variance_of_one_output_is_follows_from_its_errors() -> None:
+    column = np.random.default_rng(0).normal(size=300)
+    variances, claimed = [], []
+    for seed in range(150):
+        e = lfilter([1.0], [1.0, -1.2, 0.5], np.random.default_rng(seed).normal(size=3000))
+        model = autoregression_of([e], 1e-3)
+        variances.append(model.coloured(column[:, None])[0, 0])
+        claimed.append(model.uncertainty([column], 3000))
+    scatter = np.var(variances, ddof=1) / np.mean(variances) ** 2
+    assert np.mean(claimed) == pytest.approx(scatter, rel=0.3)

@@ -72,7 +72,7 @@ def _apart(apart: Apart) -> WrittenApart:
 
     return WrittenApart(
         own=named(apart.own),
-        common=named(apart.common),
+        common=named(apart.others),
         deviations=named(apart.deviations),
         statistic=apart.statistic,
         freedom=apart.freedom,

@@ -183,14 +183,14 @@ def _array(values: Sequence[float | None]) -> Array:
 
 
 def read_apart(written: WrittenApart | None) -> Apart | Missing:
-    """A record alone beside all of them; without the units, which the estimates have."""
+    """A record alone beside the others; without the units, which the estimates have."""
     if written is None:
         return Missing("the record alone does not tell the parameters")
     return Apart(
         names=tuple(written.own),
         units=("",) * len(written.own),
         own=_numbers(written.own),
-        common=_numbers(written.common),
+        others=_numbers(written.common),
         deviations=_numbers(written.deviations),
         statistic=written.statistic,
         freedom=written.freedom,

@@ -85,12 +85,12 @@ class WrittenValidation(JsonObject, frozen=True, kw_only=True):
 
 
 class WrittenApart(JsonObject, frozen=True, kw_only=True):
-    """A record alone beside all of them, in the parameters of its own axis."""
+    """A record alone beside the others, in the parameters that both tell."""
 
     own: Annotated[Mapping[str, float], about("As the record alone has them, SI.")]
-    common: Annotated[Mapping[str, float], about("As all records have them, SI.")]
+    common: Annotated[Mapping[str, float], about("As the others have them without it, SI.")]
     deviations: Annotated[Mapping[str, float], about("Of the difference, HAC.")]
-    statistic: Annotated[float, about("Wald's, over its degrees of freedom.")]
+    statistic: Annotated[float, about("Hotelling's, over its degrees of freedom.")]
     freedom: Annotated[tuple[float, float], about("Of F.")]
     p_value: Annotated[float, about("That chance alone makes as much, of one record.")]
     share_percent: Annotated[float, about("Force that the difference makes, of the record's.")]
