@@ -7,7 +7,7 @@ from .diagnostics.estimates import Excitation as Excitation
 from .diagnostics.law import LawCheck as LawCheck
 from .diagnostics.law import check_law as check_law
 from .diagnostics.loop import Alignment as Alignment
-from .diagnostics.loop import profile_alignment as profile_alignment
+from .diagnostics.loop import estimate_delay as estimate_delay
 from .estimates import Iterate as Iterate
 from .estimates import Value as Value
 from .fitting import OutputFit as OutputFit

@@ -143,7 +143,6 @@ def _outliers(case: Case) -> Check | Missing:
 
 def _alignment(case: Case) -> Check | Missing:
     return alignment_check(
-        case.preferred,
         case.alignment,
         case.data,
         late=_delay(case),

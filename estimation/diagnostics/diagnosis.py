@@ -29,7 +29,7 @@ from axisid.estimation.diagnostics.loop import (
     law_in_time,
 )
 from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of
-from axisid.estimation.lacking import Lack, lacking
+from axisid.estimation.lacking import Lack, RecordScores, lacking, scores_at
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import (
@@ -39,7 +39,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import AxisidError, DataError, EstimationError
+from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
@@ -246,25 +246,12 @@ class Case:
 
     @cached_property
     def alignment(self) -> Alignment | Missing:
-        """The delay of the force, or why it cannot be measured.
-
-        Of the two motions of a record with a measured velocity that which tells it better: noise
-        and ripple of a tachometer hide a delay, which is looked for in its own check.
-        """
-        quiet = self.quiet
-        measured, data = self._aligned(self.data, quiet), self.data.by_position
-        if data is None or isinstance(measured, Missing):
-            return measured
-        derived = self._aligned(data, quiet and quiet.by_position)
-        if isinstance(derived, Missing) or not derived.deviation < measured.deviation:
-            return measured
-        return derived
-
-    def _aligned(self, data: FilteredRecord, quiet: FilteredRecord | None) -> Alignment | Missing:
-        try:
-            return alignment_of(data, self.preferred.physical, self._instruments, quiet)
-        except (DataError, EstimationError) as error:
-            return Missing.of(error.note)
+        """The delay of the force, by instruments where there are any, or why it is not measured."""
+        scores = self.scores
+        alone = not isinstance(scores, Missing) and not scores.by_loop
+        if alone and self.preferred.loop_rows is not None:
+            scores = scores_at(self.data, self.preferred, by_loop=True)
+        return alignment_of(scores)
 
     @cached_property
     def motions(self) -> Mapping[str, MotionComparison | Missing]:
@@ -284,10 +271,15 @@ class Case:
         return tuple(loop.velocity for loop in loops)
 
     @cached_property
+    def scores(self) -> RecordScores | Missing:
+        """What the judged model leaves of the record and of its twins, or why it is not told."""
+        return scores_at(self.data, self.preferred)
+
+    @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         choice = self.choice
-        return lacking(self.data, self.preferred, len(choice.problem.data), choice.levels)
+        return lacking(self.scores, self.preferred, len(choice.problem.data), choice.levels)
 
     @property
     def steps(self) -> Mapping[str, float] | Missing:
@@ -329,26 +321,3 @@ class Case:
     def fixed(self) -> Check | Missing | None:
         """What was fixed against the record; None where nothing can be asked."""
         return fixed_check(self.preferred)
-
-    @cached_property
-    def quiet(self) -> FilteredRecord | None:
-        """The loop that is simulated with the judged estimate, under the record's filter."""
-        if self.preferred.noise_free is None:
-            return None
-        loops = recorded_loops(self.data, self.preferred.physical)
-        return noise_free_record(self.data, loops)
-
-    @property
-    def _instruments(self) -> tuple[Array, Array] | None:
-        """Of the inverse model; a direct model's serve another left side."""
-        Z, simulated = self.preferred.loop_rows, self.preferred.simulated
-        if self.preferred.ddm_quantities:
-            return None
-        if Z is not None and not isinstance(simulated, Missing):
-            return Z, simulated
-        loop, quiet = self.preferred.noise_free, self.quiet
-        return (
-            None
-            if loop is None or quiet is None
-            else (loop.regressor, quiet.reduce(quiet.signals.force))
-        )

@@ -60,4 +60,4 @@ def missing_of(
     if isinstance(scores, Missing):
         return scores
     half = np.array([half_widths.get(name, np.inf) for name in names])
-    return found_beside(scores, physical, half, records, levels)
+    return found_beside(scores, half, records, levels)

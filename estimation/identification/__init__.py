@@ -9,8 +9,8 @@ from .bound import layout_for as layout_for
 from .bound import tells_gain as tells_gain
 from .bound import weighted as weighted
 from .by_method import ByMethod as ByMethod
+from .drive_time import DriveTiming as DriveTiming
 from .drive_time import check_time as check_time
-from .drive_timing import DriveTiming as DriveTiming
 from .drive_timing import estimate_drive_timing as estimate_drive_timing
 from .identify import check_choices as check_choices
 from .identify import identify as identify

@@ -35,29 +35,35 @@ Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FoundTime:
-    """Where the search for a lag or a delay ended.
+class DriveTiming:
+    """A lag or a delay as a record shows it.
 
     Attributes
     ----------
-    axis : Axis
-        With it.
+    name : str
+        ``lag`` or ``delay``.
     value, deviation : float
-        s; the deviation is HAC, that of the delay between force and motion.
+        s; the deviation is that of the delay between force and motion.
+    axis : Axis
+        As it was declared, with the estimate.
     identification : Identification
-        Of that axis.
-    moved : mapping of str to float
-        What a deviation moves each parameter by.
+        Of that axis, whose deviations hold for a lag or a delay that is known.
+    deviations : mapping of str to float
+        Of the parameters, with what the estimate's own deviation adds.
     """
 
-    axis: Axis
+    name: str
     value: float
     deviation: float
+    axis: Axis
     identification: Identification
-    moved: Mapping[str, float]
+    deviations: Mapping[str, float]
+
+    def __str__(self) -> str:
+        return f"{self.name} = {1e3 * self.value:.4g} +- {1e3 * self.deviation:.2g} ms"
 
 
-def searched_time(declared: Axis, record: Record, name: str, run: Identify) -> FoundTime:
+def searched_time(declared: Axis, record: Record, name: str, run: Identify) -> DriveTiming:
     """The lag or the delay with which force and motion are aligned.
 
     Parameters
@@ -99,9 +105,17 @@ def searched_time(declared: Axis, record: Record, name: str, run: Identify) -> F
             f"no {name} to estimate; see whether the control is logged late, and its hold.",
             code="drive-timing-early",
         )
-    moved = dict(zip(found.names, found.sensitivity * found.deviation, strict=True))
-    return FoundTime(
-        axis=tried, value=value, deviation=deviation, identification=result, moved=moved
+    own = result.preferred.parameters
+    return DriveTiming(
+        name=name,
+        value=value,
+        deviation=deviation,
+        axis=tried,
+        identification=result,
+        deviations={
+            n: float(np.hypot(own[n].deviation, by * found.deviation))
+            for n, by in zip(found.names, found.sensitivity, strict=True)
+        },
     )
 
 

@@ -41,7 +41,7 @@ class DriveTime:
     parameter : Parameter
         As what it was declared.
     value, deviation : float
-        s; the deviation is HAC, that of the delay between force and motion.
+        s; the deviation is that of the delay between force and motion.
     interval : (float, float)
         95 %.
     """

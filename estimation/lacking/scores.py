@@ -132,6 +132,11 @@ class RecordScores:
         """How many there are."""
         return int(self.residuals.shape[1]) - 1
 
+    @property
+    def by_loop(self) -> bool:
+        """Whether instruments and columns are of the simulated loop."""
+        return self.signals is not self.data.signals
+
     @cached_property
     def net(self) -> Array:
         """Residuals of the record beyond twins' and less what is in the basis, (n,)."""
@@ -280,6 +285,8 @@ def scores_of(
     chain: Chain | None,
     free: Sequence[int],
     count: int = DEFAULT_COUNT,
+    *,
+    by_loop: bool = False,
 ) -> RecordScores | Missing:
     """Residuals of a record and of twins at an estimate.
 
@@ -294,14 +301,17 @@ def scores_of(
         Which of the parameters are estimated; the others have the values that are given.
     count : int
         Of the twins.
+    by_loop : bool
+        Whether the simulated loop gives the instruments without a chain too, from which no twins
+        are made then.
     """
     form = InverseForm(data.axis).at(physical)
-    if chain is None:
+    if chain is None and not by_loop:
         return _scores(data, data, form, physical, free, [])
     loops = recorded_loops(data, physical)
     quiet = noise_free_record(data, loops)
     data = _where_both_move(data, quiet)
-    twins = twins_of(data, physical, chain, count)
+    twins = [] if chain is None else twins_of(data, physical, chain, count)
     if 2 * len(twins) < count:
         twins = []
     velocity = np.concatenate([loop.velocity for loop in loops])

@@ -155,23 +155,31 @@ class TestedHypothesis:
         return min(-math.log10(max(self.p_value, 1e-300)), _CERTAIN)
 
 
+def scores_at(
+    data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
+) -> RecordScores | Missing:
+    """Residuals of a record and of its twins at the judged estimate, as by `scores_of`."""
+    chains = preferred.inference.chains
+    at = preferred.corrected if chains else preferred.physical
+    chain = chains[0] if chains else None
+    return scores_of(data, at, chain, range(len(at)), by_loop=by_loop)
+
+
 def lacking(
-    data: FilteredRecord, preferred: Estimate, records: int = 1, levels: Levels = DEFAULT_LEVELS
+    scores: RecordScores | Missing,
+    preferred: Estimate,
+    records: int = 1,
+    levels: Levels = DEFAULT_LEVELS,
 ) -> tuple[Lack, ...] | Missing:
     """What the judged estimate's model lacks on a record, one of several, the strongest first."""
-    chains = preferred.inference.chains
+    if isinstance(scores, Missing):
+        return scores
     half = np.array([np.ptp(value.interval) / 2 for value in preferred.parameters.values()])
-    at = preferred.corrected if chains else preferred.physical
-    free = range(len(at))
-    scores = scores_of(data, at, chains[0] if chains else None, free)
-    return (
-        scores if isinstance(scores, Missing) else found_beside(scores, at, half, records, levels)
-    )
+    return found_beside(scores, half, records, levels)
 
 
 def found_beside(
     scores: RecordScores,
-    physical: Array,
     half_widths: Array,
     records: int = 1,
     levels: Levels = DEFAULT_LEVELS,
@@ -181,8 +189,6 @@ def found_beside(
     Parameters
     ----------
     scores : RecordScores
-    physical : (p,) array
-        The estimate.
     half_widths : (p,) array
         Of its intervals.
     records : int
@@ -201,7 +207,7 @@ def found_beside(
         name = _name(beside, hypotheses, failing, half, own)
         if named and name.share <= own.least_share:
             break
-        named.append(_told(beside, name, physical))
+        named.append(_told(beside, name))
         beside = beside.beside(name.columns)
     return tuple(named)
 
@@ -281,7 +287,7 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     return replace(found, at=float(near[best]), columns=made[:, best])
 
 
-def _told(scores: RecordScores, name: TestedHypothesis, physical: Array) -> Lack:
+def _told(scores: RecordScores, name: TestedHypothesis) -> Lack:
     """What is found, as it is told."""
     hypothesis, at, columns = name.hypothesis, name.at, name.columns
     tested = scores.test(scores.block(columns[:, None]))
@@ -293,7 +299,7 @@ def _told(scores: RecordScores, name: TestedHypothesis, physical: Array) -> Lack
         parameter=hypothesis.parameter,
         values=tuple(map(float, values)),
         deviation=math.sqrt(max(float(values @ covariance @ values), 0.0)) / (size or 1.0),
-        before=_before(scores, hypothesis, columns, tested.values[0], physical),
+        before=_before(scores, hypothesis, columns, tested.values[0]),
         at=at,
         share=float(np.linalg.norm(made_by) / (np.linalg.norm(scores.force) or 1.0)),
         own_share=name.share,
@@ -330,9 +336,7 @@ def _extremes(scores: RecordScores, values: Array) -> tuple[Array, Array]:
     return shapes[first], shapes[last]
 
 
-def _before(
-    scores: RecordScores, hypothesis: Hypothesis, columns: Array, values: Array, physical: Array
-) -> float:
+def _before(scores: RecordScores, hypothesis: Hypothesis, columns: Array, values: Array) -> float:
     """What a parameter is before it changes: the estimate is in between; 0 of what is none."""
     names = [q.name for q in scores.data.axis.parameters]
     if hypothesis.parameter == GAIN:
@@ -343,4 +347,4 @@ def _before(
     moved = np.zeros(len(names))
     moved[scores.free] = scores.moved_by(columns, values)
     begun = _extremes(scores, values)[0] @ values if hypothesis.kind == "drift" else 0.0
-    return float(physical[place] + moved[place] + begun)
+    return float(scores.physical[place] + moved[place] + begun)

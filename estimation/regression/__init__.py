@@ -31,7 +31,6 @@ from .linear import as_counted as as_counted
 from .linear import checked_columns as checked_columns
 from .linear import condition_number as condition_number
 from .linear import factor as factor
-from .linear import fitted as fitted
 from .linear import instrumental_variables as instrumental_variables
 from .linear import least_squares as least_squares
 from .linear import weighted_least_squares as weighted_least_squares

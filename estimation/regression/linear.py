@@ -238,18 +238,12 @@ def _inverse(r: Wide) -> Wide:
     return inverse
 
 
-def fitted(y: Array, X: QrFactors) -> tuple[Array, Array]:
-    """Theta and residuals of `least_squares`, of y (n,), or of several side by side, (n, m)."""
-    theta = X.inverse @ (X.basis.T @ y)
-    return theta.astype(float), (y - X.columns @ theta).astype(float)
-
-
 def least_squares(y: Array, X: QrFactors) -> Solution:
     """``argmin ||y - X theta||``, y of shape (n,)."""
-    theta, residuals = fitted(y, X)
+    theta = X.inverse @ (X.basis.T @ y)
     return Solution(
-        theta=theta,
-        residuals=residuals,
+        theta=theta.astype(float),
+        residuals=(y - X.columns @ theta).astype(float),
         inverse_factor=X.inverse.astype(float),
         influence=(X.basis @ X.inverse.T).astype(float),
         neighbours=X.neighbours,

@@ -61,8 +61,7 @@ from axisid.estimation import (
     validate_fit,
 )
 from axisid.estimation.diagnostics.law.control_law import check_law
-from axisid.estimation.identification import DriveTime
-from axisid.estimation.identification.drive_timing import DriveTiming
+from axisid.estimation.identification import DriveTime, DriveTiming
 from axisid.estimation.law_search import find_law
 from axisid.fleets import Fleet, FleetRow
 from axisid.modeling import LIBRARY, Column

@@ -8,7 +8,7 @@ from .alignment import Alignment as Alignment
 from .alignment import alignment_check as alignment_check
 from .alignment import alignment_of as alignment_of
 from .alignment import declared_lateness as declared_lateness
-from .alignment import profile_alignment as profile_alignment
+from .alignment import estimate_delay as estimate_delay
 from .force import force_check as force_check
 from .force import limit_check as limit_check
 from .in_time import ForceTiming as ForceTiming

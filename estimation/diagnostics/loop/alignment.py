@@ -1,4 +1,4 @@
-"""When does the recorded force act? The residual over a delay between force and motion.
+"""When does the recorded force act? Its delay, as one more parameter of the model.
 
 A drive holds its force from one sample to the next, so that a central-difference acceleration
 belongs to the force half a sample earlier than the one recorded with it; a filter or a bus delays
@@ -6,72 +6,54 @@ further. Half a sample moves viscous friction by several of its deviations.
 """
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate
-from axisid.estimation.lacking import Lack
-from axisid.estimation.methods import bound_record
+from axisid.estimation.lacking import Lack, RecordScores, scores_of
+from axisid.estimation.methods import METHODS, bound_record
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, clock_of, hold_delay
-from axisid.estimation.regression import (
-    Equations,
-    Hac,
-    InverseForm,
-    QrFactors,
-    factor,
-    fitted,
-    instrumental_variables,
-    least_squares,
-)
 from axisid.estimation.signals import FilteredRecord, Prefilter
-from axisid.estimation.thresholds import MAX_DELAY_DEVIATION, MAX_MISALIGNMENT, NO_DELAY
+from axisid.estimation.thresholds import (
+    MAX_DELAY_DEVIATION,
+    MAX_DELAY_DISTANCE,
+    MAX_MISALIGNMENT,
+    NO_DELAY,
+)
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
-_EARLIEST, _LATEST, _STEP = -1, 3, 0.25  # samples
+_EARLIEST, _LATEST = -1, 3  # samples
 _MOST_DECLARED = 8  # samples of a declared delay that may be told as none
-_STEPS, _STILL = 10, 1e-3
-_BEYOND = 12  # samples that a spline goes on; what happens at their end does not come back
+_STEPS, _STILL = 10, 1e-3  # of Gauss and Newton; samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Alignment(Exact):
-    """Least squares over the delay of the force.
+    """The delay of the force, estimated beside the parameters of the model.
 
     Attributes
     ----------
-    delays : (d,) array
-        Samples by which the force is taken earlier; 0 is `hold` raw, 0.5 is nearly zoh.
-    errors_percent : (d,) array
-        Equation error at each.
-    physical : (d, p) array
-        Estimate at each.
     best : float
-        Delay of the smallest error, between the samples by a parabola.
+        Samples by which the force acts after it is recorded; 0 is `hold` raw, 0.5 is nearly zoh.
     deviation : float
-        Its standard deviation, HAC: that of the factor of the fitted force's change in a sample, as
-        one more column of the regressor.
+        Of it, as it scatters in twins of the record; HAC without them.
     at_the_end : bool
-        The error has no minimum within `delays`.
+        It left the range in which it is looked for.
     by_instruments : bool
-        Whether `best` and `deviation` are those of instruments; the profile is of least squares.
+        Whether it is by the simulated loop; by the measured motion else, whose noise may bias it.
     sensitivity : (p,) array
-        Change of each parameter per sample of delay, at the best one.
+        Change of each parameter per sample of delay.
     names : tuple of str
         Of these parameters, which are those of the record's axis.
     units : tuple of str
     """
 
-    delays: Array
-    errors_percent: Array
-    physical: Array
     best: float
     deviation: float
     at_the_end: bool
@@ -81,245 +63,91 @@ class Alignment(Exact):
     units: tuple[str, ...] = ()
 
 
-def profile_alignment(
-    axis: GeneratedAxis,
-    record: Record,
-    prefilter: Prefilter,
-    physical: Array | None = None,
-    instruments: tuple[Array, Array] | None = None,
-) -> Alignment:
-    """Profile the equation error of IDM-LS over the delay of the force.
+def estimate_delay(
+    axis: GeneratedAxis, record: Record, prefilter: Prefilter
+) -> Alignment | Missing:
+    """Estimate the delay of the force by least squares, or say why it cannot be.
+
+    Noise in the motion may bias it; `identify` has it by instruments, in
+    ``result.diagnosis.alignment``.
 
     Parameters
     ----------
     axis : GeneratedAxis
     record : Record
     prefilter : Prefilter
-        Its hold is not used.
-    physical : (p,) array, optional
-        Where a partially linear model is linearised.
-    instruments : ((n, k) array, (n,) array), optional
-        Of the inverse model, and the simulated force of the same rows: the delay is then estimated
-        by instruments too, since noise in the motion moves that of least squares.
+        Its hold moves no more than where the search starts.
     """
-    return alignment_of(bound_record(axis, record, prefilter), physical, instruments)
+    data = bound_record(axis, record, prefilter)
+    fit = METHODS["idm-ls"].fit(Problem(axis=axis, data=(data,)))
+    physical = fit.form.physical(fit.solution.theta)[0]
+    return alignment_of(scores_of(data, physical, None, range(len(physical))))
 
 
-def alignment_of(
-    data: FilteredRecord,
-    physical: Array | None = None,
-    instruments: tuple[Array, Array] | None = None,
-    quiet: FilteredRecord | None = None,
-) -> Alignment:
-    """`profile_alignment` of a record that is filtered already.
+def alignment_of(scores: RecordScores | Missing) -> Alignment | Missing:
+    """The delay of the force in a record with residuals of its model.
 
-    With the noise-free loop under the same filter, `quiet`, the delay that the filter alone makes
-    there is taken off.
+    By Gauss and Newton: the column of the delay is the change of the modelled force in a sample,
+    along the simulated loop where there is one, and each step is taken by a cubic spline of the
+    recorded force. What the filter makes of that loop, and noise of its twins, is taken off.
     """
-    axis = data.axis
-    form = InverseForm(axis, physical)
-    equations = form.equations(data.signals)
-    reduced = equations.reduced(data)
-    regressor = factor(reduced.regressor, axis.names, neighbours=data.neighbours)
-    rows = _Rows(data, data.force, equations)
-    delays = _tried(data)
-    lefts = np.column_stack([rows.left(delay) for delay in delays])
-    estimates, residuals = fitted(lefts - reduced.intercept[:, None], regressor)
-    found = np.ascontiguousarray(estimates.T)
-    percent = 100 * np.linalg.norm(residuals, axis=0) / np.linalg.norm(lefts, axis=0)
-    best, at_the_end = _minimum(delays, percent), int(np.argmin(percent)) in (0, len(percent) - 1)
-    deviation = _deviation(rows, best, reduced.intercept, regressor)
-    if instruments is not None:
-        start = min(max(best, 0.0), 1.0)
-        arguments = (start, reduced.intercept, regressor, *instruments)
-        by_filter = 0.0 if quiet is None else _filter_shift(quiet, form, *instruments)
-        tried = (delays[0] + by_filter, delays[-1] + by_filter)
-        best, deviation, at_the_end = _by_instruments(rows, *arguments, tried=tried)
-        best -= by_filter
-    slopes = np.gradient(found, delays, axis=0)
+    if isinstance(scores, Missing):
+        return scores
+    data, made = scores.data, scores.form.equations(scores.signals)
+    force = made.intercept + made.regressor @ scores.physical
+    column = scores.along.reduce(scores.along.by_stretch(np.gradient, force))[:, None]
+    declared = math.floor(declared_lateness(data) / data.period)
+    tried = (min(_EARLIEST, -1 - min(declared, _MOST_DECLARED)), _LATEST)
+    start = delay = _held(scores)
+    deviation = np.inf
+    for _ in range(_STEPS):
+        moved = _delayed(scores, delay - start)
+        tested = moved.test(moved.block(column[:, None]))
+        step = float(tested.values[0, 0])
+        if step == 0:
+            return Missing("the parameters of the model explain a delay of the force as well")
+        deviation = float(np.sqrt(tested.covariances[0, 0, 0]))
+        delay += step
+        if abs(step) < _STILL or not tried[0] < delay < tried[1]:
+            break
+    parameters = [data.axis.parameters[j] for j in scores.free]
     return Alignment(
-        delays=delays,
-        errors_percent=percent,
-        physical=found,
-        best=best,
+        best=float(np.clip(delay, *tried)),
         deviation=deviation,
-        at_the_end=at_the_end,
-        by_instruments=instruments is not None,
-        sensitivity=np.array([np.interp(best, delays, slope) for slope in slopes.T]),
-        names=data.axis.names,
-        units=tuple(p.unit for p in data.axis.parameters),
+        at_the_end=not tried[0] < delay < tried[1],
+        by_instruments=scores.by_loop,
+        sensitivity=scores.moved_by(column, np.ones(1)),
+        names=tuple(p.name for p in parameters),
+        units=tuple(p.unit for p in parameters),
     )
 
 
-def _tried(data: FilteredRecord) -> Array:
-    """Delays that are tried, (d,): as far back as what a drive declares may not be there."""
-    declared = math.floor(declared_lateness(data) / data.record.period)
-    earliest = min(_EARLIEST, -1 - min(declared, _MOST_DECLARED))
-    return np.arange(earliest, _LATEST + _STEP, _STEP)
+def _held(scores: RecordScores) -> float:
+    """Samples that the hold takes; the loop holds a command whatever the filter supposes."""
+    data, axis = scores.data, scores.data.axis.axis
+    commanded = data.record.force is None and axis.jumps
+    if not (scores.by_loop and commanded and data.prefilter.hold == "raw"):
+        return data.hold_delay
+    return hold_delay(axis.control, data.period, clock_of(data.record))
 
 
-def _minimum(delays: Array, errors: Array) -> float:
-    """Vertex of the parabola through the smallest error and its neighbours."""
-    i = int(np.argmin(errors))
-    if i in (0, len(errors) - 1):
-        return float(delays[i])
-    a, b, c = errors[i - 1] ** 2, errors[i] ** 2, errors[i + 1] ** 2
-    bend = a - 2 * b + c
-    shift = 0.5 * (a - c) / bend if bend > 0 else 0.0
-    return float(delays[i] + shift * (delays[1] - delays[0]))
+def _delayed(scores: RecordScores, samples: float) -> RecordScores:
+    """With the record's force so many samples earlier."""
+    more = scores.along.by_stretch(partial(_change, samples), scores.data.signals.force)
+    column = scores.along.reduce(more)[:, None]
+    residuals = scores.residuals.copy()
+    residuals[:, 0] += column[:, 0] + scores.columns @ scores.moved_by(column, np.ones(1))
+    return replace(scores, residuals=residuals)
 
 
-def _by_segment(values: Array, edges: Sequence[int], change: Callable[[Array], Array]) -> Array:
-    """What changes (n,) values from row to row, in each of the segments that begin at `edges`.
+def _change(samples: float, force: Array) -> Array:
+    """What a force that acts so many samples later has more at each sample, (N,)."""
+    from scipy.ndimage import shift
 
-    Neighbouring rows of two segments were not measured one after the other.
-    """
-    return np.concatenate([change(piece) for piece in np.split(values, edges)])
-
-
-def _later(coefficients: Array, samples: int) -> Array:
-    """A spline's coefficients so many samples later, of the samples that it was made of."""
-    wanted = np.arange(_BEYOND, len(coefficients) - _BEYOND) + samples
-    return coefficients[np.clip(wanted, 0, len(coefficients) - 1)]
-
-
-def _slope(values: Array) -> Array:
-    """Change from row to row, (n,); none where there is one row."""
-    return np.gradient(values) if len(values) > 1 else np.zeros_like(values)
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """A record's force, and the equations of its motion, at any delay between them."""
-
-    data: FilteredRecord
-    force: Array
-    equations: Equations
-    _moved: dict[int, Array] = field(default_factory=dict)
-
-    def left(self, delay: float) -> Array:
-        """The force a delay earlier, reduced, (n,).
-
-        By a cubic spline: a straight line would smooth noise most between two samples, and draw
-        the smallest error there. A value of the spline is a sum of four of its coefficients, whose
-        rows are filtered once for all delays.
-        """
-        whole = math.floor(-delay)
-        t = -delay - whole
-        weights = np.array(
-            [(1 - t) ** 3, 4 - 6 * t**2 + 3 * t**3, 1 + 3 * t + 3 * t**2 - 3 * t**3, t**3]
-        )
-        places = range(whole - 1, whole + 3)
-        self._move([place for place in places if place not in self._moved])
-        return np.column_stack([self._moved[place] for place in places]) @ (weights / 6)
-
-    def _move(self, places: Sequence[int]) -> None:
-        """Reduce the coefficients so many samples later."""
-        if places:
-            moved = [np.concatenate([_later(c, place) for c in self._splines]) for place in places]
-            self._moved.update(zip(places, self.data.reduce(np.column_stack(moved)).T, strict=True))
-
-    @cached_property
-    def _splines(self) -> list[Array]:
-        """Coefficients of the force in each segment, which stays beyond its ends as it is there."""
-        from scipy.ndimage import spline_filter1d
-
-        pieces = np.split(self.force, self._starts)
-        held = [np.pad(piece, _BEYOND, mode="edge") for piece in pieces]
-        return [np.asarray(spline_filter1d(piece, order=3, mode="nearest")) for piece in held]
-
-    def fitted_change(self, theta: Array) -> Array:
-        """Change in a sample of the force fitted by parameters (p,), reduced, (n,).
-
-        The recorded one's holds its noise.
-        """
-        fitted = self.equations.regressor @ theta + self.equations.intercept
-        change = _by_segment(fitted, self._starts, _slope)
-        return self.data.reduce(change)
-
-    def reduced_change(self, values: Array) -> Array:
-        """Change from row to row of reduced values, (n,), of rows that follow each other."""
-        return np.concatenate([_slope(piece) for piece in self.data.neighbours.split(values)])
-
-    @property
-    def _starts(self) -> list[int]:
-        """Of all segments but the first."""
-        return [start for start, _ in self.data.record.spans[1:]]
-
-
-def _deviation(rows: _Rows, delay: float, intercept: Array, X: QrFactors) -> float:
-    """Of the delay, to first order: ``y(t - d) = y(t - best) - (d - best) dy/dsample``."""
-    left = rows.left(delay) - intercept
-    change = rows.fitted_change(least_squares(left, X).theta)
-    columns = np.column_stack([X.columns, change])
-    try:
-        solution = least_squares(
-            left, factor(columns, (*X.names, "delay"), neighbours=X.neighbours)
-        )
-    except EstimationError:
-        return float("inf")
-    # A parameter beside the others, which the fit took: of few scores as they are.
-    return float(np.sqrt(Hac().matrix(solution)[-1, -1]))
-
-
-def _by_instruments(
-    rows: _Rows,
-    start: float,
-    intercept: Array,
-    X: QrFactors,
-    Z: Array,
-    simulated: Array,
-    *,
-    tried: tuple[float, float],
-) -> tuple[float, float, bool]:
-    """The delay as one more parameter: it, its deviation, and whether it left what is `tried`.
-
-    Its column is the fitted force's change in a sample; its instrument that of the simulated force.
-    """
-    names = (*X.names, "delay")
-    delay, deviation = start, float("inf")
-    instruments = factor(Z, X.names)
-    try:
-        extended = factor(np.column_stack([Z, rows.reduced_change(simulated)]), names)
-        for _ in range(_STEPS):
-            left = rows.left(delay) - intercept
-            change = rows.fitted_change(instrumental_variables(left, X, instruments).theta)
-            both = np.column_stack([X.columns, change])
-            columns = factor(both, names, neighbours=X.neighbours)
-            solution = instrumental_variables(left, columns, extended)
-            step = float(solution.theta[-1])
-            deviation = float(np.sqrt(Hac().matrix(solution)[-1, -1]))
-            delay += step
-            if not tried[0] < delay < tried[1]:
-                return float(np.clip(delay, *tried)), deviation, True
-            if abs(step) < _STILL:
-                break
-    except EstimationError:
-        return start, float("inf"), False
-    return delay, deviation, False
-
-
-def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated: Array) -> float:
-    """What the filter alone moves the delay by: of the noise-free loop's it is known."""
-    equations = form.equations(quiet.signals)
-    reduced = equations.reduced(quiet)
-    law = quiet.axis.axis.control
-    sensed = quiet.prefilter.hold == "raw" and (
-        quiet.record.force is not None or not quiet.axis.axis.jumps
-    )
-    # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
-    still = law is None or law.continuous or sensed
-    made = 0.0 if still else hold_delay(law, quiet.period, clock_of(quiet.record))
-    regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
-    rows = _Rows(quiet, quiet.force, equations)
-    arguments = (rows, made, reduced.intercept, regressor, Z, simulated)
-    tried = (made - _LATEST, made + _LATEST)
-    delay, deviation, at_the_end = _by_instruments(*arguments, tried=tried)
-    return 0.0 if at_the_end or not np.isfinite(deviation) else delay - made
+    return np.asarray(shift(force, samples, order=3, mode="nearest") - force)
 
 
 def alignment_check(
-    preferred: Estimate,
     profile: Alignment | Missing,
     data: FilteredRecord,
     *,
@@ -341,14 +169,15 @@ def alignment_check(
         return Missing("the instruments are too weak to measure a delay")
     hold, used = str(data.prefilter.hold), data.hold_delay
     apart = profile.best - used
-    if profile.deviation > MAX_DELAY_DEVIATION.value:
+    far = profile.at_the_end and abs(apart) > MAX_DELAY_DISTANCE.value * profile.deviation
+    if profile.deviation > MAX_DELAY_DEVIATION.value and not far:
         return Missing(
             f"the record tells the force's delay to +-{profile.deviation:.2g} samples only, which "
             "is no more than a guess"
         )
     moved = ", ".join(
-        f"{p.name} by {slope:+.2g} {p.unit}"
-        for p, slope in zip(preferred.quantities, profile.sensitivity, strict=True)
+        f"{name} by {slope:+.2g} {unit}"
+        for name, slope, unit in zip(profile.names, profile.sensitivity, profile.units, strict=True)
     )
     by_ls = "" if profile.by_instruments else " (by least squares, which noise may bias)"
     fits = (
@@ -365,9 +194,9 @@ def alignment_check(
         status=passed(aligned, matters=not by_log),
         figure=apart,
         p_value=late.p_value if late else None,
-        source="samples between the delay of least equation error and the one that is used; fails "
-        "where the model lacks a delay, see missing terms, or the least is beyond the delays that "
-        "are tried; a drive that holds its force is half a sample late",
+        source="samples between the estimated delay and the one that is used; fails where the "
+        "model lacks a delay, see missing terms, or the estimate leaves the range in which it is "
+        "looked for; a drive that holds its force is half a sample late",
         meaning=fits
         if aligned
         else f"{fits}{_early(data, apart)}. {moves if advice is None else ''}",

@@ -25,7 +25,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
-from axisid.estimation.lacking import Lack, Levels, lacking
+from axisid.estimation.lacking import Lack, Levels, lacking, scores_at
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from tests.refusals import refuses
@@ -52,7 +52,7 @@ def found(record: Record, methods: Sequence[str] = ("idm-ls", "idm-iv")) -> tupl
     """What is found lacking, with least squares alone where the record has no loop."""
     without_loop = record.reference is None
     result = identify(AXIS, record, methods=["idm-ls"] if without_loop else methods)
-    lacks = lacking(result.data, result.preferred)
+    lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
     assert not isinstance(lacks, Missing)
     return lacks
 
@@ -75,12 +75,15 @@ def test_friction_that_is_not_declared_is_told_as_what_it_is(
     twin: Record, name: str, kind: str, method: str
 ) -> None:
     result = identify(leave_out(AXIS, name), twin, methods=[method])
-    lacks = lacking(result.data, result.preferred)
+    lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
     assert not isinstance(lacks, Missing)
     assert lacks[0].kind == kind
     assert lacks[0].values == pytest.approx([twin.provenance.truth[name]], rel=0.1)
     surer = Levels(level=lacks[0].p_value / 1e9)
-    assert not any(lack.kind == kind for lack in lacking(result.data, result.preferred, 1, surer))
+    assert not any(
+        lack.kind == kind
+        for lack in lacking(scores_at(result.data, result.preferred), result.preferred, 1, surer)
+    )
 
 
 @pytest.mark.parametrize("given", [0, 1, 2.0, -0.1, math.nan, "0.01", True, None])
@@ -115,7 +118,7 @@ def test_of_an_axis_with_a_known_value_the_friction_that_is_not_declared_is_told
 ) -> None:
     declared = fix(AXIS, **{known: twin.provenance.truth[known]})
     result = identify(leave_out(declared, name) if name else declared, twin, methods=["idm-iv"])
-    lacks = lacking(result.data, result.preferred)
+    lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
     assert not isinstance(lacks, Missing)
     assert [lack.kind for lack in lacks[:1]] == ([kind] if kind else [])
 
@@ -131,7 +134,7 @@ def test_without_a_loop_a_term_is_found_away_from_reversals(kind: str) -> None:
 def test_a_delay_is_found_and_said_by_one_check() -> None:
     late = replace(AXIS, name="late", drive=replace(AXIS.drive, delay=1e-3))
     result = identify(AXIS, twin_record(late), methods=["idm-ls", "idm-iv"])
-    lacks = lacking(result.data, result.preferred)
+    lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
     assert not isinstance(lacks, Missing)
     assert lacks[0].kind == "delay"
     assert lacks[0].values == pytest.approx((1e-3,), rel=0.3)
@@ -161,7 +164,7 @@ def test_a_mass_that_changes_is_found_on_a_record_that_is_quiet() -> None:
     assert truth is not None
     late = np.where(np.arange(len(quiet)) >= 0.6 * len(quiet), 0.1 * truth["m"], 0.0)
     result = identify(axis, with_more_force(axis, quiet, "acceleration", late))
-    lacks = lacking(result.data, result.preferred)
+    lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
     assert not isinstance(lacks, Missing)
     (change,) = lacks
     assert (change.kind, change.parameter) == ("change", "m")
@@ -209,10 +212,10 @@ def test_an_offset_that_is_not_declared_is_told_with_its_size() -> None:
 def test_nothing_is_lacking_in_right_models_of_other_axes(name: str, seed: int) -> None:
     axis = build(load_axis(name))
     result = identify(axis, twin_record(axis, seed=seed), methods=["idm-iv"])
-    assert lacking(result.data, result.preferred) == ()
+    assert lacking(scores_at(result.data, result.preferred), result.preferred) == ()
 
 
 def test_what_is_judged_does_not_matter(emps2015: GeneratedAxis, twin: Record) -> None:
     """The rows of an inverse model tell of a direct one too."""
     result = identify(emps2015, twin, methods=["ddm-ls"])
-    assert lacking(result.data, result.preferred) == ()
+    assert lacking(scores_at(result.data, result.preferred), result.preferred) == ()

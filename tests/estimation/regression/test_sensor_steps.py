@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Record, identify, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.lacking import lacking
+from axisid.estimation.lacking import lacking, scores_at
 from axisid.estimation.regression import sensor_steps
 
 TRUTH = (100.2, 236.9, 24.8)
@@ -65,4 +65,4 @@ def test_what_steps_leave_is_known_where_terms_are_looked_for(
 ) -> None:
     """A peak that they make at low speed is no Stribeck friction."""
     result = identify(emps2015, stepped(emps2015, twin, 0.3, 5e-5), methods="idm-iv")
-    assert lacking(result.data, result["idm-iv"]) == ()
+    assert lacking(scores_at(result.data, result["idm-iv"]), result["idm-iv"]) == ()

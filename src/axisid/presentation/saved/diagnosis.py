@@ -142,11 +142,7 @@ def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment
     if written.best is None:
         return Missing(written.reason or "")
     sensitivity = frozen([*(written.sensitivity or {}).values()])
-    delays = frozen(written.delays or ())
     return Alignment(
-        delays=delays,
-        errors_percent=frozen(written.errors_percent or ()),
-        physical=frozen(np.full((len(delays), len(sensitivity)), math.nan)),  # in no document
         best=written.best,
         deviation=number(written.deviation),
         at_the_end=bool(written.at_the_end),

@@ -71,18 +71,19 @@ class WrittenAlignment(JsonObject, frozen=True, kw_only=True):
     """The delay of the force."""
 
     best: Annotated[float | None, about("Samples earlier at which the force fits the motion best.")]
-    deviation: Annotated[float | UnsetType | None, about("Of it, samples, HAC.")] = UNSET
-    at_the_end: Annotated[bool | UnsetType, about("There is no minimum among the delays.")] = UNSET
+    deviation: Annotated[
+        float | UnsetType | None, about("Of it, samples, by twins; HAC without them.")
+    ] = UNSET
+    at_the_end: Annotated[
+        bool | UnsetType, about("It left the range in which it is looked for.")
+    ] = UNSET
     by_instruments: Annotated[
-        bool | UnsetType,
-        about("Best and deviation are by instruments; the profile is of least squares."),
+        bool | UnsetType, about("By the simulated loop and its twins; else by least squares.")
     ] = UNSET
     sensitivity: Annotated[
         Mapping[str, float] | UnsetType,
         about("Change of each parameter per sample."),
     ] = UNSET
-    delays: tuple[float, ...] | UnsetType = UNSET
-    errors_percent: tuple[float, ...] | UnsetType = UNSET
     reason: Annotated[str | UnsetType, about("Why it could not be measured.")] = UNSET
 
 
