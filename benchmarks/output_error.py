@@ -34,7 +34,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import cascade_pd, cascade_pd_difference
-from axisid.estimation.estimates import hausman
+from axisid.estimation.diagnostics.estimates import SECOND_OPINION
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration import ControlLaw
 from axisid.paper.study import APPROPRIATE, INAPPROPRIATE
@@ -113,9 +113,9 @@ class Figures:
     apart, apart_deviations : list
         Instruments less DIDIM of each run, and what deviations are claimed of that.
     opinions, laws : Counter
-        Of the runs, by the status of the checks "second opinion" and "control law".
+        Of the runs, by the status of the checks "method" and "control law".
     believed : Counter
-        By the method that the second opinion says to believe.
+        By the method that is judged.
     """
 
     runs: int = 0
@@ -166,15 +166,13 @@ def _count(figures: Figures, result: Identification) -> None:
         figures.deviations.setdefault(method, []).append([v.deviation for v in values.values()])
         inside = [v.interval[0] <= TRUTH[n] <= v.interval[1] for n, v in values.items()]
         figures.held.setdefault(method, []).append(inside)
-    apart = hausman(result["idm-iv"], result["didim"]).values()
+    apart = result.diagnosis.differences[SECOND_OPINION].values()
     figures.apart.append([each.difference for each in apart])
     figures.apart_deviations.append([each.deviation for each in apart])
     checks = {check.name: check for check in result.verdict}
-    opinion = checks["method"]
-    figures.opinions[opinion.status] += 1
+    figures.opinions[checks["method"].status] += 1
     figures.laws[checks["control law"].status] += 1
-    for told in ("didim", "instruments"):
-        figures.believed[told] += opinion.meaning.endswith(told) or f"{told};" in opinion.meaning
+    figures.believed[result.preferred.method] += 1
 
 
 def written(figures: Figures) -> dict[str, object]:
@@ -201,7 +199,7 @@ def written(figures: Figures) -> dict[str, object]:
             "sd_percent": _named(_scatter(apart)),
             "claimed_sd_percent": _named(claimed.mean(axis=0)),
         },
-        "second_opinion": dict(figures.opinions),
+        "method": dict(figures.opinions),
         "believed": dict(+figures.believed),
         "control_law": dict(figures.laws),
     }
@@ -241,8 +239,8 @@ def _timed(
 
 
 def _lines(name: str, shares: Mapping[str, object]) -> Iterator[str]:
-    opinion, law = (shares[key] for key in ("second_opinion", "control_law"))
-    yield f"{name}: {shares['runs']} runs, second opinion {opinion}, control law {law}"
+    opinion, law = (shares[key] for key in ("method", "control_law"))
+    yield f"{name}: {shares['runs']} runs, method {opinion}, control law {law}"
     methods = shares["methods"]
     assert isinstance(methods, dict)
     for method, of_one in methods.items():

@@ -10,7 +10,13 @@ from types import MappingProxyType
 LINES = MappingProxyType(
     {
         "law": ("control law", "law's factors", "exact law", "force against control", "drive gain"),
-        "timing": ("time base", "alignment", "recorded signals", "start of the loop"),
+        "timing": (
+            "time base",
+            "sample period",
+            "alignment",
+            "recorded signals",
+            "start of the loop",
+        ),
         "loop": (
             "simulation",
             "windows",
@@ -41,7 +47,7 @@ LINES = MappingProxyType(
             "physical parameters",
         ),
         "records": ("records alike", "repeated records"),
-        "method": ("instrument strength", "method"),
+        "method": ("instrument strength", "method", "inverse against direct"),
     }
 )
 _OF_CHECK = MappingProxyType({check: line for line, checks in LINES.items() for check in checks})

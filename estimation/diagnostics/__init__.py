@@ -9,7 +9,7 @@ from .diagnose import Belief as Belief
 from .diagnose import Checked as Checked
 from .diagnose import Diagnosed as Diagnosed
 from .diagnose import Diagnostic as Diagnostic
-from .diagnose import alignment_of as alignment_of
+from .diagnose import alignment_in as alignment_in
 from .diagnose import belief as belief
 from .diagnose import by_weight as by_weight
 from .diagnose import conclusion as conclusion

@@ -12,6 +12,7 @@ from typing import Literal, Protocol
 from axisid.estimation.checks import Check, line_of, lines_of, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
+    forms_check,
     gain_check,
     method_check,
     nominal_check,
@@ -106,8 +107,12 @@ def _method(case: Case) -> Check | Missing:
     checked = [law for law in laws if not isinstance(law, Missing)]
     law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None
     return method_check(
-        case.preferred, case.estimates, case.differences, case.steps, law_passed=law_passed
+        case.preferred, case.estimates, case.compared, case.steps, law_passed=law_passed
     )
+
+
+def _forms(case: Case) -> Check | Missing | None:
+    return forms_check(case.compared, case.estimates)
 
 
 def _precision(case: Case) -> Check:
@@ -250,6 +255,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control law", check=_control_law, rank=0, grave=True, by_record=True),
         Diagnostic(name="instrument strength", check=_strength, rank=12),
         Diagnostic(name="method", check=_method, rank=14),
+        Diagnostic(name="inverse against direct", check=_forms, rank=5, grave=True),
         Diagnostic(name="precision", check=_precision, rank=13),
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
         Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
@@ -306,7 +312,7 @@ def diagnose(choice: Choice) -> Diagnosis:
     )
 
 
-def alignment_of(choice: Choice) -> Alignment | Missing:
+def alignment_in(choice: Choice) -> Alignment | Missing:
     """The delay of the force in the first record, as `diagnose` finds it with all else."""
     return unless_faulty(lambda: Case.of(choice).parts[0].alignment)
 

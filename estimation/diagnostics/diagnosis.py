@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import Check, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     FORMS,
+    LESS,
     LS_LESS_IV,
     SECOND_OPINION,
     Excitation,
@@ -34,7 +35,6 @@ from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import (
     InverseForm,
-    ResidualTests,
     recorded_loops,
 )
 from axisid.estimation.signals import FilteredRecord
@@ -192,10 +192,10 @@ class Case:
     @cached_property
     def timing(self) -> ForceTiming | Missing:
         """Whole samples between where the force is recorded and where it acts."""
-        data, profile = self.data, self.alignment
+        data, found = self.data, self.alignment
         if self.weak:
             return Missing("the instruments are too weak to measure a delay")
-        return force_timing(data.axis, data.record, profile, data.hold_delay)
+        return force_timing(data.axis, data.record, found, data.hold_delay)
 
     @cached_property
     def instruments(self) -> InstrumentTests | Missing:
@@ -212,11 +212,6 @@ class Case:
     def weak(self) -> bool:
         """Whether the instruments of the judged estimate tell nothing."""
         return isinstance(self.strength, Check) and self.strength.status == "fail"
-
-    @cached_property
-    def residuals(self) -> ResidualTests:
-        """Of the judged estimate."""
-        return self.preferred.residual_tests
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
@@ -285,7 +280,9 @@ class Case:
     def steps(self) -> Mapping[str, float] | Missing:
         """What the steps of a logged position move a judged least squares without twins by."""
         ls = self.preferred
-        if self.has_parts or ls.loop_rows is not None or ls.filter_bias is not None:
+        if len(self.choice.problem.data) > 1 or self.has_parts:
+            return Missing("it is told of one record by itself")
+        if ls.loop_rows is not None or ls.filter_bias is not None:
             return Missing("loops tell it")
         return moved_by_steps(self.data, ls)
 
@@ -302,20 +299,26 @@ class Case:
         return model_bands(self.estimates, self.data, noisy=noisy)
 
     @cached_property
-    def differences(self) -> Mapping[str, Mapping[str, HausmanTest]]:
-        """Estimates against each other; none by instruments that are too weak to tell."""
+    def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
+        """Estimates against each other, or why they cannot be; none that are not there both."""
+        weak = Missing("the instruments are too weak to tell")
         instruments = any(each.loop_rows is not None for each in self.estimates.values())
-        weak = isinstance(self.strength, Check) and self.strength.status != "pass"
-        tested = {
-            SECOND_OPINION: {} if weak else self.choice.apart,
-            LS_LESS_IV: {} if weak else self._less("idm-ls", "idm-iv"),
-            FORMS: {} if instruments else self._less("ddm-ls", "idm-ls"),
-        }
-        return {name: found for name, found in tested.items() if found}
+        is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
+        pairs = [SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS]
+        found: dict[str, Mapping[str, HausmanTest] | Missing] = {}
+        for pair in pairs:
+            one, other = (self.estimates.get(method) for method in pair.split(LESS))
+            if one is not None and other is not None:
+                tested = partial(hausman, one, other)
+                told = self.choice.apart if pair == SECOND_OPINION else unless_faulty(tested)
+                found[pair] = weak if instruments and is_weak else told
+        return found
 
-    def _less(self, one: str, other: str) -> Mapping[str, HausmanTest]:
-        found = self.estimates.get(one), self.estimates.get(other)
-        return {} if found[0] is None or found[1] is None else hausman(found[0], found[1])
+    @property
+    def differences(self) -> Mapping[str, Mapping[str, HausmanTest]]:
+        """Those of them that can be told."""
+        told = self.compared.items()
+        return {pair: each for pair, each in told if not isinstance(each, Missing)}
 
     @cached_property
     def fixed(self) -> Check | Missing | None:

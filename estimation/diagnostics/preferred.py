@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 
-from axisid.estimation.checks import told_or, unless_faulty
+from axisid.estimation.checks import unless_faulty
 from axisid.estimation.diagnostics.estimates import prefers_instruments
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate, HausmanTest, hausman
@@ -44,7 +44,8 @@ class Choice:
         if by_law == first or not self.laws_hold:
             return first
         iv, didim = self.estimates[first], self.estimates[by_law]
-        return first if prefers_instruments(self.apart, iv, didim) else by_law
+        apart = {} if isinstance(self.apart, Missing) else self.apart
+        return first if prefers_instruments(apart, iv, didim) else by_law
 
     @cached_property
     def laws(self) -> tuple[LawCheck | Missing, ...]:
@@ -59,12 +60,12 @@ class Choice:
         return all(isinstance(law, LawCheck) and law.passed for law in self.laws)
 
     @cached_property
-    def apart(self) -> Mapping[str, HausmanTest]:
-        """IDM-IV less DIDIM by parameter; empty where they are not both there, of the same rows."""
+    def apart(self) -> Mapping[str, HausmanTest] | Missing:
+        """IDM-IV less DIDIM by parameter, or why that cannot be told."""
         iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
         if iv is None or didim is None:
-            return {}
-        return told_or({}, partial(hausman, iv, didim))
+            return Missing("idm-iv and didim did not both give an estimate")
+        return unless_faulty(partial(hausman, iv, didim))
 
     def _best(self, *, by_law: bool) -> str:
         def preference(method: str) -> tuple[bool, bool, bool]:

@@ -2,7 +2,7 @@
 
 A record gets parameters of its own beside those of all: its columns of them, zero in every other
 record, are added to the estimate, which is solved once more. What is found of them is the record's
-difference from the others; its covariance is the one that the estimate itself has, and
+difference from the others; its covariance is HAC for rows, and for a fit that of its errors, and
 ``d' V^-1 d`` is held against Hotelling's distribution with the degrees of freedom of that. A
 record that differs most keeps parameters of its own while those that are left are tested again:
 what one record does to the estimate of all would else speak against the others.
@@ -425,7 +425,7 @@ def _tested(
         own = _independent(Z, np.hstack([base, instruments]))
         columns, instruments = np.hstack([columns, X[:, own]]), np.hstack([instruments, Z[:, own]])
     if not own:
-        return Missing("no record alone tells the parameters of its axis")
+        return Missing("this record alone does not tell the parameters of its axis")
     try:
         found = extended(columns, instruments)
     except EstimationError as error:

@@ -16,11 +16,12 @@ from scipy.special import stdtr
 from axisid.estimation.regression import Equations, Hac, Solution, joint_p
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
 
 from .estimate import Estimate, alike_corrected
 from .solver_of import solver_of
 
-LEVEL = 0.01  # of the test, by convention
+_LEVEL = 0.01  # of the test, by convention
 NOTICEABLE = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
 _SAME = 1e-9  # of the eigenvalues of a correlation matrix
 
@@ -52,11 +53,11 @@ class HausmanTest:
     @property
     def is_noticeable(self) -> bool:
         """Whether it is more than chance for all parameters together, and half a deviation."""
-        return self.joint_p_value < LEVEL and self.shift > NOTICEABLE
+        return self.joint_p_value < _LEVEL and self.shift > NOTICEABLE
 
 
-def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest]:
-    """One estimate less another by physical parameter; empty where it cannot be tested.
+def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
+    """One estimate less another by physical parameter, or why that cannot be tested.
 
     Parameters
     ----------
@@ -67,13 +68,14 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest]:
     ----------
     [Hausman1978]_.
     """
-    told = (one.filter_bias is None) == (other.filter_bias is None)  # or one would have its bias
-    if not told or one.X.shape != other.X.shape:
-        return {}
+    if (one.filter_bias is None) != (other.filter_bias is None):
+        return Missing("what filter and noise move is known of one of the two alone")
+    if one.X.shape != other.X.shape:
+        return Missing("the two are not of the same rows")
     try:
         scores = np.subtract(*_scores(one, other))
-    except EstimationError:
-        return {}
+    except EstimationError as error:
+        return Missing.of(error.note)
     apart = np.subtract(*alike_corrected(one, other))
     model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
     # What parts two fits of the same rows is a direction that neither took: the kernel alone.
@@ -87,6 +89,8 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest]:
         )
     )
     covariance, freedom = applied.matrix, applied.freedom
+    if not (np.isfinite(covariance).all() and np.isfinite(apart).all()):
+        return Missing("the difference of the two is not finite")
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     together = _joint_p(apart, covariance, float(freedom.min()))
     found = {}
@@ -108,7 +112,7 @@ def parted(differences: Mapping[str, HausmanTest]) -> dict[str, HausmanTest]:
     What one gives to another, as friction's two parts do, neither of them need show by itself.
     """
     far = {name: each for name, each in differences.items() if each.is_noticeable}
-    return {name: each for name, each in far.items() if each.p_value < LEVEL} or far
+    return {name: each for name, each in far.items() if each.p_value < _LEVEL} or far
 
 
 def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.diagnostics import alignment_of
+from axisid.estimation.diagnostics import alignment_in
 from axisid.estimation.diagnostics.loop import Alignment
 from axisid.estimation.estimates import Estimate, student_interval
 from axisid.estimation.records import Record
@@ -221,7 +221,7 @@ def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True
 
 def _alignment(declared: Axis, result: Identification, name: str) -> Alignment:
     """The alignment of an identification, where it tells the time."""
-    found = alignment_of(result.choice)
+    found = alignment_in(result.choice)
     if isinstance(found, Missing) or found.at_the_end:
         why = "the record tells no delay between force and motion"
         raise EstimationError(

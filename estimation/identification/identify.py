@@ -69,9 +69,8 @@ def identify(
     lags : int, optional
         Of the autocorrelation-consistent covariance; chosen from the data by default.
     covariance : str
-        Of `COVARIANCES`, ``hac``, ``robust`` or ``iid``: what intervals, draws, the
-        delta method's check and the endogeneity test are of. All
-        deviations are given whichever is chosen.
+        Of `COVARIANCES`, ``hac``, ``robust`` or ``iid``: what intervals, draws and the curvatures
+        are of. All deviations are given whichever is chosen.
     local : str or sequence of str
         Declared parameters that each record has for itself, such as an amplifier's offset. Result
         ``result.local["tau0"]`` has one value for each record.

@@ -98,6 +98,7 @@ class StudyFigures(_HasFigures, Checked):
         narrow, wide = (_listed(self.miscovered(narrow=narrow)) for narrow in (True, False))
         shares = [each.coverage for each in self.figures if each.coverage]
         runs, biased, lost = f"{len(self)} runs tell", _listed(self.biased), "; ".join(self._lost())
+        untold = Missing("No truth is known")
         return (
             Check.unless(
                 "coverage",
@@ -105,20 +106,24 @@ class StudyFigures(_HasFigures, Checked):
                 f"No interval holds the truth more rarely than it says, as far as {runs}",
             )
             if shares
-            else Check.not_evaluated("coverage", Missing("No truth is known")),
+            else Check.not_evaluated("coverage", untold),
             Check.unless(
                 "width",
                 wide and f"Intervals that are wider than they need be: {wide}",
                 f"No interval is wider than it need be, as far as {runs}",
                 matters=False,
-            ),
+            )
+            if shares
+            else Check.not_evaluated("width", untold),
             Check.unless(
                 "bias",
                 biased
                 and f"Bias beyond chance ({MIN_BIAS.value:g} standard errors of many twins, more "
                 f"of few): {biased}",
                 f"No bias is beyond chance, as far as {runs}",
-            ),
+            )
+            if shares
+            else Check.not_evaluated("bias", untold),
             Check.unless("runs", lost, "Every run gave every estimate"),
         )
 

@@ -172,7 +172,8 @@ def _agrees(result: Identification) -> bool:
     ls, iv = result.estimates.get("idm-ls"), result.estimates.get("idm-iv")
     if ls is None or iv is None or not _is_strong(iv):
         return False
-    return not parted(hausman(ls, iv))
+    found = hausman(ls, iv)
+    return not (isinstance(found, Missing) or parted(found))
 
 
 def _is_strong(iv: Estimate | None) -> bool:

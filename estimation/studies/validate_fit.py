@@ -78,7 +78,7 @@ class FitValidation(Checked, Exact):
     @property
     def notes(self) -> tuple[Note, ...]:
         """What speaks against the fit on this record."""
-        return tuple(check.note for check in self.checks if check.status == "fail")
+        return tuple(check.note for check in self.checks if check.status in ("note", "fail"))
 
     @property
     def error(self) -> float:
@@ -183,7 +183,8 @@ def _checks(
         f"the record is sampled every {record.period:.6g} s, and what was fitted every "
         f"{periods[0]:.6g} s: see whether it is of the same axis and drive"
     )
-    yield Check.unless("time base", None if same else said, "its sample period is that of the fit")
+    held = "its sample period is that of the fit"
+    yield Check.unless("sample period", None if same else said, held, matters=False)
     law = Missing(_NO_LAW) if result.outputs == (OPEN_LOOP,) else check_law(axis, record)
     yield checked_law(law, "the record's control is not the law's of the fit's axis: ")
     own = max(each.percent for each in result.of_records if each.output == output)

@@ -16,8 +16,10 @@ from .instruments import instrument_tests as instrument_tests
 from .instruments import strength_check as strength_check
 from .instruments import tests_of_instruments as tests_of_instruments
 from .method import FORMS as FORMS
+from .method import LESS as LESS
 from .method import LS_LESS_IV as LS_LESS_IV
 from .method import SECOND_OPINION as SECOND_OPINION
+from .method import forms_check as forms_check
 from .method import method_check as method_check
 from .method import moved_by_steps as moved_by_steps
 from .method import prefers_instruments as prefers_instruments

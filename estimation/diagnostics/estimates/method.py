@@ -7,14 +7,37 @@ import numpy as np
 
 from axisid.estimation.checks import Check, Status
 from axisid.estimation.choices.methods import instruments_of
+from axisid.estimation.choices.outputs import OPEN_LOOP_FIT
 from axisid.estimation.estimates import NOTICEABLE, Estimate, HausmanTest, Value, parted
 from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, NEGLIGIBLE_BIAS
 from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy
 
 _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")
+_HAUSMAN = (
+    "largest difference of two estimates in deviations of the other; counts where a HAC test of "
+    "all differences at once (Hausman, Hotelling, the p-value) rejects at 1 %; a failure where it "
+    "is more than 1 % of the value and more than either 95 % interval allows for"
+)
+_STEPS = (
+    "what as much noise again as the steps of the position make moves least squares by, in "
+    "deviations; a failure where it is more than 1 % of the value"
+)
+_BY_OPEN_LOOP = Remedy.of(
+    "; take a fit of the position under the recorded control, which no noise of a derivative "
+    "moves: ",
+    OPEN_LOOP_FIT,
+)
+_TWINS = "bias of least squares, as its twins tell, in deviations"
+
+#: Between two methods of which estimates are compared, the one less the other.
+LESS = " less "
+SECOND_OPINION = f"idm-iv{LESS}didim"
+LS_LESS_IV = f"idm-ls{LESS}idm-iv", f"ddm-ls{LESS}ddm-iv"
+FORMS = f"ddm-ls{LESS}idm-ls"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,12 +48,16 @@ class _Finding:
     said: str
     figure: float = 0.0
     p_value: float | None = None
+    source: str = _HAUSMAN
+
+
+Compared = Mapping[str, Mapping[str, HausmanTest] | Missing]
 
 
 def method_check(
     judged: Estimate,
     estimates: Mapping[str, Estimate],
-    differences: Mapping[str, Mapping[str, HausmanTest]],
+    compared: Compared,
     steps: Mapping[str, float] | Missing,
     *,
     law_passed: bool | None,
@@ -42,58 +69,40 @@ def method_check(
     judged : Estimate
     estimates : mapping of str to Estimate
         By method.
-    differences : mapping of str to mapping of str to HausmanTest
-        By parameter, of the judged estimate against the others; by what is compared, see `PAIRS`.
+    compared : mapping of str to mapping of str to HausmanTest, or Missing
+        By parameter, of one estimate less another; by what is compared, see `SECOND_OPINION`.
     steps : mapping of str to float, or Missing
         What the steps of a logged position move a judged least squares by, see `moved_by_steps`.
     law_passed : bool or None
         Whether the recorded control is the declared law's; None where that cannot be checked.
     """
-    found = [
-        each
-        for each in (
-            _second_opinion(differences, estimates, law_passed=law_passed),
-            _least_squares_beside(differences, estimates),
-            _least_squares_judged(judged, steps),
-            _forms(differences, estimates, judged),
-        )
-        if each is not None
-    ]
+    made = (
+        _second_opinion(compared, estimates, law_passed=law_passed),
+        _least_squares_beside(compared, estimates),
+        _least_squares_judged(judged, steps),
+    )
+    found = [each for each in made if each is not None]
     if not found:
-        return Missing(
-            f"there is {judged.method} alone, and neither loop nor steps that tell what noise does "
-            "to it"
-        )
+        why = (each for each in compared.values() if isinstance(each, Missing))
+        return next(why, Missing(f"nothing is compared with {judged.method}"))
     worst = min(found, key=lambda each: (_WORST.index(each.status), -each.figure))
-    told = [each.said for each in found if each.status == worst.status]
+    told = "; ".join(each.said for each in found if each.status == worst.status)
     return Check(
         name="method",
         status=worst.status,
         figure=worst.figure,
         threshold=NOTICEABLE,
         p_value=worst.p_value,
-        source="largest difference of two estimates, or of one from what noise and steps make of "
-        "it, in deviations; counts where a HAC test of all differences at once (Hausman, "
-        "Hotelling, the p-value) rejects at 1 %; a failure where it is more than 1 % of the value "
-        "and more than either 95 % interval allows for",
-        meaning="; ".join(told),
+        source=worst.source,
+        meaning=f"{judged.method} is judged: {told}" if worst.status == "pass" else told,
     )
 
 
-#: What is compared: an estimate, and the other that it is less of.
-SECOND_OPINION = "idm-iv less didim"
-LS_LESS_IV = "idm-ls less idm-iv"
-FORMS = "ddm-ls less idm-ls"
-
-
 def _second_opinion(
-    differences: Mapping[str, Mapping[str, HausmanTest]],
-    estimates: Mapping[str, Estimate],
-    *,
-    law_passed: bool | None,
+    compared: Compared, estimates: Mapping[str, Estimate], *, law_passed: bool | None
 ) -> _Finding | None:
-    found = differences.get(SECOND_OPINION)
-    if not found:
+    found = compared.get(SECOND_OPINION)
+    if found is None or isinstance(found, Missing):
         return None
     iv, didim = estimates["idm-iv"], estimates["didim"]
     moved, worst = _moved(found)
@@ -146,20 +155,17 @@ def _whom(vaguer: Sequence[str], *, law_passed: bool | None) -> str:
     return f"the control law {why}, on which didim rests, so believe the instruments"
 
 
-def _least_squares_beside(
-    differences: Mapping[str, Mapping[str, HausmanTest]], estimates: Mapping[str, Estimate]
-) -> _Finding | None:
+def _least_squares_beside(compared: Compared, estimates: Mapping[str, Estimate]) -> _Finding | None:
     """What noise does to least squares where instruments tell; another estimate is judged."""
-    found = differences.get(LS_LESS_IV)
-    if not found:
+    pair = next((pair for pair in LS_LESS_IV if pair in compared), "")
+    found = compared.get(pair)
+    if found is None or isinstance(found, Missing):
         return None
     moved, worst = _moved(found)
-    said = (
-        f"least squares differs from the instruments, {_listed(moved, estimates['idm-iv'])}: "
-        "believe the instruments"
-        if moved
-        else "least squares and instruments are one estimate but for chance"
-    )
+    said = "least squares and instruments are one estimate but for chance"
+    if moved:
+        other = estimates[pair.split(LESS)[1]]
+        said = f"least squares differs from the instruments, {_listed(moved, other)}, by noise"
     status: Status = "note" if moved else "pass"  # as another estimate is judged
     return _Finding(status=status, said=said, figure=worst.shift, p_value=worst.joint_p_value)
 
@@ -181,7 +187,7 @@ def _least_squares_judged(
                 "intervals are less that: identify by instruments "
                 f"({instruments_of(judged.method)})"
             )
-        return _Finding(status="note" if far else "pass", said=said, figure=worst)
+        return _Finding(status="note" if far else "pass", said=said, figure=worst, source=_TWINS)
     if isinstance(steps, Missing) or not steps:
         return None
     far, worst = _beyond_noise(steps, values)
@@ -193,7 +199,8 @@ def _least_squares_judged(
             "record the reference, from which instruments are made, or lower the cut-off"
         )
     large = any(abs(by) > NEGLIGIBLE_BIAS.value * abs(values[n].value) for n, by in far.items())
-    return _Finding(status="fail" if large else "note" if far else "pass", said=said, figure=worst)
+    status: Status = "fail" if large else "note" if far else "pass"
+    return _Finding(status=status, said=said, figure=worst, source=_STEPS)
 
 
 def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | Missing:
@@ -216,27 +223,30 @@ def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | 
     return {name: float(each) for name, each in zip(ls.parameters, by, strict=True)}
 
 
-def _forms(
-    differences: Mapping[str, Mapping[str, HausmanTest]],
-    estimates: Mapping[str, Estimate],
-    judged: Estimate,
-) -> _Finding | None:
-    """The two forms of least squares: noise alone parts them, each to another side of the truth."""
-    found = differences.get(FORMS)
-    if not found or judged.loop_rows is not None:
-        return None
+def forms_check(compared: Compared, estimates: Mapping[str, Estimate]) -> Check | Missing | None:
+    """The two forms of least squares: noise alone parts them, each to another side of the truth.
+
+    None where instruments tell what noise does, or one of the forms is not there.
+    """
+    found = compared.get(FORMS)
+    if found is None or isinstance(found, Missing):
+        return found
     direct, inverse = estimates["ddm-ls"], estimates["idm-ls"]
     moved, worst = _moved(found)
-    said = (
-        f"ddm-ls differs from idm-ls, {_listed(moved, inverse)}: noise of the acceleration makes "
-        "an inertia by idm-ls too small, that of the force one by ddm-ls too large, and without "
-        "instruments nothing tells which; a fit of the position under the recorded control, which "
-        "no noise of a derivative moves, does"
+    return Check(
+        name="inverse against direct",
+        status=_weight(moved, direct, inverse),
+        figure=worst.shift,
+        threshold=NOTICEABLE,
+        p_value=worst.joint_p_value,
+        source=_HAUSMAN,
+        meaning=f"ddm-ls differs from idm-ls, {_listed(moved, inverse)}: noise of the acceleration "
+        "makes an inertia by idm-ls too small, that of the force one by ddm-ls too large, and "
+        "without instruments nothing tells which"
         if moved
-        else "least squares of the inverse and of the direct model are one estimate but for chance"
+        else "least squares of the inverse and of the direct model are one estimate but for chance",
+        remedy=_BY_OPEN_LOOP if moved else None,
     )
-    status = _weight(moved, direct, inverse)
-    return _Finding(status=status, said=said, figure=worst.shift, p_value=worst.joint_p_value)
 
 
 def _moved(found: Mapping[str, HausmanTest]) -> tuple[dict[str, HausmanTest], HausmanTest]:

@@ -104,7 +104,7 @@ def alignment_of(scores: RecordScores | Missing) -> Alignment | Missing:
         moved = _delayed(scores, delay - start)
         tested = moved.test(moved.block(column[:, None]))
         step = float(tested.values[0, 0])
-        if step == 0:
+        if step == 0 or not math.isfinite(step):
             return Missing("the parameters of the model explain a delay of the force as well")
         deviation = float(np.sqrt(tested.covariances[0, 0, 0]))
         delay += step
@@ -132,7 +132,7 @@ def _held(scores: RecordScores) -> float:
 
 
 def _delayed(scores: RecordScores, samples: float) -> RecordScores:
-    """With the record's force so many samples earlier."""
+    """With the record's force delayed by so many samples."""
     more = scores.along.by_stretch(partial(_change, samples), scores.data.signals.force)
     column = scores.along.reduce(more)[:, None]
     residuals = scores.residuals.copy()
@@ -148,7 +148,7 @@ def _change(samples: float, force: Array) -> Array:
 
 
 def alignment_check(
-    profile: Alignment | Missing,
+    delay: Alignment | Missing,
     data: FilteredRecord,
     *,
     late: Lack | None,
@@ -163,32 +163,32 @@ def alignment_check(
     law says that the log wrote it at another time, by as much: that is the only remedy then, and
     counts once.
     """
-    if isinstance(profile, Missing):
-        return profile
+    if isinstance(delay, Missing):
+        return delay
     if weak:
         return Missing("the instruments are too weak to measure a delay")
     hold, used = str(data.prefilter.hold), data.hold_delay
-    apart = profile.best - used
-    far = profile.at_the_end and abs(apart) > MAX_DELAY_DISTANCE.value * profile.deviation
-    if profile.deviation > MAX_DELAY_DEVIATION.value and not far:
+    apart = delay.best - used
+    far = delay.at_the_end and abs(apart) > MAX_DELAY_DISTANCE.value * delay.deviation
+    if delay.deviation > MAX_DELAY_DEVIATION.value and not far:
         return Missing(
-            f"the record tells the force's delay to +-{profile.deviation:.2g} samples only, which "
+            f"the record tells the force's delay to +-{delay.deviation:.2g} samples only, which "
             "is no more than a guess"
         )
     moved = ", ".join(
         f"{name} by {slope:+.2g} {unit}"
-        for name, slope, unit in zip(profile.names, profile.sensitivity, profile.units, strict=True)
+        for name, slope, unit in zip(delay.names, delay.sensitivity, delay.units, strict=True)
     )
-    by_ls = "" if profile.by_instruments else " (by least squares, which noise may bias)"
+    by_ls = "" if delay.by_instruments else " (by least squares, which noise may bias)"
     fits = (
-        f"the force fits the motion best {_delay(profile)} {_side(profile.best)} it is recorded; "
+        f"the force fits the motion best {_delay(delay)} {_side(delay.best)} it is recorded; "
         f"hold {hold} supposes {abs(used):g} samples {_side(used)}{by_ls}"
     )
-    other, moves = _other_hold(profile, data), f"A sample of delay moves {moved}"
+    other, moves = _other_hold(delay, data), f"A sample of delay moves {moved}"
     advice = Remedy.of("Try ", other) if other is not None else remedy
     if not by_log and other is None:
-        advice = _of_drive(profile, data, remedy)
-    aligned = not (late or profile.at_the_end)
+        advice = _of_drive(delay, data, remedy)
+    aligned = not (late or delay.at_the_end)
     return Check(
         name="alignment",
         status=passed(aligned, matters=not by_log),
@@ -204,15 +204,15 @@ def alignment_check(
     )
 
 
-def _of_drive(profile: Alignment, data: FilteredRecord, remedy: Remedy | None) -> Remedy | None:
+def _of_drive(delay: Alignment, data: FilteredRecord, remedy: Remedy | None) -> Remedy | None:
     """To declare what is between a command and its force, before what else there is to do."""
-    axis, record, apart = data.axis.axis, data.record, profile.best - data.hold_delay
+    axis, record, apart = data.axis.axis, data.record, delay.best - data.hold_delay
     sampled = axis.control is None or not axis.control.continuous
     if record.force is not None or not sampled:
         return remedy
     if apart < 0 and declared_lateness(data):
-        return Remedy.of(_too_long(profile, data), ". " if remedy else "", remedy)
-    if apart <= 0 or profile.at_the_end:
+        return Remedy.of(_too_long(delay, data), ". " if remedy else "", remedy)
+    if apart <= 0 or delay.at_the_end:
         return remedy
     more = "more " if declared_lateness(data) else ""
     said = (
@@ -229,35 +229,35 @@ def declared_lateness(data: FilteredRecord) -> float:
     return float(behind.get(drive.logged, 0.0))
 
 
-def _too_long(profile: Alignment, data: FilteredRecord) -> str:
+def _too_long(delay: Alignment, data: FilteredRecord) -> str:
     """By how much a declared delay or lag is too long, and what to declare."""
     declared = declared_lateness(data)
-    off = (data.hold_delay - profile.best) * data.record.period
-    least = "at least " if profile.at_the_end else ""
+    off = (data.hold_delay - delay.best) * data.record.period
+    least = "at least " if delay.at_the_end else ""
     rest = declared - off
     instead = "none" if rest < NO_DELAY.value * declared else f"{rest:.3g} s"
     return (
         f"The drive's delay or lag, declared as {declared:.3g} s in all, is {least}{off:.3g} s too "
-        f"long: declare {instead}{' or less' if profile.at_the_end and rest > 0 else ''}"
+        f"long: declare {instead}{' or less' if delay.at_the_end and rest > 0 else ''}"
     )
 
 
-def _other_hold(profile: Alignment, data: FilteredRecord) -> Setting | None:
+def _other_hold(delay: Alignment, data: FilteredRecord) -> Setting | None:
     """The other hold, where the delay is its own."""
     zoh = hold_delay(data.axis.axis.control, data.period, clock_of(data.record))
     other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
-    near = abs(profile.best - own) <= MAX_MISALIGNMENT.value
-    early = (data.hold_delay - profile.best) * data.record.period
+    near = abs(delay.best - own) <= MAX_MISALIGNMENT.value
+    early = (data.hold_delay - delay.best) * data.record.period
     if 0 < early * (1 - NO_DELAY.value) < declared_lateness(data):
         return None  # a delay that is not there is declared
     return Setting("hold", other) if near else None
 
 
-def _delay(profile: Alignment) -> str:
-    size = abs(profile.best)
-    if profile.at_the_end:
+def _delay(delay: Alignment) -> str:
+    size = abs(delay.best)
+    if delay.at_the_end:
         return f"{size:g} samples, the end of the range that was tried, or more"
-    return f"{size:.2f} +- {profile.deviation:.2g} samples"
+    return f"{size:.2f} +- {delay.deviation:.2g} samples"
 
 
 def _side(delay: float) -> str:

@@ -51,14 +51,20 @@ class Series(Checked):
         """Whether a parameter changes or is beyond its limits, and whether results are believed."""
         changed = ", ".join(chart.parameter for chart in self.charts if chart.has_changed)
         beyond = ", ".join(chart.parameter for chart in self.charts if chart.beyond)
-        failing = first_of([point.name for point in self.points if point.failing])
+        failing = dict.fromkeys(name for point in self.points for name in point.failing)
         rows = (
             ("changes", changed and f"step or drift of {changed}", "no step and no drift"),
             ("limits", beyond and f"beyond the limits: {beyond}", "nothing beyond the limits"),
-            ("verdicts", failing and f"the verdict fails of {failing}", "no verdict fails"),
         )
         of = f"{self.title}: "
-        return tuple(Check.unless(name, bad and of + bad, of + good) for name, bad, good in rows)
+        return (
+            *(Check.unless(name, bad and of + bad, of + good) for name, bad, good in rows),
+            *(Check.unless(name, f"{of}fails in {self._failing(name)}") for name in failing),
+        )
+
+    def _failing(self, check: str) -> str:
+        """The results that a check fails in."""
+        return first_of([point.name for point in self.points if check in point.failing])
 
     @property
     def has_changed(self) -> bool:
