@@ -51,8 +51,8 @@ from .repeated_samples import repeated_check
 Belief = Literal["believed", "with care", "not believed"]
 
 _LAST = 100
-#: Checks of what an axis declares.
-_OF_THE_MODEL = ("missing terms", "control law")
+#: What is told where it could not be asked: of what an axis declares, and what noise does.
+_OF_THE_MODEL = ("missing terms", "control law", "method")
 #: Checks of other results by which no number is to be believed, with their rank among the others.
 _GRAVE_ELSEWHERE = {
     "result": 0,
@@ -102,7 +102,9 @@ def _strength(case: Case) -> Check | Missing | None:
     return None if without else case.strength
 
 
-def _method(case: Case) -> Check | Missing:
+def _method(case: Case) -> Check | Missing | None:
+    if len(case.estimates) == 1 and case.preferred.loop_rows is not None:
+        return None  # nothing is beside it
     laws = [part.law for part in case.parts]
     checked = [law for law in laws if not isinstance(law, Missing)]
     law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None

@@ -425,7 +425,7 @@ def _tested(
         own = _independent(Z, np.hstack([base, instruments]))
         columns, instruments = np.hstack([columns, X[:, own]]), np.hstack([instruments, Z[:, own]])
     if not own:
-        return Missing("this record alone does not tell the parameters of its axis")
+        return Missing("this record tells no parameter that it shares with the others")
     try:
         found = extended(columns, instruments)
     except EstimationError as error:

@@ -251,7 +251,8 @@ class OutputFit(Checked, Presentable, Exact):
     @cached_property
     def _laws(self) -> tuple[LawCheck | Missing, ...]:
         if self.outputs == (OPEN_LOOP,):
-            return (Missing("no law is simulated: the control is the recorded one"),)
+            why = Missing("no law is simulated: the control is the recorded one")
+            return (why,) * len(self.records)
         found = self.found_gains
         return tuple(
             unless_faulty(partial(check_found_law, axis, record, found))

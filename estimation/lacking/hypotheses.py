@@ -96,24 +96,40 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
 
 
 def _of_term(scores: RecordScores, term: Term) -> Hypothesis:
+    most = scores.twins - 1 if scores.twins else len(scores.along.place)
     return Hypothesis(
         kind=term.kind,
-        places=term.places(scores.along),
-        columns=partial(_columns, term, scores.along),
-        measured=partial(_columns, term, scores.measured),
+        places=_of_user(term, lambda: term.places(scores.along)),
+        columns=partial(_columns, term, most, scores.along),
+        measured=partial(_columns, term, most, scores.measured),
         between=term.between,
         is_positive=term.is_positive,
     )
 
 
-def _columns(term: Term, along: Along, places: Array) -> Array:
-    """Columns of a term, (n, m, g), which a user's own may give in another shape."""
-    found = np.asarray(term.columns(along, places), dtype=float)
-    rows = len(along.place)
-    if found.ndim != 3 or found.shape[:2] != (rows, len(places)) or not np.isfinite(found).all():
+def _of_user(term: Term, made: Callable[[], Array]) -> Array:
+    """What a term makes, which may be a user's own and raise."""
+    try:
+        return np.asarray(made(), dtype=float)
+    except Exception as error:
+        said = f"{type(error).__name__}: {error}".rstrip(": ")
         raise EstimationError(
-            f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}; give "
-            f"finite ones of {rows} rows, {len(places)} places and one or a few of each, as "
+            f"the candidate {quoted(term.kind)} makes no columns or places ({said}); mend it, or "
+            "take it out of axisid.candidates.TERMS.",
+            code="candidate-columns",
+        ) from error
+
+
+def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
+    """Columns of a term, (n, m, g), which a user's own may give otherwise; so many at most."""
+    found = _of_user(term, lambda: term.columns(along, places))
+    rows, finite = len(along.place), bool(np.isfinite(found).all())
+    is_block = found.ndim == 3 and found.shape[:2] == (rows, len(places))
+    if not (is_block and 0 < found.shape[2] <= most and finite):
+        raise EstimationError(
+            f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"
+            f"{', and are not all finite' * (not finite)}; give finite ones of {rows} rows, "
+            f"{len(places)} places and one or a few of each, {most} at most, as "
             "motion.reduce(force)[:, None, None] for a force without places.",
             code="candidate-columns",
         )

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from axisid.estimation.signals import Span
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
+from axisid.support.user_values import quoted
 
 _SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
 _MOST_WAVES, _WAVES_APART = 60, 0.75  # in the travel
@@ -28,6 +30,7 @@ _APART = 1.25  # from one antiresonance to the next
 _BETWEEN = 97  # frequencies, or speeds, among which it is told
 _SAMPLES_IN_A_SWING = 7.0
 _DAMPING = 0.1  # of a load: wide enough to be seen between places
+_NUMBERS = ("at", "rigid", "band")  # that texts of a term may have
 _RIGID_PART = 3.0  # of the frequency of an antiresonance
 
 
@@ -137,6 +140,19 @@ class Term:
     between: Callable[[Array, float], Array] | None = None
     is_positive: bool = False
     is_of_force: bool = False
+
+    def __post_init__(self) -> None:
+        words = dict.fromkeys(("q", "unit", "drive", "force"), "") | dict.fromkeys(_NUMBERS, 0.0)
+        try:
+            for text in (self.what, self.declare, self.unit):
+                text.format(**words)
+        except (LookupError, ValueError, AttributeError) as error:
+            raise UsageError(
+                f"the texts of the candidate {quoted(self.kind)} cannot be filled in "
+                f"({type(error).__name__}: {error}); they may have {{q}}, {{unit}}, {{drive}}, "
+                "{force} and {at}.",
+                code="candidate-term",
+            ) from error
 
 
 def wave_periods(s: Along) -> Array:
@@ -398,6 +414,12 @@ TERMS: dict[str, Term] = {term.kind: term for term in _TERMS}
 def terms_for(axis: Axis, *, commanded: bool) -> tuple[Term, ...]:
     """Terms that can be told of an axis: a turn of an angle, a dead band of what is commanded."""
     told = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
+    for name, term in TERMS.items():
+        if not isinstance(term, Term):
+            raise UsageError(
+                f"the candidate {quoted(name)} is {quoted(term)}; give an axisid.candidates.Term.",
+                code="candidate-term",
+            )
     return tuple(term for term in TERMS.values() if told.get(term.kind, True))
 
 

@@ -78,10 +78,14 @@ class MethodValidation:
     @property
     def fits(self) -> bool:
         """Whether the equation error is of the size that it has on the estimate's own record."""
-        most = MAX_VALIDATION_ERROR
+        own = self.own_equation_error_percent
+        return is_as_small(self.sure_equation_error_percent, own, MAX_VALIDATION_ERROR)
+
+    @property
+    def sure_equation_error_percent(self) -> float:
+        """The equation error less what chance may make of it, where that is known."""
         least = self.least_equation_error_percent
-        found = self.equation_error_percent if least is None else least
-        return is_as_small(found, self.own_equation_error_percent, most)
+        return self.equation_error_percent if least is None else least
 
     @property
     def follows(self) -> bool:
@@ -211,8 +215,8 @@ class Validation(Checked, Presentable, Exact):
             yield Check.unless("repeated records", said, "", known, most)
         yield checked_law(self.law, "does not hold: the loop of this record is another one: ")
         yield self._force()
-        yield self._loop()
         yield self._parameters()
+        yield self._loop()
 
     def _held(self) -> Note:
         again = any(v.reestimate for v in self)
@@ -231,9 +235,9 @@ class Validation(Checked, Presentable, Exact):
         return Check.unless(
             "equation error",
             None if all(v.fits for v in self) else said,
-            f"no equation error is both beyond {most:g} % and beyond {times:g} times the one "
-            "on their own record",
-            max(v.equation_error_percent for v in self),
+            "no equation error, less what chance may make of it in so short a record, is both "
+            f"beyond {most:g} % and beyond {times:g} times the one on their own record",
+            max(v.sure_equation_error_percent for v in self),
             most,
         )
 
@@ -247,16 +251,14 @@ class Validation(Checked, Presentable, Exact):
             return Check.not_evaluated("simulation", Missing.of(why))
         worst = max(v.tracking_error_percent or 0.0 for v in lost or found)
         said = Note.of(
-            f"{', '.join(v.method for v in lost)}: does not hold on this record: the force fits "
-            f"the motion, but the simulated position is {worst:.3g} % of the tracking error from "
-            "the recorded one, far more than on its own record; check the gains and the period of "
+            f"{', '.join(v.method for v in lost)}: does not hold on this record: the simulated "
+            f"loop is far further from it than from its own (its position by {worst:.3g} % of the "
+            "tracking error); check the gains and the period of "
             "the drive, and name a test signal that was added, with ",
             Remedy.of(Setting("columns", "injected=NAME"), " and ", Setting("injected-at")),
         )
         followed = "the simulated loops follow it"
-        return Check.unless(
-            "simulation", said if lost else None, followed, worst, _MAX_VALIDATION_TRACKING
-        )
+        return Check.unless("simulation", said if lost else None, followed, worst)
 
     def _parameters(self) -> Check:
         again = {v.method: v.reestimate for v in self if v.reestimate is not None}

@@ -31,6 +31,7 @@ _ROUNDING = 1e-12  # of the position, or the force
 _MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing is told
 _RANK = 1e-6
 _ROWS_A_COLUMN = 4
+_LEAST_FOUND = 0.5  # of what white noise of the position would make in the rows
 _HIGHEST = 0.6  # of the frequencies of rows: what the filter leaves as it is
 _LONGEST = 8.0  # times that a correlation time has to fit into a record
 
@@ -92,6 +93,12 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
         for twin in twins_of(data, physical, chain, _TWINS)
     ]
     known = rows.power(np.column_stack(twins)) if twins else np.zeros_like(found)
+    if rows.counts @ found < _LEAST_FOUND * (rows.counts @ known):
+        raise EstimationError(
+            "its position has noise at the highest frequencies that is not white: there is less "
+            "in its rows.",
+            code="noise-not-white",
+        )
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
     units = rows.power_of_disturbances(moving, times)
     variances = likeliest_variances(found, units, known, rows.counts)

@@ -1,6 +1,7 @@
 """A term of a user's own is looked for, named with its size, and told where it is none."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from axisid.candidates import TERMS, Along, Term
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
+from tests.refusals import refuses
 
 
 def _cubic(motion: Along, _: Array) -> Array:
@@ -50,13 +52,35 @@ def test_it_is_named_with_what_to_declare(
     assert float(said[1]) == pytest.approx(1e5, rel=0.02)
 
 
-def test_one_of_a_wrong_shape_is_told_and_costs_no_estimate(
-    hardening: tuple[GeneratedAxis, Record], monkeypatch: pytest.MonkeyPatch
+def _raises(motion: Along, _: Array) -> Array:
+    return motion.reduce(1 / np.zeros(0)[[0]])
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        (lambda motion, _: np.ones(len(motion.place)), "shape"),
+        (lambda motion, _: np.nan * _cubic(motion, _), "not all finite"),
+        (lambda motion, _: np.ones((len(motion.place), 1, 40)), "31 at most"),
+        (_raises, "IndexError"),
+    ],
+)
+def test_one_of_wrong_columns_is_told_and_costs_no_estimate(
+    hardening: tuple[GeneratedAxis, Record],
+    monkeypatch: pytest.MonkeyPatch,
+    columns: Callable[[Along, Array], Array],
+    said: str,
 ) -> None:
-    wrong = replace(CUBIC, columns=lambda motion, _: np.ones(len(motion.place)))
-    monkeypatch.setitem(TERMS, "cubic", wrong)
+    monkeypatch.setitem(TERMS, "cubic", replace(CUBIC, columns=columns))
     result = identify(*hardening, methods=["idm-iv"])
     (check,) = (c for c in result.checks if c.name == "missing terms")
     assert check.status == "not evaluated"
     assert "the candidate 'cubic'" in check.meaning
+    assert said in check.meaning
     assert result["idm-iv"].physical.all()
+
+
+def test_texts_that_cannot_be_filled_in_are_refused() -> None:
+    for wrong in ({"what": "{nope}"}, {"unit": "{force"}, {"declare": "{}"}):
+        with refuses("candidate-term", "cubic"):
+            replace(CUBIC, **wrong)  # type: ignore[arg-type]

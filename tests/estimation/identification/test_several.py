@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
@@ -9,7 +10,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from axisid import Identification, Prefilter, Record, UsageError, build, identify, leave_out
+from axisid import Identification, Prefilter, Record, UsageError, build, fit, identify, leave_out
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation.diagnostics.estimates.drive_gain import gain_check
@@ -368,3 +369,28 @@ def test_what_records_tell_adds_of_the_parameters_that_they_share(
     shared = shared_records(emps2015, records, None, local, known, "declared", skip_bad=False)
     bound = shared.bound(emps2015, shared.own_layout, Prefilter())
     assert [bool(data.excluded) for data in bound] == [left_out] * 2
+
+
+@pytest.mark.parametrize("by", [identify, fit])
+def test_a_record_without_motion_beside_others_is_refused_by_its_name(
+    plain: GeneratedAxis,
+    three: list[Record],
+    by: Callable[[GeneratedAxis, list[Record]], object],
+    rng: np.random.Generator,
+) -> None:
+    samples = len(three[0])
+    still = replace(
+        three[0],
+        position=1e-6 * rng.normal(size=samples),
+        control=1e-3 * rng.normal(size=samples),
+        reference=np.where(np.arange(samples) < samples - 10, 0.0, 1e-6),
+    )
+    with refuses("record-at-rest", "leave the record out"):
+        by(plain, [three[1], still])
+
+
+def test_an_open_loop_of_several_records_is_judged_without_a_law(
+    plain: GeneratedAxis, three: list[Record]
+) -> None:
+    result = fit(plain, three[:2], output="open-loop")
+    assert not any("fault" in check.meaning for check in result.checks)

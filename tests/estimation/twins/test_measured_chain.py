@@ -1,5 +1,6 @@
 """The chain that is measured in a record is the one that it was made with."""
 
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -96,3 +97,15 @@ def test_a_short_record_has_a_chain_too() -> None:
     filtering = Prefilter(cutoff=60.0, decimate=4)
     result = identify(axis, record, filtering, "idm-ls", bootstrap=8)["idm-ls"]
     assert np.all(np.isfinite(np.sqrt(np.diag(result.covariance))))
+
+
+def test_noise_of_the_position_that_is_not_white_has_no_chain() -> None:
+    """All of it at half the sampling rate: rows behind a filter have nothing of it."""
+    axis = build(load_axis("emps2015"))
+    record = twin_record(axis)
+    shaken = replace(record, position=record.position + 1e-4 * (-1.0) ** np.arange(len(record)))
+    result = identify(axis, shaken, methods="didim")
+    assert result["didim"].inference.chains == ()
+    assert "not white" in result["didim"].covariance_names["hac"]
+    for name, value in result["didim"].parameters.items():
+        assert abs(value.corrected - record.provenance.truth[name]) < 3 * value.deviation
