@@ -76,7 +76,8 @@ least_share_option = click.option(
     type=float,
     default=0.01,
     show_default=True,
-    help="Part of the force from which what the model lacks matters.",
+    help="Part of the force from which what the model lacks matters; so does what moves a "
+    "parameter by more than its interval.",
 )
 start_of_instruments = start_option(
     "Of instruments: least squares where its simulated loop follows the record, or the nominal "
