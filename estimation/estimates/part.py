@@ -33,16 +33,17 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
     record : int
     """
     data, span = problem.data[record], problem.spans[record]
+    left, residuals = estimate.y[span], estimate.residuals[span]
     plain = replace(
         estimate,
-        y=estimate.y[span],
+        y=left,
         rows=data.row_numbers,
         neighbours=data.neighbours,
         times=data.row_times,
         period=data.period,
-        residuals=estimate.residuals[span],
+        residuals=residuals,
         simulated=_span(estimate.simulated, span),
-        equation_error_percent=relative_error_percent(estimate.residuals[span], estimate.y[span]),
+        equation_error_percent=relative_error_percent(residuals, left) if len(left) else 0.0,
         simulation_error_percent=_simulation_error(estimate, span),
         weights=None,
         counts=None if estimate.counts is None else _counts(estimate.counts, span),
@@ -70,7 +71,7 @@ def _simulation_error(estimate: Estimate, span: slice) -> float | None:
     if isinstance(estimate.simulated, NotSimulated):
         return None
     left = estimate.y[span]
-    return relative_error_percent(left - estimate.simulated[span], left)
+    return relative_error_percent(left - estimate.simulated[span], left) if len(left) else None
 
 
 def _noise_free(quiet: NoiseFree | None, span: slice) -> NoiseFree | None:

@@ -105,15 +105,15 @@ def _of_records(ended: Ended) -> tuple[RecordError, ...]:
             rows = record_rows(spans, place, len(ended.outputs))
             used = counted[rows]
             e, y = errors[rows][used], measured[rows][used]
-            size = float(np.linalg.norm(y))
+            left, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
             found.append(
                 RecordError(
                     output=output,
                     unit=ended.predictions.units[place],
                     weight=float(ended.weighing.weights[rows].max()),
                     rows=int(used.sum()),
-                    error=float(np.sqrt(np.mean(e**2))),
-                    percent=100 * float(np.linalg.norm(e)) / size if size else float("inf"),
+                    error=left / max(len(e), 1) ** 0.5,
+                    percent=100 * left / size if size else float("inf") if left else 0.0,
                     order=model.order,
                 )
             )

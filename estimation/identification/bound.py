@@ -10,7 +10,7 @@ from axisid.estimation.choices.methods import ROW_LOSSES
 from axisid.estimation.joint import Layout, Told, known_of, layout_of, prefilters_of
 from axisid.estimation.methods import METHODS, bound_record, scale_of
 from axisid.estimation.problems import Problem
-from axisid.estimation.records import Record, record_labels
+from axisid.estimation.records import Record
 from axisid.estimation.signals import (
     FilteredRecord,
     Prefilter,
@@ -18,7 +18,7 @@ from axisid.estimation.signals import (
     show_too_little,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, DataError
+from axisid.support.errors import AxisidError
 
 # of the noisiest record; less noise is rounding, and tells nothing of a record's worth
 _MIN_NOISE_RATIO = 1e-6
@@ -76,15 +76,7 @@ def bound_records(
         little = show_too_little([data.without_turns(fastest) for data in moving], into)
         reversals = "keep" if little else "leave-out"
     every = tuple((a, r, replace(f, reversals=reversals)) for a, r, f in every)
-    bound = tuple(bound_record(a, r, f, fastest) for a, r, f in every)
-    for name, data in zip(record_labels(records), bound, strict=True):
-        if not len(data.row_numbers):
-            raise DataError(
-                f"{name} has no rows in motion beside the other records: all of its samples are "
-                "near rests or reversals, or at its ends; leave the record out.",
-                code="record-at-rest",
-            )
-    return bound
+    return tuple(bound_record(a, r, f, fastest) for a, r, f in every)
 
 
 def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:

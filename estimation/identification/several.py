@@ -130,7 +130,7 @@ def of_records(
                 known={each.name: (each.values[i], each.deviations[i]) for each in known},
                 rows=len(part.y),
                 weight=problem.weights[i] if problem.weights else 1.0,
-                noise=float(np.sqrt(np.mean(part.residuals**2))),
+                noise=float(np.linalg.norm(part.residuals)) / max(len(part.y), 1) ** 0.5,
                 equation_error_percent=part.equation_error_percent,
                 simulation_error_percent=part.simulation_error_percent,
                 share_percent=None if told is None else told.share_percent,

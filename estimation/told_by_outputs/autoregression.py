@@ -85,6 +85,8 @@ class Autoregression:
         from scipy.fft import irfft, next_fast_len, rfft
         from scipy.linalg import solve_toeplitz
 
+        if not rows:
+            return np.inf
         if not self.order or not self.variance > 0:
             return 2 / rows
         longest = max(map(len, pieces))

@@ -50,6 +50,8 @@ def lag_covariances(
     rows = sum(map(len, pieces))
     used = rows if counted is None else int(sum(map(np.sum, counted)))
     outputs = pieces[0].shape[1]
+    if not used:
+        return LagCovariances(np.zeros((1, outputs, outputs)), 0)
     most = min(max(round(_LONGEST / period), _FEWEST), used // (_ROWS_PER_ORDER * outputs))
     products = _products(pieces, most)
     if used < rows and counted is not None:
