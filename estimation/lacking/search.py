@@ -278,7 +278,7 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     near = hypothesis.between(hypothesis.places, found.at)
     made = hypothesis.columns(near)
     if hypothesis.measured is None:
-        best = int(np.argmax(hypothesis.taken(scores.test(scores.block(made)))))
+        best = int(np.argmax(scores.test(scores.block(made)).powers))
     else:
         best = scores.nearest(made, hypothesis.measured(near))
     values = scores.test(scores.block(made[:, [best]])).values[0]

@@ -233,9 +233,10 @@ def forms_check(compared: Compared, estimates: Mapping[str, Estimate]) -> Check 
         return found
     direct, inverse = estimates["ddm-ls"], estimates["idm-ls"]
     moved, worst = _moved(found)
+    status = _weight(moved, direct, inverse)
     return Check(
         name="inverse against direct",
-        status=_weight(moved, direct, inverse),
+        status=status,
         figure=worst.shift,
         threshold=NOTICEABLE,
         p_value=worst.joint_p_value,
@@ -245,7 +246,7 @@ def forms_check(compared: Compared, estimates: Mapping[str, Estimate]) -> Check 
         "without instruments nothing tells which"
         if moved
         else "least squares of the inverse and of the direct model are one estimate but for chance",
-        remedy=_BY_OPEN_LOOP if moved else None,
+        remedy=_BY_OPEN_LOOP if status == "fail" else None,
     )
 
 

@@ -480,4 +480,3 @@ def test_least_squares_that_noise_moves_is_corrected(ladder: dict[str, Generated
     assert found.recommended == "Coulomb"
     mass = found["Coulomb"].estimate.parameters["M"]
     assert abs(mass.filter_bias) > 3 * mass.deviation
-    assert mass.interval[0] < 100.2 < mass.interval[1]

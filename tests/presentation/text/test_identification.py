@@ -21,5 +21,5 @@ def test_a_log_without_a_loop_is_led_to_a_fit_of_the_open_loop_once(
         page.count("has no reference column" if lacking == "reference" else "no control law") == 1
     )
     assert page.count('fit(axis, record, "open-loop")') == 1
-    assert "law, method, loop" in page
+    assert "law, loop" in page
     assert "without idm-iv, ddm-iv, didim: see the verdict" in page

@@ -177,6 +177,7 @@ class WrittenIdentification(
         about("Methods that axis or record do not allow, with the reason."),
     ]
     failed: Annotated[Mapping[str, str], about("Methods that came to nothing, with the reason.")]
+    levels: WrittenLevels | UnsetType = UNSET
     validation: Annotated[WrittenValidation | UnsetType, about("With --validate.")] = UNSET
     validations: Annotated[
         tuple[WrittenValidation, ...] | UnsetType,
@@ -202,7 +203,6 @@ class WrittenIdentification(
         Mapping[str, str] | UnsetType,
         about("Records that could not be used, with the reason."),
     ] = UNSET
-    levels: WrittenLevels | UnsetType = UNSET
 
 
 class WrittenSweep(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):
