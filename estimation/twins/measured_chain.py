@@ -31,7 +31,7 @@ _ROUNDING = 1e-12  # of the position, or the force
 _MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing is told
 _RANK = 1e-6
 _ROWS_A_COLUMN = 4
-_LEAST_FOUND = 0.5  # of what white noise of the position would make in the rows
+_LEAST_FOUND = 0.1  # of what white noise of the position would make in the rows
 _HIGHEST = 0.6  # of the frequencies of rows: what the filter leaves as it is
 _LONGEST = 8.0  # times that a correlation time has to fit into a record
 
