@@ -116,7 +116,7 @@ def _of_user(term: Term, made: Callable[[], Array]) -> Array:
         raise EstimationError(
             f"the candidate {quoted(term.kind)} makes no columns or places ({said}); mend it, or "
             "take it out of axisid.candidates.TERMS.",
-            code="candidate-columns",
+            code="candidate-raises",
         ) from error
 
 

@@ -151,7 +151,7 @@ class Term:
                 f"the texts of the candidate {quoted(self.kind)} cannot be filled in "
                 f"({type(error).__name__}: {error}); they may have {{q}}, {{unit}}, {{drive}}, "
                 "{force} and {at}.",
-                code="candidate-term",
+                code="candidate-texts",
             ) from error
 
 
