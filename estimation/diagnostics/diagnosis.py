@@ -276,7 +276,7 @@ class Case:
         choice = self.choice
         return lacking(self.scores, self.preferred, len(choice.problem.data), choice.levels)
 
-    @property
+    @cached_property
     def steps(self) -> Mapping[str, float] | Missing:
         """What the steps of a logged position move a judged least squares without twins by."""
         ls = self.preferred

@@ -274,7 +274,7 @@ def rows_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
         return Missing("the rows of a direct model are accelerations")
     if estimate.counts is not None:
         return Missing("rows count by residuals, in a record alone by others than in all of them")
-    weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
+    weights = estimate.row_weights
     X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
     names = [q.label for q in estimate.form.quantities]
 

@@ -231,6 +231,11 @@ class Estimate(Presentable, Exact):
         return columns if self.counts is None else self.counts.slopes[:, None] * columns
 
     @property
+    def row_weights(self) -> Array:
+        """Of every row in the fit, (n,): 1 where all count alike."""
+        return np.ones(len(self.y)) if self.weights is None else self.weights
+
+    @property
     def light_rows(self) -> Array:
         """Which rows counted for less than half, (n,)."""
         if self.counts is None:

@@ -119,7 +119,7 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
     """What each row moves the physical parameters of each by, (n, p)."""
     residuals = one.net_residuals, other.net_residuals
     if np.array_equal(one.X, other.X):
-        weights = _weights(other)[:, None]
+        weights = other.row_weights[:, None]
         columns = weights * np.column_stack([other.X, one.score_columns, other.score_columns])
         both = weights[:, 0] * (other.X @ other.theta + other.net_residuals)
         apart = both - columns @ np.linalg.lstsq(columns, both)[0]
@@ -127,13 +127,9 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
     return _influence(one) * residuals[0][:, None], _influence(other) * residuals[1][:, None]
 
 
-def _weights(estimate: Estimate) -> Array:
-    return np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
-
-
 def _influence(estimate: Estimate) -> Array:
     """Of each row's residual on the physical parameters, (n, p)."""
-    weights = _weights(estimate)
+    weights = estimate.row_weights
     rows = Equations(
         left=weights * estimate.y,
         intercept=np.zeros(len(estimate.y)),

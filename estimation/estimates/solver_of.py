@@ -1,7 +1,5 @@
 """How the rows of an estimate were solved, so that others can be solved alike."""
 
-import numpy as np
-
 from axisid.estimation.problems import ByInstruments, ByLeastSquares, ByOutputError, Solver
 from axisid.estimation.regression import factor
 
@@ -19,7 +17,7 @@ def solver_of(estimate: Estimate) -> Solver:
     columns = estimate.loop_rows
     if columns is None:
         return ByLeastSquares(estimate.counts)
-    weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
+    weights = estimate.row_weights
     loop = factor(
         weights[:, None] * columns,
         [q.label for q in estimate.form.quantities],
