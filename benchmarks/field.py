@@ -45,11 +45,13 @@ class Log(NamedTuple):
         How many times the control it holds; -1 for its opposite.
     early : int
         Samples by which the control stands too early.
+    has_reference : bool
     """
 
     jitter: float = 0.0
     factor: float = 1.0
     early: int = 0
+    has_reference: bool = True
 
 
 _MOVES, _PLAIN = Motion(), Log()
@@ -108,7 +110,8 @@ class Case:
             yield read_record(self._logged(columns, np.random.default_rng([seed, k, 1])), self.axis)
 
     def _logged(self, columns: Mapping[str, Array], rng: np.random.Generator) -> dict[str, Array]:
-        kept = {name: each for name, each in columns.items() if name != "injected"}
+        left_out = {"injected"} if self.log.has_reference else {"injected", "reference"}
+        kept = {name: each for name, each in columns.items() if name not in left_out}
         rows = len(kept["time"]) - self.log.early
         control = self.log.factor * kept["control"][self.log.early :]
         kept = {name: each[:rows] for name, each in kept.items()} | {"control": control}
@@ -163,6 +166,11 @@ FIXED: dict[str, Case] = {
     "PD, drive with lag and delay": _right(
         replace(_FINE, lag=8e-4, delay=4e-4, position_noise=white(1e-6)), Motion("trapezoids")
     ),
+    "PD, white position noise of 2 um, no reference": _right(
+        Machine(position_noise=white(2e-6), control_noise=white(2e-3)),
+        log=Log(has_reference=False),
+    ),
+    "P-PI, 1 um, dwells, no reference": _right(_P_PI, log=Log(has_reference=False)),
     "PD, sampled with jitter of 5 %": _right(replace(_FINE, clock_jitter=0.05)),
     "PD, 2 s": _right(
         replace(_FINE, force_noise=autoregressive(2.0, 0.05, 1e-3)), Motion("trapezoids", seconds=2)

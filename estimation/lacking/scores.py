@@ -19,6 +19,7 @@ from axisid.estimation.regression import (
     Equations,
     Hac,
     InverseForm,
+    follows_noise,
     joint_p,
     recorded_loops,
     score_products,
@@ -308,6 +309,11 @@ def scores_of(
     form = InverseForm(data.axis).at(physical)
     if chain is None and not by_loop:
         return _scores(data, data, form, physical, free, [])
+    if follows_noise(data):
+        return Missing(
+            "the control law reads a velocity that is in no record, without which noise of the "
+            "position is in the loop that follows it: record the reference"
+        )
     loops = recorded_loops(data, physical)
     quiet = noise_free_record(data, loops)
     data = _where_both_move(data, quiet)

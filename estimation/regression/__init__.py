@@ -16,6 +16,7 @@ from .covariance import delta_method as delta_method
 from .covariance import most_lags as most_lags
 from .covariance import score_products as score_products
 from .covariance import widened as widened
+from .following_loops import follows_noise as follows_noise
 from .following_loops import is_measured_by_law as is_measured_by_law
 from .following_loops import recorded_loops as recorded_loops
 from .forms import DirectForm as DirectForm

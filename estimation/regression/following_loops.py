@@ -158,6 +158,17 @@ def recorded_loops(
     )
 
 
+def follows_noise(data: FilteredRecord) -> bool:
+    """Whether the loop of a record has noise of its position.
+
+    It follows by a velocity that is in no record: that of the filter has the noise of the position,
+    which the law's own had not.
+    """
+    law, record = data.axis.axis.control, data.record
+    measured = record.reference is not None or record.velocity is not None
+    return law is not None and law.takes_velocity and not measured
+
+
 def is_measured_by_law(data: FilteredRecord) -> bool:
     """Whether the law measured the recorded position, noise and all; so where none can be asked.
 
