@@ -49,7 +49,8 @@ def test_a_machine_under_each_law_moves_and_rests_as_its_axis_is_simulated(
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["stage", "P-PI", "PID"])
 def test_every_fault_changes_what_is_recorded(name: str) -> None:
-    plain = field.axes_of_faults(1)[name]
+    drawn = field.axes_of_faults(1)[name]
+    plain = replace(drawn, motion=drawn.motion._replace(seconds=3.0))
     (own,) = plain.records(1, 1)
     for fault, (change, _) in field.FAULTS.items():
         case = change(plain)

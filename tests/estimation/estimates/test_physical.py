@@ -156,7 +156,7 @@ def swinging(rng: np.random.Generator) -> Record:
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say(pendulum: GeneratedAxis) -> None:
     """Noise in the torque and in the weighing, of about the same weight in the length."""
-    spread, runs, pulls = 0.006, 200, []
+    spread, runs, pulls = 0.006, 80, []
     rng = np.random.default_rng(1)
     for _ in range(runs):
         noisy = swinging(rng)
