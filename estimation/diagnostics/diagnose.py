@@ -159,10 +159,13 @@ def _alignment(case: Case) -> Check | Missing:
     )
 
 
-def _delay(case: Case) -> Lack | None:
+def _delay(case: Case) -> Lack | Missing | None:
     """The delay that the model lacks, which twins tell from noise."""
-    lacking = () if isinstance(case.lacking, Missing) else case.lacking
-    return next((lack for lack in lacking if lack.kind == "delay"), None)
+    if isinstance(case.lacking, Missing):
+        return case.lacking
+    if not case.preferred.inference.chains:
+        return Missing("there are no twins")
+    return next((lack for lack in case.lacking if lack.kind == "delay"), None)
 
 
 def _is_logged_elsewhere(case: Case) -> bool:

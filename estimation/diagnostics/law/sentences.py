@@ -256,8 +256,10 @@ def repair_of(
     for said, changed in _changed_columns(record, law):
         if law_error_percent(axis, law, changed, settle) < good:
             return Note(f"it is with {said}")
-    if moved := _moved_column(axis, law, record, settle, good):
-        return moved
+    if said := _limited(axis, law, record, settle, good) or _moved_column(
+        axis, law, record, settle, good
+    ):
+        return said
     zero = position_zero(axis, law, record, settle)
     if zero is not None and zero.error_percent < good:
         return zero_note(axis, record, zero)
@@ -273,6 +275,21 @@ def repair_of(
     return Note(
         f"it is that of the law {best} with the same gains ({off_text(offs[best])}), which forms "
         "the velocity in another way: declare that"
+    )
+
+
+def _limited(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, good: float
+) -> Note | None:
+    """The drive at a limit that it does not declare, the largest control, where the law fits so."""
+    drive, size = axis.axis.drive, np.abs(np.asarray(record.control))
+    limit = float(size.max())
+    limited = build(replace(axis.axis, drive=replace(drive, limit=limit)), native=False)
+    if law_error_percent(limited, law, record, settle) >= good:
+        return None
+    return Note(
+        f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in "
+        f"{int(np.sum(size == limit))} samples: declare that limit"
     )
 
 

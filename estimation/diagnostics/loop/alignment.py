@@ -151,14 +151,15 @@ def alignment_check(
     delay: Alignment | Missing,
     data: FilteredRecord,
     *,
-    late: Lack | None,
+    late: Lack | Missing | None,
     weak: bool,
     remedy: Remedy | None = None,
     by_log: bool = False,
 ) -> Check | Missing:
     """The delay that fits best against the one that the hold takes; `weak` are the instruments.
 
-    It fails where the model lacks a delay, `late`, by the search for all that it may lack.
+    It fails where the model lacks a delay, `late`, by the search for all that it may lack; where
+    none was looked for, where the estimate leaves its range.
     The `remedy` is for a force that acts whole samples after it is recorded. `by_log` the control
     law says that the log wrote it at another time, by as much: that is the only remedy then, and
     counts once.
@@ -188,15 +189,15 @@ def alignment_check(
     advice = Remedy.of("Try ", other) if other is not None else remedy
     if not by_log and other is None:
         advice = _of_drive(delay, data, remedy)
-    aligned = not (late or delay.at_the_end)
+    aligned = not (delay.at_the_end if isinstance(late, Missing) else late)
     return Check(
         name="alignment",
         status=passed(aligned, matters=not by_log),
         figure=apart,
-        p_value=late.p_value if late else None,
+        p_value=late.p_value if isinstance(late, Lack) else None,
         source="samples between the estimated delay and the one that is used; fails where the "
-        "model lacks a delay, see missing terms, or the estimate leaves the range in which it is "
-        "looked for; a drive that holds its force is half a sample late",
+        "model lacks a delay, see missing terms, or, where twins do not tell that, the estimate "
+        "leaves its range; a drive that holds its force is half a sample late",
         meaning=fits
         if aligned
         else f"{fits}{_early(data, apart)}. {moves if advice is None else ''}",

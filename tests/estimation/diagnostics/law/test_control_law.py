@@ -334,6 +334,18 @@ def test_exchanged_columns_and_degrees_in_both_are_named(
     assert "degrees for radians" in both.meaning
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["vertical_screw", "servo_joint"])
+def test_a_limit_that_the_drive_does_not_declare_is_named_with_its_size(name: str) -> None:
+    axis = load_axis(name)
+    most = 0.8 * float(np.abs(twin_record(axis, seed=1).channels()["control"]).max())
+    limited = replace(axis, drive=replace(axis.drive, limit=most))
+    found = check_law(build(axis), twin_record(limited, seed=1))
+    assert isinstance(found, LawCheck)
+    assert not found.passed
+    assert f"at its limit of {most:.6g} {axis.drive.unit}" in found.meaning
+
+
 def test_only_a_cascade_has_other_velocities() -> None:
     law = CASCADES["cascade_pd"](kp=50.0, kv=60.0, period=1e-3)
     assert list(velocity_variants(law)) == ["cascade_pd_difference", "cascade_pd_averaged"]
