@@ -14,7 +14,7 @@ from axisid.modeling.laws import velocity_variants
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .position_zero import position_zero, zero_note
-from .terms import law_error_percent
+from .terms import compared_as, compared_with_law, law_error_percent
 
 # of a factor of a law that does not fit from a round one; beyond, it is off
 MAX_FACTOR_ERROR = 0.05
@@ -256,10 +256,9 @@ def repair_of(
     for said, changed in _changed_columns(record, law):
         if law_error_percent(axis, law, changed, settle) < good:
             return Note(f"it is with {said}")
-    if said := _limited(axis, law, record, settle, good) or _moved_column(
-        axis, law, record, settle, good
-    ):
-        return said
+    for made in (_limited, _fed_forward, _moved_column):
+        if said := made(axis, law, record, settle, good):
+            return said
     zero = position_zero(axis, law, record, settle)
     if zero is not None and zero.error_percent < good:
         return zero_note(axis, record, zero)
@@ -290,6 +289,32 @@ def _limited(
     return Note(
         f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in "
         f"{int(np.sum(size == limit))} samples: declare that limit"
+    )
+
+
+def _fed_forward(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, good: float
+) -> Note | None:
+    """A part of the reference's speed and acceleration in the control, where the law fits so."""
+    if record.injected is not None:
+        return None
+    speed = np.gradient(np.asarray(record.reference), record.period)
+    columns = np.column_stack([speed, np.gradient(speed, record.period)])
+    control, terms, used = compared_with_law(axis, law, record, settle)
+    smooth = compared_as(law, record)
+    seen = np.column_stack([*map(smooth, columns.T)])[used]
+    by = np.linalg.lstsq(seen, (control - terms.sum(axis=1))[used], rcond=None)[0]
+    added = replace(record, injected=columns @ by, injected_at="control")
+    if law_error_percent(axis, law, added, settle) >= good:
+        return None
+    q, sizes = axis.axis.coordinate, np.abs(by) * np.linalg.norm(columns, axis=0)
+    parts = [
+        f"{value:.3g} {axis.axis.drive.unit}/({unit})"
+        for value, unit, size in zip(by, (q.velocity_unit, q.acceleration_unit), sizes, strict=True)
+        if size > MAX_FACTOR_ERROR * sizes.max()
+    ]
+    return Note(
+        f"it is with a feed-forward of the reference's motion, {' and '.join(parts)}: declare that"
     )
 
 

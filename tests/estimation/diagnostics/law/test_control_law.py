@@ -24,6 +24,7 @@ from axisid.control import (
     REFERENCE,
     ControlLaw,
     Memory,
+    cascade_p_pi,
     cascade_pd,
     gain,
 )
@@ -344,6 +345,26 @@ def test_a_limit_that_the_drive_does_not_declare_is_named_with_its_size(name: st
     assert isinstance(found, LawCheck)
     assert not found.passed
     assert f"at its limit of {most:.6g} {axis.drive.unit}" in found.meaning
+
+
+@pytest.mark.slow
+def test_a_feed_forward_that_the_law_does_not_declare_is_named_with_its_size() -> None:
+    axis = load_axis("servo_joint")
+    assert axis.control is not None
+    gains = {name: axis.control.gains[name] for name in ("kp", "kv", "tn")}
+    plain, fed = (
+        cascade_p_pi(**gains, period=axis.control.period, **more)
+        for more in ({}, {"acceleration_feed_forward": 0.02})
+    )
+    record = twin_record(replace(axis, control=fed), seed=1)
+    found = check_law(build(replace(axis, control=plain)), record)
+    assert isinstance(found, LawCheck)
+    assert not found.passed
+    said = re.search(
+        r"feed-forward of the reference's motion, (\S+) \S+/\(rad/s\^2\):", found.meaning
+    )
+    assert said is not None, found.meaning
+    assert float(said[1]) == pytest.approx(0.02, rel=0.02)
 
 
 def test_only_a_cascade_has_other_velocities() -> None:
