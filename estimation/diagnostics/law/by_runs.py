@@ -135,7 +135,7 @@ class GainsBeside:
         """
         best = self._changed(tuple(range(len(self.along.law.gains)))).point
         sizes = [np.linalg.norm(np.diff(each)) for each in self.left_open(best)]
-        jumps = np.linalg.norm(np.diff(self.left(best)))
+        jumps = min(np.linalg.norm(np.diff(self.left(point))) for point in (self.point, best))
         refuted = jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value
         return replace(self, rounded=()) if refuted else self
 
