@@ -257,8 +257,8 @@ def repair_of(
         if law_error_percent(axis, law, changed, settle) < good:
             return Note(f"it is with {said}")
     for made in (_limited, _fed_forward, _moved_column):
-        if said := made(axis, law, record, settle, good):
-            return said
+        if note := made(axis, law, record, settle, good):
+            return note
     zero = position_zero(axis, law, record, settle)
     if zero is not None and zero.error_percent < good:
         return zero_note(axis, record, zero)
