@@ -8,7 +8,7 @@ from axisid.support.number_text import plain_numbers
 from axisid.support.remedy import Note, Remedy
 
 from .faults import Fault
-from .lines import line_of
+from .kinds import kind_of
 
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
@@ -77,8 +77,8 @@ class Check:
 
     @property
     def line(self) -> str:
-        """The line of a verdict that it is of, one of `LINES`."""
-        return line_of(self.name)
+        """The line of a verdict that it is of, as `KINDS` has it."""
+        return kind_of(self.name).line
 
     @property
     def note(self) -> Note:

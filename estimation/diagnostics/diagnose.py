@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, Protocol
 
-from axisid.estimation.checks import Check, line_of, lines_of, told_or, unless_faulty
+from axisid.estimation.checks import Check, kind_of, lines_of, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     forms_check,
@@ -50,19 +50,8 @@ from .repeated_samples import repeated_check
 #: How far the numbers of a result can be believed.
 Belief = Literal["believed", "with care", "not believed"]
 
-_LAST = 100
 #: What is told where it could not be asked: of what an axis declares, and what noise does.
 _OF_THE_MODEL = ("missing terms", "control law", "method")
-#: Checks of other results by which no number is to be believed, with their rank among the others.
-_GRAVE_ELSEWHERE = {
-    "result": 0,
-    "time base": 0,
-    "windows": 2,
-    "any parameter shown": 3,
-    "one end": 3,
-    "equation error": 3,
-    "what was known": 4,
-}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,10 +64,6 @@ class Diagnostic:
         Of its check.
     check : callable
         Check of a case, or why it cannot be made; None where the case has nothing to check.
-    rank : int
-        Its place among those that fail, the cause before what follows from it.
-    grave : bool
-        Whether the numbers may mean something else than what they are called where it fails.
     by_record : bool
         Whether it looks at one record, so that of several it looks at each.
     several : bool
@@ -87,8 +72,6 @@ class Diagnostic:
 
     name: str
     check: Callable[[Case], Check | Missing | None]
-    rank: int = _LAST
-    grave: bool = False
     by_record: bool = False
     several: bool = False
 
@@ -185,16 +168,8 @@ def _force(case: Case) -> Check | None:
     return force_check(case.data.axis, case.data.record)
 
 
-def _measured(case: Case, role: str) -> Check | Missing | None:
+def _measured(role: str, case: Case) -> Check | Missing | None:
     return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
-
-
-def _measured_velocity(case: Case) -> Check | Missing | None:
-    return _measured(case, "velocity")
-
-
-def _measured_acceleration(case: Case) -> Check | Missing | None:
-    return _measured(case, "acceleration")
 
 
 def _recorded_signals(case: Case) -> Check | Missing | None:
@@ -254,38 +229,30 @@ def _lack_of_fit(case: Case) -> Check | None:
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
     for row in (
-        Diagnostic(name="control law", check=_control_law, rank=0, grave=True, by_record=True),
-        Diagnostic(name="instrument strength", check=_strength, rank=12),
-        Diagnostic(name="method", check=_method, rank=14),
-        Diagnostic(name="inverse against direct", check=_forms, rank=5, grave=True),
-        Diagnostic(name="precision", check=_precision, rank=13),
-        Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
+        Diagnostic(name="control law", check=_control_law, by_record=True),
+        Diagnostic(name="instrument strength", check=_strength),
+        Diagnostic(name="method", check=_method),
+        Diagnostic(name="inverse against direct", check=_forms),
+        Diagnostic(name="precision", check=_precision),
+        Diagnostic(name="bounds", check=_bounds),
         Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
-        Diagnostic(name="simulation", check=_simulation, rank=2, grave=True, by_record=True),
-        Diagnostic(name="outliers", check=_outliers, rank=1, by_record=True),
-        Diagnostic(name="alignment", check=_alignment, rank=8, by_record=True),
-        Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
-        Diagnostic(name="physical parameters", check=_physical, rank=10),
-        Diagnostic(name="force against control", check=_force, rank=5, grave=True, by_record=True),
+        Diagnostic(name="simulation", check=_simulation, by_record=True),
+        Diagnostic(name="outliers", check=_outliers, by_record=True),
+        Diagnostic(name="alignment", check=_alignment, by_record=True),
+        Diagnostic(name="fixed values", check=_fixed_values),
+        Diagnostic(name="physical parameters", check=_physical),
+        Diagnostic(name="force against control", check=_force, by_record=True),
+        Diagnostic(name="measured velocity", check=partial(_measured, "velocity"), by_record=True),
         Diagnostic(
-            name="measured velocity", check=_measured_velocity, rank=1, grave=True, by_record=True
+            name="measured acceleration", check=partial(_measured, "acceleration"), by_record=True
         ),
-        Diagnostic(
-            name="measured acceleration",
-            check=_measured_acceleration,
-            rank=1,
-            grave=True,
-            by_record=True,
-        ),
-        Diagnostic(
-            name="recorded signals", check=_recorded_signals, rank=2, grave=True, by_record=True
-        ),
-        Diagnostic(name="control against limit", check=_limit, rank=6, grave=True, by_record=True),
-        Diagnostic(name="missing terms", check=_missing_terms, rank=8, by_record=True),
+        Diagnostic(name="recorded signals", check=_recorded_signals, by_record=True),
+        Diagnostic(name="control against limit", check=_limit, by_record=True),
+        Diagnostic(name="missing terms", check=_missing_terms, by_record=True),
         Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),
         Diagnostic(name="drive gain", check=_drive_gain, several=True),
-        Diagnostic(name="records alike", check=_records_alike, rank=8, grave=True, several=True),
-        Diagnostic(name="repeated records", check=_repeated_records, rank=10, several=True),
+        Diagnostic(name="records alike", check=_records_alike, several=True),
+        Diagnostic(name="repeated records", check=_repeated_records, several=True),
     )
 }
 
@@ -387,7 +354,7 @@ def conclusion(checks: Sequence[Check]) -> str:
         case "believed":
             return f"Nothing that was checked speaks against these numbers{_unchecked(checks)}."
         case "not believed":
-            return f"Do not believe these numbers before this is mended: {line_of(failed[0])}."
+            return f"Do not believe these numbers before this is mended: {kind_of(failed[0]).line}."
         case "with care":
             return (
                 "Believe these numbers with care; to look at: "
@@ -405,8 +372,7 @@ def _unchecked(checks: Sequence[Check]) -> str:
 def belief(failing: Iterable[str]) -> Belief:
     """How far the numbers of a result can be believed of which checks of these names fail."""
     names = gravest_first(failing)
-    first = DIAGNOSTICS.get(names[0]) if names else None
-    if names and (names[0] in _GRAVE_ELSEWHERE or (first is not None and first.grave)):
+    if names and kind_of(names[0]).grave:
         return "not believed"
     return "with care" if names else "believed"
 
@@ -452,14 +418,9 @@ class Diagnosed(Checked):
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:
     """Checks by what it means for the numbers that they fail, the gravest first."""
-    return sorted(checks, key=lambda check: _rank(check.name))
+    return sorted(checks, key=lambda check: kind_of(check.name).rank)
 
 
 def gravest_first(names: Iterable[str]) -> list[str]:
     """Names of checks in the order of `by_weight`."""
-    return sorted(names, key=_rank)
-
-
-def _rank(name: str) -> int:
-    found = DIAGNOSTICS.get(name)
-    return _GRAVE_ELSEWHERE.get(name, _LAST) if found is None else found.rank
+    return sorted(names, key=lambda name: kind_of(name).rank)
