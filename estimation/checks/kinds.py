@@ -71,6 +71,7 @@ KINDS: dict[str, Kind] = {
         Kind(name="instrument strength", line="method", rank=12),
         Kind(name="method", line="method", rank=14),
         Kind(name="inverse against direct", line="method", rank=5, grave=True),
+        Kind(name="validation", line="validation", rank=7),
         Kind(name="result", line="result", rank=0, grave=True),
     )
 }

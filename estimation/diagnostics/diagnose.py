@@ -92,12 +92,17 @@ def _method(case: Case) -> Check | Missing | None:
     checked = [law for law in laws if not isinstance(law, Missing)]
     law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None
     return method_check(
-        case.preferred, case.estimates, case.compared, case.steps, law_passed=law_passed
+        case.preferred,
+        case.estimates,
+        case.compared,
+        case.steps,
+        case.choice.levels,
+        law_passed=law_passed,
     )
 
 
 def _forms(case: Case) -> Check | Missing | None:
-    return forms_check(case.compared, case.estimates)
+    return forms_check(case.compared, case.estimates, case.choice.levels)
 
 
 def _precision(case: Case) -> Check:
@@ -189,7 +194,9 @@ def _missing_terms(case: Case) -> Check | Missing:
     found = terms_check(lacking, case.data.axis, case.data.record, case.choice.levels)
     if found.status != "fail":
         return found
-    if _fails(method_check(case.preferred, {}, {}, case.steps, law_passed=None)):
+    if _fails(
+        method_check(case.preferred, {}, {}, case.steps, case.choice.levels, law_passed=None)
+    ):
         return replace(found, status="note")  # what the steps move is left, and counts once
     if _is_declared_late(case):
         said = "the delay or lag that is declared too long, see alignment, may make it"
@@ -213,7 +220,8 @@ def _drive_gain(case: Case) -> Check | None:
 
 
 def _records_alike(case: Case) -> Check | Missing:
-    return alike_check(case.alike, record_labels([data.record for data in case.problem.data]))
+    names = record_labels([data.record for data in case.problem.data])
+    return alike_check(case.alike, names, case.choice.levels)
 
 
 def _repeated_records(case: Case) -> Check | None:

@@ -169,7 +169,7 @@ class Case:
     @cached_property
     def alike(self) -> Alike | Missing:
         """Each of several records against the others."""
-        return rows_alike(self.problem, self.preferred)
+        return rows_alike(self.problem, self.preferred, self.choice.levels)
 
     @property
     def preferred(self) -> Estimate:
@@ -323,4 +323,4 @@ class Case:
     @cached_property
     def fixed(self) -> Check | Missing | None:
         """What was fixed against the record; None where nothing can be asked."""
-        return fixed_check(self.preferred)
+        return fixed_check(self.preferred, self.choice.levels.level)

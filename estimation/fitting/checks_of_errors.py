@@ -228,6 +228,6 @@ def records_alike_check(of: Judged) -> Iterator[Check]:
     def extended(_: Array, columns: Array) -> Extended:
         return scores.extended(columns, by_windows=of.horizon is not None)
 
-    alike = records_alike(scores.jacobian, records, extended)
-    found = alike_check(alike, record_labels(of.records), "output")
+    alike = records_alike(scores.jacobian, records, extended, of.levels)
+    found = alike_check(alike, record_labels(of.records), of.levels, "output")
     yield Check.not_evaluated(RECORDS_ALIKE, found) if isinstance(found, Missing) else found

@@ -9,9 +9,10 @@ from axisid.estimation.checks import Check, Status
 from axisid.estimation.choices.methods import instruments_of
 from axisid.estimation.choices.outputs import OPEN_LOOP_FIT
 from axisid.estimation.estimates import NOTICEABLE, Estimate, HausmanTest, Value, parted
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, NEGLIGIBLE_BIAS
+from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy
 
@@ -19,12 +20,12 @@ _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as muc
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")
 _HAUSMAN = (
     "largest difference of two estimates in deviations of the other; counts where a HAC test of "
-    "all differences at once (Hausman, Hotelling, the p-value) rejects at 1 %; a failure where it "
-    "is more than 1 % of the value and more than either 95 % interval allows for"
+    "all differences at once (Hausman, Hotelling, the p-value) rejects at {level:g} %; a failure "
+    "where it is more than {share:g} % of the value and more than either 95 % interval allows for"
 )
 _STEPS = (
     "what as much noise again as the steps of the position make moves least squares by, in "
-    "deviations; a failure where it is more than 1 % of the value"
+    "deviations; a failure where it is more than {share:g} % of the value"
 )
 _BY_OPEN_LOOP = Remedy.of(
     "; take a fit of the position under the recorded control, which no noise of a derivative "
@@ -59,6 +60,7 @@ def method_check(
     estimates: Mapping[str, Estimate],
     compared: Compared,
     steps: Mapping[str, float] | Missing,
+    levels: Levels = DEFAULT_LEVELS,
     *,
     law_passed: bool | None,
 ) -> Check | Missing:
@@ -73,13 +75,14 @@ def method_check(
         By parameter, of one estimate less another; by what is compared, see `SECOND_OPINION`.
     steps : mapping of str to float, or Missing
         What the steps of a logged position move a judged least squares by, see `moved_by_steps`.
+    levels : Levels
     law_passed : bool or None
         Whether the recorded control is the declared law's; None where that cannot be checked.
     """
     made = (
-        _second_opinion(compared, estimates, law_passed=law_passed),
-        _least_squares_beside(compared, estimates),
-        _least_squares_judged(judged, steps),
+        _second_opinion(compared, estimates, levels, law_passed=law_passed),
+        _least_squares_beside(compared, estimates, levels),
+        _least_squares_judged(judged, steps, levels),
     )
     found = [each for each in made if each is not None]
     if not found:
@@ -93,22 +96,26 @@ def method_check(
         figure=worst.figure,
         threshold=NOTICEABLE,
         p_value=worst.p_value,
-        source=worst.source,
+        source=_source(worst.source, levels),
         meaning=f"{judged.method} is judged: {told}" if worst.status == "pass" else told,
     )
 
 
 def _second_opinion(
-    compared: Compared, estimates: Mapping[str, Estimate], *, law_passed: bool | None
+    compared: Compared,
+    estimates: Mapping[str, Estimate],
+    levels: Levels,
+    *,
+    law_passed: bool | None,
 ) -> _Finding | None:
     found = compared.get(SECOND_OPINION)
     if found is None or isinstance(found, Missing):
         return None
     iv, didim = estimates["idm-iv"], estimates["didim"]
-    moved, worst = _moved(found)
+    moved, worst = _moved(found, levels)
     if moved:
         return _Finding(
-            status=_weight(moved, iv, didim),
+            status=_weight(moved, iv, didim, levels),
             said=f"idm-iv differs from didim, {_listed(moved, didim)}: "
             f"{_whom(_vaguer(moved, iv, didim), law_passed=law_passed)}",
             figure=worst.shift,
@@ -123,13 +130,15 @@ def _second_opinion(
     )
 
 
-def prefers_instruments(found: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> bool:
+def prefers_instruments(
+    found: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate, levels: Levels
+) -> bool:
     """Whether instruments are to be believed though the control is the law's.
 
     They differ from DIDIM in what they know more of: the encoder's steps, or a force that the
     model lacks, move both.
     """
-    return bool(_vaguer(parted(found), iv, didim))
+    return bool(_vaguer(parted(found, levels.level), iv, didim))
 
 
 def _vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
@@ -155,13 +164,15 @@ def _whom(vaguer: Sequence[str], *, law_passed: bool | None) -> str:
     return f"the control law {why}, on which didim rests, so believe the instruments"
 
 
-def _least_squares_beside(compared: Compared, estimates: Mapping[str, Estimate]) -> _Finding | None:
+def _least_squares_beside(
+    compared: Compared, estimates: Mapping[str, Estimate], levels: Levels
+) -> _Finding | None:
     """What noise does to least squares where instruments tell; another estimate is judged."""
     pair = next((pair for pair in LS_LESS_IV if pair in compared), "")
     found = compared.get(pair)
     if found is None or isinstance(found, Missing):
         return None
-    moved, worst = _moved(found)
+    moved, worst = _moved(found, levels)
     said = "least squares and instruments are one estimate but for chance"
     if moved:
         other = estimates[pair.split(LESS)[1]]
@@ -171,7 +182,7 @@ def _least_squares_beside(compared: Compared, estimates: Mapping[str, Estimate])
 
 
 def _least_squares_judged(
-    judged: Estimate, steps: Mapping[str, float] | Missing
+    judged: Estimate, steps: Mapping[str, float] | Missing, levels: Levels
 ) -> _Finding | None:
     """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
     if judged.loop_rows is not None:
@@ -198,7 +209,7 @@ def _least_squares_judged(
             "its intervals miss for it: log the position as finely as the drive measures it, "
             "record the reference, from which instruments are made, or lower the cut-off"
         )
-    large = any(abs(by) > NEGLIGIBLE_BIAS.value * abs(values[n].value) for n, by in far.items())
+    large = any(abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items())
     status: Status = "fail" if large else "note" if far else "pass"
     return _Finding(status=status, said=said, figure=worst, source=_STEPS)
 
@@ -223,7 +234,9 @@ def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | 
     return {name: float(each) for name, each in zip(ls.parameters, by, strict=True)}
 
 
-def forms_check(compared: Compared, estimates: Mapping[str, Estimate]) -> Check | Missing | None:
+def forms_check(
+    compared: Compared, estimates: Mapping[str, Estimate], levels: Levels = DEFAULT_LEVELS
+) -> Check | Missing | None:
     """The two forms of least squares: noise alone parts them, each to another side of the truth.
 
     None where instruments tell what noise does, or one of the forms is not there.
@@ -232,15 +245,15 @@ def forms_check(compared: Compared, estimates: Mapping[str, Estimate]) -> Check 
     if found is None or isinstance(found, Missing):
         return found
     direct, inverse = estimates["ddm-ls"], estimates["idm-ls"]
-    moved, worst = _moved(found)
-    status = _weight(moved, direct, inverse)
+    moved, worst = _moved(found, levels)
+    status = _weight(moved, direct, inverse, levels)
     return Check(
         name="inverse against direct",
         status=status,
         figure=worst.shift,
         threshold=NOTICEABLE,
         p_value=worst.joint_p_value,
-        source=_HAUSMAN,
+        source=_source(_HAUSMAN, levels),
         meaning=f"ddm-ls differs from idm-ls, {_listed(moved, inverse)}: noise of the acceleration "
         "makes an inertia by idm-ls too small, that of the force one by ddm-ls too large, and "
         "without instruments nothing tells which"
@@ -250,27 +263,35 @@ def forms_check(compared: Compared, estimates: Mapping[str, Estimate]) -> Check 
     )
 
 
-def _moved(found: Mapping[str, HausmanTest]) -> tuple[dict[str, HausmanTest], HausmanTest]:
+def _source(said: str, levels: Levels) -> str:
+    return said.format(level=100 * levels.level, share=100 * levels.least_share)
+
+
+def _moved(
+    found: Mapping[str, HausmanTest], levels: Levels
+) -> tuple[dict[str, HausmanTest], HausmanTest]:
     """Parameters that two estimates part in, and the largest difference."""
-    moved = parted(found)
+    moved = parted(found, levels.level)
     return moved, max((moved or found).values(), key=lambda each: each.shift)
 
 
-def _weight(moved: Mapping[str, HausmanTest], one: Estimate, other: Estimate) -> Status:
+def _weight(
+    moved: Mapping[str, HausmanTest], one: Estimate, other: Estimate, levels: Levels
+) -> Status:
     """Whether a known parameter is another by more than either interval allows for."""
     if not moved:
         return "pass"
     large = (
-        _is_large(each.difference, one.parameters[name], other.parameters[name])
+        _is_large(each.difference, one.parameters[name], other.parameters[name], levels)
         for name, each in moved.items()
     )
     return "fail" if any(large) else "note"
 
 
-def _is_large(difference: float, one: Value, other: Value) -> bool:
+def _is_large(difference: float, one: Value, other: Value, levels: Levels) -> bool:
     precise = one.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
     widest = max(value.interval[1] - value.interval[0] for value in (one, other))
-    least = max(widest / 2, NEGLIGIBLE_BIAS.value * abs(one.value))
+    least = max(widest / 2, levels.least_share * abs(one.value))
     return precise and abs(difference) > least
 
 

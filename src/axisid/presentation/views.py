@@ -14,7 +14,7 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.law_search import LawSearch
 from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.records import Record
-from axisid.estimation.studies import Comparison, Sweep, Validation
+from axisid.estimation.studies import Comparison, FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.blocks import Document, plain_text
@@ -22,6 +22,7 @@ from axisid.presentation.documents import (
     comparison_dict,
     diagnosis_dict,
     estimate_dict,
+    fit_validation_dict,
     identification_dict,
     law_search_dict,
     output_fit_dict,
@@ -36,7 +37,6 @@ from axisid.presentation.monte_carlo import (
     monte_carlo_dict,
     monte_carlo_document,
     monte_carlo_plot,
-    saved_study_dict,
     saved_study_document,
 )
 from axisid.presentation.plots import (
@@ -56,13 +56,13 @@ from axisid.presentation.plots import (
 from axisid.presentation.saved import (
     ResultComparison,
     SavedEstimate,
+    SavedFitValidation,
     SavedIdentification,
     SavedMonteCarlo,
     SavedOutputFit,
     result_comparison_document,
     saved_document,
     saved_estimate_document,
-    saved_fit_dict,
     saved_fit_document,
     saved_plot,
     saved_repeats_plot,
@@ -72,6 +72,7 @@ from axisid.presentation.text import (
     comparison_document,
     diagnosis_blocks,
     estimate_document,
+    fit_validation_document,
     identification_document,
     law_search_document,
     record_document,
@@ -132,6 +133,8 @@ as_blocks.register(Sweep, sweep_document)
 as_blocks.register(LawSearch, law_search_document)
 as_blocks.register(Comparison, comparison_document)
 as_blocks.register(Validation, validation_document)
+as_blocks.register(FitValidation, fit_validation_document)
+as_blocks.register(SavedFitValidation, fit_validation_document)
 as_blocks.register(OutputFit, output_fit_document)
 as_blocks.register(MonteCarlo, monte_carlo_document)
 as_blocks.register(ResultComparison, _settled(result_comparison_document))
@@ -174,6 +177,11 @@ def as_document(result: Presentable) -> dict[str, Any]:
     raise UsageError(f"a {type(result).__name__} has no plain data of its own.")
 
 
+def _as_read(saved: Any) -> dict[str, Any]:
+    """What a result was read from."""
+    return plain(saved.document)
+
+
 as_document.register(Record, record_dict)
 as_document.register(Diagnosis, diagnosis_dict)
 as_document.register(Estimate, estimate_dict)
@@ -182,13 +190,18 @@ as_document.register(Sweep, sweep_dict)
 as_document.register(LawSearch, law_search_dict)
 as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
+as_document.register(FitValidation, fit_validation_dict)
 as_document.register(OutputFit, output_fit_dict)
 as_document.register(MonteCarlo, monte_carlo_dict)
 as_document.register(ResultComparison, ResultComparison.to_dict)
-as_document.register(SavedIdentification, lambda saved: plain(saved.document))
-as_document.register(SavedEstimate, lambda saved: plain(saved.document))
-as_document.register(SavedOutputFit, saved_fit_dict)
-as_document.register(SavedMonteCarlo, saved_study_dict)
+for kind in (
+    SavedIdentification,
+    SavedEstimate,
+    SavedOutputFit,
+    SavedFitValidation,
+    SavedMonteCarlo,
+):
+    as_document.register(kind, _as_read)
 
 
 def saved_as(result: Presentable, file: object, **how: Any) -> Path:

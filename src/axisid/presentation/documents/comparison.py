@@ -39,6 +39,7 @@ def comparison_document(comparison: Comparison) -> WrittenComparison:
     """Every candidate, how they were told apart, and which is recommended."""
     c = comparison
     return WrittenComparison(
+        belief=c.belief,
         record=record_document(c.record),
         records=UNSET if len(c.records) == 1 else tuple(map(record_document, c.records)),
         known={each.name: _known(each) for each in c.known} or UNSET,

@@ -61,6 +61,7 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
     diagnosis, physical = result.diagnosis, result.physical
     drive = result.axis.axis.drive
     return WrittenIdentification(
+        belief=result.belief,
         axis=result.axis.axis.name,
         signature=result.axis.signature,
         left_out=left_out(result.axis),

@@ -10,6 +10,7 @@ def law_search_dict(search: LawSearch) -> dict[str, Any]:
     """What ``--json`` writes."""
     return plain(
         WrittenLawSearch(
+            belief=search.belief,
             axis=search.axis,
             unit=search.unit,
             explained=search.explained,

@@ -6,8 +6,10 @@ from msgspec import UNSET
 
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.lacking import amount, sentence
+from axisid.estimation.studies import FitValidation
 from axisid.presentation.schema import (
     WrittenFitted,
+    WrittenFitValidation,
     WrittenKnown,
     WrittenLack,
     WrittenLevels,
@@ -29,9 +31,22 @@ def output_fit_dict(fit: OutputFit) -> dict[str, Any]:
     return plain(output_fit_document(fit))
 
 
+def fit_validation_dict(validation: FitValidation) -> dict[str, Any]:
+    """What is left of a second record, and whether the fit holds on it."""
+    return plain(
+        written_as(
+            WrittenFitValidation,
+            validation,
+            record=record_document(validation.record),
+            verdict=tuple(map(check_document, validation.checks)),
+        )
+    )
+
+
 def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
     """The parameters with all that was asked and found of each, and whether to believe them."""
     return WrittenOutputFit(
+        belief=fit.belief,
         axis=fit.axis.axis.name,
         signature=fit.axis.signature,
         left_out=left_out(fit.axis),

@@ -17,6 +17,7 @@ def sweep_dict(sweep: Sweep) -> dict[str, Any]:
 def sweep_document(sweep: Sweep) -> WrittenSweep:
     """Every identification of a sweep, and which is recommended."""
     return WrittenSweep(
+        belief=sweep.belief,
         recommended_cutoff=sweep.recommended,
         reason=sweep.reason,
         failures={f"{cutoff:g}": why.worded(as_options) for cutoff, why in sweep.failures.items()},

@@ -18,6 +18,7 @@ def validation_dict(validation: Validation) -> dict[str, Any]:
 def validation_document(validation: Validation) -> WrittenValidation:
     """Errors by method; what is not finite becomes None."""
     return WrittenValidation(
+        belief=validation.belief,
         record=record_document(validation.record),
         methods=tuple(map(_method, validation)),
         time_base=note_text(validation.time_base),
