@@ -6,6 +6,7 @@ Knows nothing of what is checked.
 
 from .check import Check as Check
 from .check import Status as Status
+from .check import made as made
 from .check import passed as passed
 from .faults import told_or as told_or
 from .faults import unless_faulty as unless_faulty

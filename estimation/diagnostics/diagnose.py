@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, Protocol
 
-from axisid.estimation.checks import Check, kind_of, lines_of, told_or, unless_faulty
+from axisid.estimation.checks import Check, kind_of, lines_of, made, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     forms_check,
@@ -74,6 +74,10 @@ class Diagnostic:
     check: Callable[[Case], Check | Missing | None]
     by_record: bool = False
     several: bool = False
+
+    def made(self, case: Case) -> Check | None:
+        """What it finds, or why it could not be made."""
+        return made(self.name, partial(self.check, case))
 
 
 def _control_law(case: Case) -> Check | Missing:
@@ -269,10 +273,13 @@ def diagnose(choice: Choice) -> Diagnosis:
     """What every diagnostic finds in a result of which an estimate was chosen."""
     case = Case.of(choice)
     names = record_labels([data.record for data in case.problem.data])
-    made = {d.name: _of_parts(d, case) for d in DIAGNOSTICS.values() if d.by_record}
-    checks = (_checked(diagnostic, case, made, names) for diagnostic in DIAGNOSTICS.values())
+    by_record = {
+        d.name: [d.made(part) for part in case.parts] for d in DIAGNOSTICS.values() if d.by_record
+    }
+    checks = (_checked(diagnostic, case, by_record, names) for diagnostic in DIAGNOSTICS.values())
     law, alignment, velocity = (
-        _first_failing(made[name]) for name in ("control law", "alignment", "measured velocity")
+        _first_failing(by_record[name])
+        for name in ("control law", "alignment", "measured velocity")
     )
     return Diagnosis(
         preferred=case.judged,
@@ -284,7 +291,7 @@ def diagnose(choice: Choice) -> Diagnosis:
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=None if case.has_parts else told_or(None, lambda: case.lack_of_fit),
         bands={} if case.has_parts else told_or({}, lambda: case.bands),
-        records=_of_records(case, made) if len(names) > 1 else (),
+        records=_of_records(case, by_record) if len(names) > 1 else (),
         differences=told_or({}, lambda: case.differences),
     )
 
@@ -292,17 +299,6 @@ def diagnose(choice: Choice) -> Diagnosis:
 def alignment_in(choice: Choice) -> Alignment | Missing:
     """The delay of the force in the first record, as `diagnose` finds it with all else."""
     return unless_faulty(lambda: Case.of(choice).parts[0].alignment)
-
-
-def _of_parts(diagnostic: Diagnostic, case: Case) -> list[Check | None]:
-    """What a diagnostic of one record finds in each."""
-    return [_made(diagnostic, part) for part in case.parts]
-
-
-def _made(diagnostic: Diagnostic, case: Case) -> Check | None:
-    """What a diagnostic finds, or why it could not be made."""
-    found = unless_faulty(partial(diagnostic.check, case))
-    return Check.not_evaluated(diagnostic.name, found) if isinstance(found, Missing) else found
 
 
 def _first_failing(found: Sequence[Check | None]) -> int:
@@ -350,7 +346,7 @@ def _checked(
     if diagnostic.several and len(names) == 1:
         return None
     if not diagnostic.by_record:
-        return _made(diagnostic, case)
+        return diagnostic.made(case)
     found = made[diagnostic.name]
     return found[0] if len(names) == 1 else joined(found, names)
 
