@@ -80,10 +80,6 @@ class Diagnostic:
         return made(self.name, partial(self.check, case))
 
 
-def _control_law(case: Case) -> Check | Missing:
-    return law_check(case.law)
-
-
 def _strength(case: Case) -> Check | Missing | None:
     without = all(estimate.Z is None for estimate in case.estimates.values())
     return None if without else case.strength
@@ -105,14 +101,6 @@ def _method(case: Case) -> Check | Missing | None:
     )
 
 
-def _forms(case: Case) -> Check | Missing | None:
-    return forms_check(case.compared, case.estimates, case.choice.levels)
-
-
-def _precision(case: Case) -> Check:
-    return precision(case.preferred, case.excitation)
-
-
 def _bounds(case: Case) -> Check | Missing:
     return within_bounds(case.preferred, rests_first(case.problem.rest), case.problem.held)
 
@@ -121,10 +109,6 @@ def _nominal_values(case: Case) -> Check | None:
     values = case.preferred.parameters
     declared = [p for p in case.preferred.form.declared if p.name in values]
     return nominal_check((p, values[p.name].corrected, values[p.name].interval) for p in declared)
-
-
-def _simulation(case: Case) -> Check | Missing:
-    return following(case.preferred, case.data.rest)
 
 
 def _outliers(case: Case) -> Check | Missing:
@@ -165,28 +149,12 @@ def _is_logged_elsewhere(case: Case) -> bool:
     return law.delay == -timing.samples != 0
 
 
-def _fixed_values(case: Case) -> Check | Missing | None:
-    return case.fixed if case.data.axis.base.known else None
-
-
-def _physical(case: Case) -> Check | Missing | None:
-    return None if case.data.axis.base.known else case.fixed
-
-
-def _force(case: Case) -> Check | None:
-    return force_check(case.data.axis, case.data.record)
-
-
 def _measured(role: str, case: Case) -> Check | Missing | None:
     return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
 
 
 def _recorded_signals(case: Case) -> Check | Missing | None:
     return signals_check(case.lacking, case.data.axis, case.data.record, case.choice.levels)
-
-
-def _limit(case: Case) -> Check | None:
-    return limit_check(case.data.axis, case.data.record)
 
 
 def _missing_terms(case: Case) -> Check | Missing:
@@ -219,10 +187,6 @@ def _fails(found: Check | Missing | None) -> bool:
     return isinstance(found, Check) and found.status == "fail"
 
 
-def _drive_gain(case: Case) -> Check | None:
-    return gain_check(case.preferred, case.problem.axis.axis.drive)
-
-
 def _records_alike(case: Case) -> Check | Missing:
     names = record_labels([data.record for data in case.problem.data])
     return alike_check(case.alike, names, case.choice.levels)
@@ -241,28 +205,53 @@ def _lack_of_fit(case: Case) -> Check | None:
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
     for row in (
-        Diagnostic(name="control law", check=_control_law, by_record=True),
+        Diagnostic(name="control law", check=lambda case: law_check(case.law), by_record=True),
         Diagnostic(name="instrument strength", check=_strength),
         Diagnostic(name="method", check=_method),
-        Diagnostic(name="inverse against direct", check=_forms),
-        Diagnostic(name="precision", check=_precision),
+        Diagnostic(
+            name="inverse against direct",
+            check=lambda case: forms_check(case.compared, case.estimates, case.choice.levels),
+        ),
+        Diagnostic(name="precision", check=lambda case: precision(case.preferred, case.excitation)),
         Diagnostic(name="bounds", check=_bounds),
         Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
-        Diagnostic(name="simulation", check=_simulation, by_record=True),
+        Diagnostic(
+            name="simulation",
+            check=lambda case: following(case.preferred, case.data.rest),
+            by_record=True,
+        ),
         Diagnostic(name="outliers", check=_outliers, by_record=True),
         Diagnostic(name="alignment", check=_alignment, by_record=True),
-        Diagnostic(name="fixed values", check=_fixed_values),
-        Diagnostic(name="physical parameters", check=_physical),
-        Diagnostic(name="force against control", check=_force, by_record=True),
+        Diagnostic(
+            name="fixed values",
+            check=lambda case: case.fixed if case.data.axis.base.known else None,
+        ),
+        Diagnostic(
+            name="physical parameters",
+            check=lambda case: None if case.data.axis.base.known else case.fixed,
+        ),
+        Diagnostic(
+            name="force against control",
+            check=lambda case: force_check(case.data.axis, case.data.record),
+            by_record=True,
+        ),
         Diagnostic(name="measured velocity", check=partial(_measured, "velocity"), by_record=True),
         Diagnostic(
             name="measured acceleration", check=partial(_measured, "acceleration"), by_record=True
         ),
         Diagnostic(name="recorded signals", check=_recorded_signals, by_record=True),
-        Diagnostic(name="control against limit", check=_limit, by_record=True),
+        Diagnostic(
+            name="control against limit",
+            check=lambda case: limit_check(case.data.axis, case.data.record),
+            by_record=True,
+        ),
         Diagnostic(name="missing terms", check=_missing_terms, by_record=True),
         Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),
-        Diagnostic(name="drive gain", check=_drive_gain, several=True),
+        Diagnostic(
+            name="drive gain",
+            check=lambda case: gain_check(case.preferred, case.problem.axis.axis.drive),
+            several=True,
+        ),
         Diagnostic(name="records alike", check=_records_alike, several=True),
         Diagnostic(name="repeated records", check=_repeated_records, several=True),
     )

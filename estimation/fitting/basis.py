@@ -141,8 +141,9 @@ class Judged:
         What factors of the law tell counts once, by what they move the parameters by.
         """
         found = law_check(self.law)
-        nearly = isinstance(found, Check) and self.is_law_nearly_right
-        return replace(found, status="note") if nearly else found
+        if isinstance(found, Check) and self.is_law_nearly_right:
+            return replace(found, status="note")
+        return found
 
     @property
     def is_law_wrong(self) -> bool:

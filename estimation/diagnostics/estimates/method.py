@@ -1,7 +1,7 @@
 """Which estimate is judged, and what the others say of it, as one check."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,17 +41,6 @@ LS_LESS_IV = f"idm-ls{LESS}idm-iv", f"ddm-ls{LESS}ddm-iv"
 FORMS = f"ddm-ls{LESS}idm-ls"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Finding:
-    """What one comparison says."""
-
-    status: Status
-    said: str
-    figure: float = 0.0
-    p_value: float | None = None
-    source: str = _HAUSMAN
-
-
 Compared = Mapping[str, Mapping[str, HausmanTest] | Missing]
 
 
@@ -88,17 +77,29 @@ def method_check(
     if not found:
         why = (each for each in compared.values() if isinstance(each, Missing))
         return next(why, Missing(f"nothing is compared with {judged.method}"))
-    worst = min(found, key=lambda each: (_WORST.index(each.status), -each.figure))
-    told = "; ".join(each.said for each in found if each.status == worst.status)
+    worst = min(found, key=lambda each: (_WORST.index(each.status), -(each.figure or 0.0)))
+    told = "; ".join(each.meaning for each in found if each.status == worst.status)
+    lead = f"{judged.method} is judged: " if worst.status == "pass" else ""
+    return replace(worst, meaning=f"{lead}{told}")
+
+
+def _method(
+    status: Status, meaning: str, figure: float, source: str, p_value: float | None = None
+) -> Check:
     return Check(
         name="method",
-        status=worst.status,
-        figure=worst.figure,
+        status=status,
+        meaning=meaning,
+        figure=figure,
         threshold=NOTICEABLE,
-        p_value=worst.p_value,
-        source=_source(worst.source, levels),
-        meaning=f"{judged.method} is judged: {told}" if worst.status == "pass" else told,
+        p_value=p_value,
+        source=source,
     )
+
+
+def _by_test(status: Status, meaning: str, worst: HausmanTest, levels: Levels) -> Check:
+    source = _source(_HAUSMAN, levels)
+    return _method(status, meaning, worst.shift, source, worst.joint_p_value)
 
 
 def _second_opinion(
@@ -107,27 +108,23 @@ def _second_opinion(
     levels: Levels,
     *,
     law_passed: bool | None,
-) -> _Finding | None:
+) -> Check | None:
     found = compared.get(SECOND_OPINION)
     if found is None or isinstance(found, Missing):
         return None
     iv, didim = estimates["idm-iv"], estimates["didim"]
     moved, worst = _moved(found, levels)
     if moved:
-        return _Finding(
-            status=_weight(moved, iv, didim, levels),
-            said=f"idm-iv differs from didim, {_listed(moved, didim)}: "
-            f"{_whom(_vaguer(moved, iv, didim), law_passed=law_passed)}",
-            figure=worst.shift,
-            p_value=worst.joint_p_value,
+        said = (
+            f"idm-iv differs from didim, {_listed(moved, didim)}: "
+            f"{_whom(_vaguer(moved, iv, didim), law_passed=law_passed)}"
         )
-    return _Finding(
-        status="pass",
-        said="idm-iv and didim, whose regressor has no noise and no filter's error, are one "
-        "estimate but for chance",
-        figure=worst.shift,
-        p_value=worst.joint_p_value,
+        return _by_test(_weight(moved, iv, didim, levels), said, worst, levels)
+    said = (
+        "idm-iv and didim, whose regressor has no noise and no filter's error, are one estimate "
+        "but for chance"
     )
+    return _by_test("pass", said, worst, levels)
 
 
 def prefers_instruments(
@@ -166,7 +163,7 @@ def _whom(vaguer: Sequence[str], *, law_passed: bool | None) -> str:
 
 def _least_squares_beside(
     compared: Compared, estimates: Mapping[str, Estimate], levels: Levels
-) -> _Finding | None:
+) -> Check | None:
     """What noise does to least squares where instruments tell; another estimate is judged."""
     pair = next((pair for pair in LS_LESS_IV if pair in compared), "")
     found = compared.get(pair)
@@ -178,12 +175,12 @@ def _least_squares_beside(
         other = estimates[pair.split(LESS)[1]]
         said = f"least squares differs from the instruments, {_listed(moved, other)}, by noise"
     status: Status = "note" if moved else "pass"  # as another estimate is judged
-    return _Finding(status=status, said=said, figure=worst.shift, p_value=worst.joint_p_value)
+    return _by_test(status, said, worst, levels)
 
 
 def _least_squares_judged(
     judged: Estimate, steps: Mapping[str, float] | Missing, levels: Levels
-) -> _Finding | None:
+) -> Check | None:
     """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
     if judged.loop_rows is not None:
         return None
@@ -198,7 +195,7 @@ def _least_squares_judged(
                 "intervals are less that: identify by instruments "
                 f"({instruments_of(judged.method)})"
             )
-        return _Finding(status="note" if far else "pass", said=said, figure=worst, source=_TWINS)
+        return _method("note" if far else "pass", said, worst, _TWINS)
     if isinstance(steps, Missing) or not steps:
         return None
     far, worst = _beyond_noise(steps, values)
@@ -211,7 +208,7 @@ def _least_squares_judged(
         )
     large = any(abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items())
     status: Status = "fail" if large else "note" if far else "pass"
-    return _Finding(status=status, said=said, figure=worst, source=_STEPS)
+    return _method(status, said, worst, _source(_STEPS, levels))
 
 
 def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | Missing:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import singledispatch
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from axisid.codegen.artefacts import replace_file
 from axisid.estimation.diagnostics import Diagnosis
@@ -90,6 +90,7 @@ from axisid.support.user_values import is_among, quoted
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_Figure: TypeAlias = Callable[..., Plot]
 _OF_ESTIMATE = {
     "force": force_plot,
     "autocorrelation": autocorrelation_plot,
@@ -125,25 +126,6 @@ def _settled(document: Callable[..., Document]) -> Callable[..., Document]:
     return blocks
 
 
-as_blocks.register(Record, record_document)
-as_blocks.register(Diagnosis, diagnosis_blocks)
-as_blocks.register(Estimate, _settled(estimate_document))
-as_blocks.register(Identification, identification_document)
-as_blocks.register(Sweep, sweep_document)
-as_blocks.register(LawSearch, law_search_document)
-as_blocks.register(Comparison, comparison_document)
-as_blocks.register(Validation, validation_document)
-as_blocks.register(FitValidation, fit_validation_document)
-as_blocks.register(SavedFitValidation, fit_validation_document)
-as_blocks.register(OutputFit, output_fit_document)
-as_blocks.register(MonteCarlo, monte_carlo_document)
-as_blocks.register(ResultComparison, _settled(result_comparison_document))
-as_blocks.register(SavedIdentification, saved_document)
-as_blocks.register(SavedEstimate, _settled(saved_estimate_document))
-as_blocks.register(SavedOutputFit, saved_fit_document)
-as_blocks.register(SavedMonteCarlo, saved_study_document)
-
-
 @singledispatch
 def as_text(result: Presentable, **how: Any) -> str:
     """A result as plain text; of an estimate by itself one line."""
@@ -175,33 +157,6 @@ def as_frame(result: Presentable, library: str | None = None) -> Any:
 def as_document(result: Presentable) -> dict[str, Any]:
     """A result as plain numbers, texts and lists."""
     raise UsageError(f"a {type(result).__name__} has no plain data of its own.")
-
-
-def _as_read(saved: Any) -> dict[str, Any]:
-    """What a result was read from."""
-    return plain(saved.document)
-
-
-as_document.register(Record, record_dict)
-as_document.register(Diagnosis, diagnosis_dict)
-as_document.register(Estimate, estimate_dict)
-as_document.register(Identification, identification_dict)
-as_document.register(Sweep, sweep_dict)
-as_document.register(LawSearch, law_search_dict)
-as_document.register(Comparison, comparison_dict)
-as_document.register(Validation, validation_dict)
-as_document.register(FitValidation, fit_validation_dict)
-as_document.register(OutputFit, output_fit_dict)
-as_document.register(MonteCarlo, monte_carlo_dict)
-as_document.register(ResultComparison, ResultComparison.to_dict)
-for kind in (
-    SavedIdentification,
-    SavedEstimate,
-    SavedOutputFit,
-    SavedFitValidation,
-    SavedMonteCarlo,
-):
-    as_document.register(kind, _as_read)
 
 
 def saved_as(result: Presentable, file: object, **how: Any) -> Path:
@@ -336,17 +291,6 @@ def _of_saved_runs(
     )
 
 
-plot_of.register(SavedMonteCarlo, _of_saved_runs)
-plot_of.register(SavedOutputFit, _of_saved_runs)
-plot_of.register(SavedEstimate, _of_saved_estimate)
-plot_of.register(SavedIdentification, _of_saved)
-plot_of.register(Estimate, _of_estimate)
-plot_of.register(Identification, _of_identification)
-plot_of.register(Sweep, _of_sweep)
-plot_of.register(OutputFit, _of_fit)
-plot_of.register(MonteCarlo, _of_monte_carlo)
-
-
 def _check_method(result: Presentable, method: str | None, own: Sequence[str]) -> None:
     if not (method is None or is_among(str(method).lower(), own)):
         raise UsageError(
@@ -361,3 +305,37 @@ def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageErr
     return UsageError(
         f"{type(result).__name__} has no figure {quoted(what)}{choose}.", code="unknown-figure"
     )
+
+
+def _as_read(saved: Any) -> dict[str, Any]:
+    """What a result was read from."""
+    return plain(saved.document)
+
+
+#: By type of result: its document, its plain data, and one of its figures, of what has any.
+_VIEWS: dict[
+    type, tuple[Callable[..., Document], Callable[..., dict[str, Any]], _Figure | None]
+] = {
+    Record: (record_document, record_dict, None),
+    Diagnosis: (diagnosis_blocks, diagnosis_dict, None),
+    Estimate: (_settled(estimate_document), estimate_dict, _of_estimate),
+    Identification: (identification_document, identification_dict, _of_identification),
+    Sweep: (sweep_document, sweep_dict, _of_sweep),
+    LawSearch: (law_search_document, law_search_dict, None),
+    Comparison: (comparison_document, comparison_dict, None),
+    Validation: (validation_document, validation_dict, None),
+    OutputFit: (output_fit_document, output_fit_dict, _of_fit),
+    FitValidation: (fit_validation_document, fit_validation_dict, None),
+    MonteCarlo: (monte_carlo_document, monte_carlo_dict, _of_monte_carlo),
+    ResultComparison: (_settled(result_comparison_document), ResultComparison.to_dict, None),
+    SavedIdentification: (saved_document, _as_read, _of_saved),
+    SavedEstimate: (_settled(saved_estimate_document), _as_read, _of_saved_estimate),
+    SavedOutputFit: (saved_fit_document, _as_read, _of_saved_runs),
+    SavedFitValidation: (fit_validation_document, _as_read, None),
+    SavedMonteCarlo: (saved_study_document, _as_read, _of_saved_runs),
+}
+for _kind, (_document, _data, _figure) in _VIEWS.items():
+    as_blocks.register(_kind, _document)
+    as_document.register(_kind, _data)
+    if _figure is not None:
+        plot_of.register(_kind, _figure)
