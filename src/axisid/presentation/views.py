@@ -1,8 +1,9 @@
 """How each result looks: in blocks, as plain data, in figures. One row for each type."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import singledispatch
 from inspect import signature
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -19,25 +20,43 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.documents import (
-    comparison_dict,
-    diagnosis_dict,
-    estimate_dict,
-    fit_validation_dict,
-    identification_dict,
-    law_search_dict,
-    output_fit_dict,
-    record_dict,
-    sweep_dict,
-    validation_dict,
+    comparison_document as written_comparison,
+)
+from axisid.presentation.documents import (
+    diagnosis_document as written_diagnosis,
+)
+from axisid.presentation.documents import (
+    estimate_document as written_estimate,
+)
+from axisid.presentation.documents import (
+    fit_validation_document as written_fit_validation,
+)
+from axisid.presentation.documents import (
+    identification_document as written_identification,
+)
+from axisid.presentation.documents import (
+    law_search_document as written_law_search,
+)
+from axisid.presentation.documents import (
+    output_fit_document as written_output_fit,
+)
+from axisid.presentation.documents import (
+    record_document as written_record,
+)
+from axisid.presentation.documents import (
+    sweep_document as written_sweep,
+)
+from axisid.presentation.documents import (
+    validation_document as written_validation,
 )
 from axisid.presentation.formulas import axis_document
 from axisid.presentation.html import blocks_html
 from axisid.presentation.monte_carlo import (
     PLOTS,
-    monte_carlo_dict,
     monte_carlo_document,
     monte_carlo_plot,
     saved_study_document,
+    written_study,
 )
 from axisid.presentation.plots import (
     Plot,
@@ -67,7 +86,7 @@ from axisid.presentation.saved import (
     saved_plot,
     saved_repeats_plot,
 )
-from axisid.presentation.schema import plain
+from axisid.presentation.schema import JsonObject, plain
 from axisid.presentation.text import (
     comparison_document,
     diagnosis_blocks,
@@ -80,6 +99,7 @@ from axisid.presentation.text import (
     validation_document,
 )
 from axisid.presentation.text.fits import output_fit_document
+from axisid.support.arrays import finite_tree
 from axisid.support.errors import UsageError
 from axisid.support.files.json_text import json_text
 from axisid.support.presentable import Presentable
@@ -91,6 +111,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _Figure: TypeAlias = Callable[..., Plot]
+_Written: TypeAlias = Callable[..., JsonObject | Mapping[str, Any]]
 _OF_ESTIMATE = {
     "force": force_plot,
     "autocorrelation": autocorrelation_plot,
@@ -153,9 +174,14 @@ def as_frame(result: Presentable, library: str | None = None) -> Any:
     return frame_of(result, library)
 
 
+def as_document(result: Presentable, **how: Any) -> dict[str, Any]:
+    """A result as plain numbers, texts and lists; what is not finite is None."""
+    return dict(finite_tree(plain(written(result, **how))))
+
+
 @singledispatch
-def as_document(result: Presentable) -> dict[str, Any]:
-    """A result as plain numbers, texts and lists."""
+def written(result: Presentable) -> JsonObject | Mapping[str, Any]:
+    """A result as what JSON has of it."""
     raise UsageError(f"a {type(result).__name__} has no plain data of its own.")
 
 
@@ -307,27 +333,21 @@ def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageErr
     )
 
 
-def _as_read(saved: Any) -> dict[str, Any]:
-    """What a result was read from."""
-    return plain(saved.document)
-
-
+_as_read = attrgetter("document")  # what a result was read from
 #: By type of result: its document, its plain data, and one of its figures, of what has any.
-_VIEWS: dict[
-    type, tuple[Callable[..., Document], Callable[..., dict[str, Any]], _Figure | None]
-] = {
-    Record: (record_document, record_dict, None),
-    Diagnosis: (diagnosis_blocks, diagnosis_dict, None),
-    Estimate: (_settled(estimate_document), estimate_dict, _of_estimate),
-    Identification: (identification_document, identification_dict, _of_identification),
-    Sweep: (sweep_document, sweep_dict, _of_sweep),
-    LawSearch: (law_search_document, law_search_dict, None),
-    Comparison: (comparison_document, comparison_dict, None),
-    Validation: (validation_document, validation_dict, None),
-    OutputFit: (output_fit_document, output_fit_dict, _of_fit),
-    FitValidation: (fit_validation_document, fit_validation_dict, None),
-    MonteCarlo: (monte_carlo_document, monte_carlo_dict, _of_monte_carlo),
-    ResultComparison: (_settled(result_comparison_document), ResultComparison.to_dict, None),
+_VIEWS: dict[type, tuple[Callable[..., Document], _Written, _Figure | None]] = {
+    Record: (record_document, written_record, None),
+    Diagnosis: (diagnosis_blocks, written_diagnosis, None),
+    Estimate: (_settled(estimate_document), written_estimate, _of_estimate),
+    Identification: (identification_document, written_identification, _of_identification),
+    Sweep: (sweep_document, written_sweep, _of_sweep),
+    LawSearch: (law_search_document, written_law_search, None),
+    Comparison: (comparison_document, written_comparison, None),
+    Validation: (validation_document, written_validation, None),
+    OutputFit: (output_fit_document, written_output_fit, _of_fit),
+    FitValidation: (fit_validation_document, written_fit_validation, None),
+    MonteCarlo: (monte_carlo_document, written_study, _of_monte_carlo),
+    ResultComparison: (_settled(result_comparison_document), _as_read, None),
     SavedIdentification: (saved_document, _as_read, _of_saved),
     SavedEstimate: (_settled(saved_estimate_document), _as_read, _of_saved_estimate),
     SavedOutputFit: (saved_fit_document, _as_read, _of_saved_runs),
@@ -336,6 +356,6 @@ _VIEWS: dict[
 }
 for _kind, (_document, _data, _figure) in _VIEWS.items():
     as_blocks.register(_kind, _document)
-    as_document.register(_kind, _data)
+    written.register(_kind, _data)
     if _figure is not None:
         plot_of.register(_kind, _figure)

@@ -1,7 +1,6 @@
 """A comparison of candidates as a document."""
 
 from dataclasses import asdict
-from typing import Any
 
 from msgspec import UNSET
 
@@ -16,9 +15,7 @@ from axisid.presentation.schema import (
     WrittenKnown,
     WrittenNestedTest,
     WrittenParameterCheck,
-    plain,
 )
-from axisid.support.arrays import finite_tree
 from axisid.support.remedy import as_options
 
 from .identification import (
@@ -28,11 +25,6 @@ from .identification import (
     prefilter_document,
     record_document,
 )
-
-
-def comparison_dict(comparison: Comparison) -> dict[str, Any]:
-    """The comparison as plain numbers and texts; what is not finite becomes None."""
-    return dict(finite_tree(plain(comparison_document(comparison))))
 
 
 def comparison_document(comparison: Comparison) -> WrittenComparison:

@@ -1,7 +1,5 @@
 """A fit of a simulated output as a document."""
 
-from typing import Any
-
 from msgspec import UNSET
 
 from axisid.estimation.fitting import OutputFit
@@ -15,7 +13,6 @@ from axisid.presentation.schema import (
     WrittenLevels,
     WrittenOutputFit,
     WrittenRecordError,
-    plain,
 )
 from axisid.support.arrays import finite
 from axisid.support.missing import Missing
@@ -26,20 +23,13 @@ from .identification import left_out, record_document
 from .same_members import written_as
 
 
-def output_fit_dict(fit: OutputFit) -> dict[str, Any]:
-    """What ``--json`` writes."""
-    return plain(output_fit_document(fit))
-
-
-def fit_validation_dict(validation: FitValidation) -> dict[str, Any]:
+def fit_validation_document(validation: FitValidation) -> WrittenFitValidation:
     """What is left of a second record, and whether the fit holds on it."""
-    return plain(
-        written_as(
-            WrittenFitValidation,
-            validation,
-            record=record_document(validation.record),
-            verdict=tuple(map(check_document, validation.checks)),
-        )
+    return written_as(
+        WrittenFitValidation,
+        validation,
+        record=record_document(validation.record),
+        verdict=tuple(map(check_document, validation.checks)),
     )
 
 

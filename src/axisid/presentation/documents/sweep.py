@@ -1,17 +1,10 @@
 """Estimates over the cut-off as a document."""
 
-from typing import Any
-
 from axisid.estimation.studies import Sweep
-from axisid.presentation.schema import WrittenSweep, plain
+from axisid.presentation.schema import WrittenSweep
 from axisid.support.remedy import as_options
 
 from .identification import identification_document
-
-
-def sweep_dict(sweep: Sweep) -> dict[str, Any]:
-    """What ``--json`` writes."""
-    return plain(sweep_document(sweep))
 
 
 def sweep_document(sweep: Sweep) -> WrittenSweep:

@@ -13,4 +13,4 @@ from .plots import PLOTS as PLOTS
 from .plots import monte_carlo_plot as monte_carlo_plot
 from .plots import monte_carlo_plots as monte_carlo_plots
 from .saved import saved_study_document as saved_study_document
-from .written import monte_carlo_dict as monte_carlo_dict
+from .written import written_study as written_study

@@ -1,7 +1,5 @@
 """A study as plain data."""
 
-from typing import Any
-
 from axisid.estimation.monte_carlo import (
     CheckFigures,
     EstimandFigures,
@@ -21,17 +19,12 @@ from axisid.presentation.schema import (
     WrittenMonteCarlo,
     WrittenShare,
     WrittenTwins,
-    plain,
 )
 from axisid.support.arrays import finite
 
 
-def monte_carlo_dict(result: MonteCarlo) -> dict[str, Any]:
+def written_study(result: MonteCarlo) -> WrittenMonteCarlo:
     """What ``--json`` writes."""
-    return plain(_written(result))
-
-
-def _written(result: MonteCarlo) -> WrittenMonteCarlo:
     plan = result.plan
     experiment = Chain.of_experiment(plan.twin.axis)
     return WrittenMonteCarlo(

@@ -17,8 +17,8 @@ Expected = TypeVar("Expected", bound=JsonObject)
 _SHOWN = 40  # letters
 
 
-def plain(document: JsonObject) -> dict[str, Any]:
-    """A document as dictionaries, lists, numbers and texts."""
+def plain(document: JsonObject | Mapping[str, Any]) -> dict[str, Any]:
+    """A document, or its members, as dictionaries, lists, numbers and texts."""
     return dict(_listed(msgspec.to_builtins(document, enc_hook=_number)))
 
 
