@@ -101,10 +101,6 @@ def _method(case: Case) -> Check | Missing | None:
     )
 
 
-def _bounds(case: Case) -> Check | Missing:
-    return within_bounds(case.preferred, rests_first(case.problem.rest), case.problem.held)
-
-
 def _nominal_values(case: Case) -> Check | None:
     values = case.preferred.parameters
     declared = [p for p in case.preferred.form.declared if p.name in values]
@@ -153,10 +149,6 @@ def _measured(role: str, case: Case) -> Check | Missing | None:
     return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
 
 
-def _recorded_signals(case: Case) -> Check | Missing | None:
-    return signals_check(case.lacking, case.data.axis, case.data.record, case.choice.levels)
-
-
 def _missing_terms(case: Case) -> Check | Missing:
     lacking = case.lacking
     if isinstance(lacking, Missing):
@@ -192,10 +184,6 @@ def _records_alike(case: Case) -> Check | Missing:
     return alike_check(case.alike, names, case.choice.levels)
 
 
-def _repeated_records(case: Case) -> Check | None:
-    return repeated_check([data.record for data in case.problem.data])
-
-
 def _lack_of_fit(case: Case) -> Check | None:
     found = case.lack_of_fit
     return None if found is None else lack_of_fit_check(found, case.preferred)
@@ -213,7 +201,12 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             check=lambda case: forms_check(case.compared, case.estimates, case.choice.levels),
         ),
         Diagnostic(name="precision", check=lambda case: precision(case.preferred, case.excitation)),
-        Diagnostic(name="bounds", check=_bounds),
+        Diagnostic(
+            name="bounds",
+            check=lambda case: within_bounds(
+                case.preferred, rests_first(case.problem.rest), case.problem.held
+            ),
+        ),
         Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
         Diagnostic(
             name="simulation",
@@ -239,7 +232,13 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(
             name="measured acceleration", check=partial(_measured, "acceleration"), by_record=True
         ),
-        Diagnostic(name="recorded signals", check=_recorded_signals, by_record=True),
+        Diagnostic(
+            name="recorded signals",
+            check=lambda case: signals_check(
+                case.lacking, case.data.axis, case.data.record, case.choice.levels
+            ),
+            by_record=True,
+        ),
         Diagnostic(
             name="control against limit",
             check=lambda case: limit_check(case.data.axis, case.data.record),
@@ -253,7 +252,11 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             several=True,
         ),
         Diagnostic(name="records alike", check=_records_alike, several=True),
-        Diagnostic(name="repeated records", check=_repeated_records, several=True),
+        Diagnostic(
+            name="repeated records",
+            check=lambda case: repeated_check([data.record for data in case.problem.data]),
+            several=True,
+        ),
     )
 }
 
