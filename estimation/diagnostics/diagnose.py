@@ -37,7 +37,6 @@ from axisid.estimation.diagnostics.remainder import (
     terms_check,
 )
 from axisid.estimation.lacking import Lack
-from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
@@ -81,8 +80,8 @@ class Diagnostic:
 
 
 def _strength(case: Case) -> Check | Missing | None:
-    without = all(estimate.Z is None for estimate in case.estimates.values())
-    return None if without else case.strength
+    has_instruments = any(each.Z is not None for each in case.estimates.values())
+    return case.strength if has_instruments else None
 
 
 def _method(case: Case) -> Check | Missing | None:
@@ -180,8 +179,7 @@ def _fails(found: Check | Missing | None) -> bool:
 
 
 def _records_alike(case: Case) -> Check | Missing:
-    names = record_labels([data.record for data in case.problem.data])
-    return alike_check(case.alike, names, case.choice.levels)
+    return alike_check(case.alike, case.names, case.choice.levels)
 
 
 def _lack_of_fit(case: Case) -> Check | None:
@@ -264,11 +262,10 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 def diagnose(choice: Choice) -> Diagnosis:
     """What every diagnostic finds in a result of which an estimate was chosen."""
     case = Case.of(choice)
-    names = record_labels([data.record for data in case.problem.data])
     by_record = {
         d.name: [d.made(part) for part in case.parts] for d in DIAGNOSTICS.values() if d.by_record
     }
-    checks = (_checked(diagnostic, case, by_record, names) for diagnostic in DIAGNOSTICS.values())
+    checks = (_checked(diagnostic, case, by_record) for diagnostic in DIAGNOSTICS.values())
     law, alignment, velocity = (
         _first_failing(by_record[name])
         for name in ("control law", "alignment", "measured velocity")
@@ -283,7 +280,7 @@ def diagnose(choice: Choice) -> Diagnosis:
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=None if case.has_parts else told_or(None, lambda: case.lack_of_fit),
         bands={} if case.has_parts else told_or({}, lambda: case.bands),
-        records=_of_records(case, by_record) if len(names) > 1 else (),
+        records=_of_records(case, by_record) if len(case.names) > 1 else (),
         differences=told_or({}, lambda: case.differences),
     )
 
@@ -332,15 +329,14 @@ def _checked(
     diagnostic: Diagnostic,
     case: Case,
     made: Mapping[str, list[Check | None]],
-    names: Sequence[str],
 ) -> Check | None:
     """What a verdict lists of a diagnostic."""
-    if diagnostic.several and len(names) == 1:
+    if diagnostic.several and len(case.names) == 1:
         return None
     if not diagnostic.by_record:
         return diagnostic.made(case)
     found = made[diagnostic.name]
-    return found[0] if len(names) == 1 else joined(found, names)
+    return found[0] if len(case.names) == 1 else joined(found, case.names)
 
 
 def conclusion(checks: Sequence[Check]) -> str:

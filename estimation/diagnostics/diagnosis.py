@@ -33,6 +33,7 @@ from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of
 from axisid.estimation.lacking import Lack, RecordScores, lacking, scores_at
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.problems import Problem, Reach, noise_free_record
+from axisid.estimation.records import record_labels
 from axisid.estimation.regression import (
     InverseForm,
     recorded_loops,
@@ -145,6 +146,11 @@ class Case:
     def data(self) -> FilteredRecord:
         """The record; of several the first, see `parts`."""
         return self.problem.data[0]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the records."""
+        return record_labels([data.record for data in self.problem.data])
 
     @cached_property
     def parts(self) -> "tuple[Case, ...]":

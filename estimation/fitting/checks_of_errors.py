@@ -75,13 +75,12 @@ def windows_check(of: Judged) -> Check | Missing | None:
 
 def simulation_check(of: Judged) -> Check:
     """What is left beyond noise: noise may be most of an output that is small, or noisy."""
-    most = _MAX_BEYOND_NOISE
     # A loop that swings by itself takes its swinging for noise, and leaves more than there is.
     lost = max(of.percents) > _MAX_LEFT
     worst = int(np.argmax(of.percents if lost else of.beyond_noise))
     beyond, output = of.beyond_noise[worst], of.followed[worst]
     percent = max(p for p, name in zip(of.percents, of.followed, strict=True) if name == output)
-    good = beyond < most and not lost
+    good = beyond < _MAX_BEYOND_NOISE and not lost
     said = (
         f"the simulated {output} leaves {percent:.3g} % of the recorded one, "
         f"{beyond:.2g} % beyond noise"
@@ -91,7 +90,7 @@ def simulation_check(of: Judged) -> Check:
         name="simulation",
         status=passed(good),
         figure=beyond,
-        threshold=most,
+        threshold=_MAX_BEYOND_NOISE,
         source="chosen: it is 4.5 on the EMPS record, whose model lacks 6 % of the control",
         meaning=said + more,
     )

@@ -60,11 +60,10 @@ def _moved(of: Judged) -> Check | Missing | None:
         far = np.nan_to_num(np.abs(moved) / np.hypot(of.deviations, sure), posinf=np.inf)
     counted = (of.deviations > 0) & ~of.basis.of_start  # a record's own start is no property
     claimed, far = (np.where(counted, each, 0.0) for each in (claimed, far))
-    most = _MAX_LAW_SHIFT
-    worst = int(np.argmax(np.where(far > most, claimed, 0.0) if np.any(far > most) else far))
+    beyond = bool(np.any(far > _MAX_LAW_SHIFT))
+    worst = int(np.argmax(np.where(far > _MAX_LAW_SHIFT, claimed, 0.0) if beyond else far))
     name, value = of.names[worst], of.physical[worst]
     share = 100 * abs(moved[worst] / value) if value else np.inf
-    beyond = far[worst] > most
     said = (
         f"the law as its control is recorded, in place of the declared one, moves {name} by "
         f"{share:.2g} % ({far[worst]:.2g} deviations)"
@@ -79,7 +78,7 @@ def _moved(of: Judged) -> Check | Missing | None:
         name=_FACTORS,
         status=passed(not (beyond or of.is_law_nearly_right)),
         figure=float(far[worst]),
-        threshold=most,
+        threshold=_MAX_LAW_SHIFT,
         source="measured: at most 1.2 on 120 right twins whose position is followed, 120 with kp "
         "1 % wrong; fails too where the law is off by factors that move no "
         f"parameter by more than {100 * NOTICEABLE_BIAS.value:g} % of it, for which the check of "
@@ -100,9 +99,9 @@ def _sensitive(of: Judged) -> Check | None:
     shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
     term = max(shares, key=lambda name: float(shares[name].max()))
     j = int(np.argmax(shares[term]))
-    share, most = float(shares[term][j]), _MAX_LAW_SENSITIVITY
+    share = float(shares[term][j])
     said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
-    if share > most:
+    if share > _MAX_LAW_SENSITIVITY:
         exact = "the law must be exact" if of.outputs == (POSITION,) else "the law must be right"
         moved = abs(float(of.law_moves[term][j]))
         if 0 < of.deviations[j] < moved:
@@ -111,9 +110,9 @@ def _sensitive(of: Judged) -> Check | None:
         said += f": {exact}, or the numbers are its error"
     return Check(
         name="exact law",
-        status=passed(share <= most, matters=False),
+        status=passed(share <= _MAX_LAW_SENSITIVITY, matters=False),
         figure=share,
-        threshold=most,
+        threshold=_MAX_LAW_SENSITIVITY,
         source="measured: 0.4 where the control is followed, 43 where the position is",
         meaning=said,
     )

@@ -9,7 +9,7 @@ import click
 from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
 from axisid.estimation.choices.methods import ROW_LOSSES, is_iteration, method_names
 
-from .option_checks import check_idle
+from .option_checks import check_idle, with_options
 from .start_option import start_option
 
 method_option = click.option(
@@ -77,9 +77,7 @@ def levels_options(command: Callable[..., None]) -> Callable[..., None]:
     def collected(*, level: float, least_share: float, **others: Any) -> None:
         command(levels={"level": level, "least_share": least_share}, **others)
 
-    for option in reversed(_LEVELS):
-        collected = option(collected)
-    return collected
+    return with_options(collected, _LEVELS)
 
 
 def fix_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -157,6 +155,4 @@ def estimator_options(command: Callable[..., None]) -> Callable[..., None]:
         }
         command(estimating=estimating, **others)
 
-    for option in reversed(_OPTIONS):
-        collected = option(collected)
-    return collected
+    return with_options(collected, _OPTIONS)

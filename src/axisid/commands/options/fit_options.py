@@ -10,6 +10,7 @@ import click
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS, RESTS
 
 from .estimator_options import bootstrap_option, levels_options
+from .option_checks import with_options
 from .several_options import names_in
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -173,6 +174,4 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
         }
         command(asked=asked, **others)
 
-    for option in reversed(_OPTIONS):
-        collected = option(collected)
-    return collected
+    return with_options(collected, _OPTIONS)

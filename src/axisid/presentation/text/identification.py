@@ -340,15 +340,13 @@ def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
         for check in ordered
         if check.status == status
     ]
-    skipped = unmade(checks)
     judged += [
         CheckGroup("not evaluated", lines_of(names), why.worded(wording))
-        for why, names in skipped.items()
+        for why, names in unmade(checks).items()
     ]
     told = {line for group in judged for line in group.names}
     own = lines_of(check.name for check in checks)
-    every = lines_of((*KINDS, *own))
-    passed = tuple(line for line in every if line in own and line not in told)
+    passed = tuple(line for line in lines_of((*KINDS, *own)) if line in own and line not in told)
     judged += [CheckGroup("pass", passed)] if passed else []
     return Checks(judged=tuple(judged), conclusion=conclusion(checks))
 
