@@ -127,16 +127,12 @@ NO_DELAY = Threshold(0.2, "1", "share of a declared delay and lag, below which t
     "chosen")
 
 # Diagnostics: estimates
-CONTRADICTION_LEVEL = Threshold(0.01, "1",
-    "of tests that say a bias of least squares, or against what was fixed", "convention")
 MIN_FIRST_STAGE_F = Threshold(10.0, "1",
     "conditional first-stage F from which instruments are not weak",
     "[StaigerStock1997]; conditional as in [SandersonWindmeijer2016]")
 NOTICEABLE_BIAS = Threshold(0.1, "1",
     "distance of least squares from the instruments, by these, from which a significant one is "
     "worth a warning; what factors of the law may move a parameter of a fit by", "chosen")
-NEGLIGIBLE_BIAS = Threshold(0.01, "1", "the same share, up to which it is no more than a note",
-    "chosen")
 MAX_VARIANCE_INFLATION = Threshold(10.0, "1",
     "variance inflation from which a column nearly repeats others", "convention")
 MAX_RELATIVE_DEVIATION = Threshold(30.0, "%", "up to which a parameter is known", "chosen")
@@ -146,24 +142,20 @@ NEGLIGIBLE_PEAK_FORCE = Threshold(0.05, "1",
     "the same anywhere along the record, as a share of the largest force", "chosen")
 
 # Diagnostics: several records
-MAX_RECORD_CHANCE = Threshold(0.01, "1",
-    "that records of one machine differ as much; one is against the rest", "convention")
-MIN_RECORD_SHARE = Threshold(1.0, "%",
-    "force that a record's parameters make otherwise than all records', for it to be against "
-    "these", "chosen: as of a frozen estimate on a second record")
 MIN_COMMON_SAMPLES = Threshold(0.99, "1",
     "part of the samples between the first and the last that two records have in common",
     "chosen: runs of one motion before a coarse encoder have others between")
 MAX_REPEATED_SAMPLES = Threshold(1.02, "1", "how often a sample is among the records, on average",
     "derived: deviations 1 % too small")
 
-# Missing terms
-LACKING_LEVEL = Threshold(0.01, "1",
-    "chance that anything is told as missing of a right model, over all that is looked for",
-    "chosen: Hotelling's test against twins, by Holm's rule and Bonferroni's over places")
-MIN_LACKING_SHARE = Threshold(0.01, "1",
-    "force, root mean square, beside what the model's own parameters make of it, from which what "
-    "is missing matters; or it moves a parameter by more than its interval",
+# Levels, which are arguments (level=, least_share=)
+LEVEL = Threshold(0.01, "1",
+    "chance that a check tells anything of a right model, over all that it looks for: what is "
+    "missing, a record that speaks against the rest, estimates apart, what was fixed",
+    "convention; by Holm's rule over what is missing, by Bonferroni's over places and records")
+LEAST_SHARE = Threshold(0.01, "1",
+    "of the force, root mean square, or of a parameter's value, from which that matters; what is "
+    "missing does too where it moves a parameter by more than its interval",
     "chosen: as for a parameter's part of the force")
 
 # Fits of an output

@@ -1,5 +1,6 @@
 """One check of a result: a figure held against a threshold, and what it means."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -7,8 +8,8 @@ from axisid.support.missing import Missing
 from axisid.support.number_text import plain_numbers
 from axisid.support.remedy import Note, Remedy
 
-from .faults import Fault
-from .lines import line_of
+from .faults import Fault, unless_faulty
+from .kinds import kind_of
 
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
@@ -77,13 +78,19 @@ class Check:
 
     @property
     def line(self) -> str:
-        """The line of a verdict that it is of, one of `LINES`."""
-        return line_of(self.name)
+        """The line of a verdict that it is of, as `KINDS` has it."""
+        return kind_of(self.name).line
 
     @property
     def note(self) -> Note:
         """The whole sentence, to be worded later."""
         return Note(self.meaning, self.remedy)
+
+
+def made(name: str, find: Callable[[], Check | Missing | None]) -> Check | None:
+    """A check as a verdict lists it: what is found, why it could not be made, or nothing."""
+    found = unless_faulty(find)
+    return Check.not_evaluated(name, found) if isinstance(found, Missing) else found
 
 
 def passed(good: bool, *, matters: bool = True) -> Status:

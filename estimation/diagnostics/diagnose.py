@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, Protocol
 
-from axisid.estimation.checks import Check, line_of, lines_of, told_or, unless_faulty
+from axisid.estimation.checks import Check, kind_of, lines_of, made, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     forms_check,
@@ -37,7 +37,6 @@ from axisid.estimation.diagnostics.remainder import (
     terms_check,
 )
 from axisid.estimation.lacking import Lack
-from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
@@ -50,19 +49,8 @@ from .repeated_samples import repeated_check
 #: How far the numbers of a result can be believed.
 Belief = Literal["believed", "with care", "not believed"]
 
-_LAST = 100
 #: What is told where it could not be asked: of what an axis declares, and what noise does.
 _OF_THE_MODEL = ("missing terms", "control law", "method")
-#: Checks of other results by which no number is to be believed, with their rank among the others.
-_GRAVE_ELSEWHERE = {
-    "result": 0,
-    "time base": 0,
-    "windows": 2,
-    "any parameter shown": 3,
-    "one end": 3,
-    "equation error": 3,
-    "what was known": 4,
-}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,10 +63,6 @@ class Diagnostic:
         Of its check.
     check : callable
         Check of a case, or why it cannot be made; None where the case has nothing to check.
-    rank : int
-        Its place among those that fail, the cause before what follows from it.
-    grave : bool
-        Whether the numbers may mean something else than what they are called where it fails.
     by_record : bool
         Whether it looks at one record, so that of several it looks at each.
     several : bool
@@ -87,19 +71,17 @@ class Diagnostic:
 
     name: str
     check: Callable[[Case], Check | Missing | None]
-    rank: int = _LAST
-    grave: bool = False
     by_record: bool = False
     several: bool = False
 
-
-def _control_law(case: Case) -> Check | Missing:
-    return law_check(case.law)
+    def made(self, case: Case) -> Check | None:
+        """What it finds, or why it could not be made."""
+        return made(self.name, partial(self.check, case))
 
 
 def _strength(case: Case) -> Check | Missing | None:
-    without = all(estimate.Z is None for estimate in case.estimates.values())
-    return None if without else case.strength
+    has_instruments = any(each.Z is not None for each in case.estimates.values())
+    return case.strength if has_instruments else None
 
 
 def _method(case: Case) -> Check | Missing | None:
@@ -109,30 +91,19 @@ def _method(case: Case) -> Check | Missing | None:
     checked = [law for law in laws if not isinstance(law, Missing)]
     law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None
     return method_check(
-        case.preferred, case.estimates, case.compared, case.steps, law_passed=law_passed
+        case.preferred,
+        case.estimates,
+        case.compared,
+        case.steps,
+        case.choice.levels,
+        law_passed=law_passed,
     )
-
-
-def _forms(case: Case) -> Check | Missing | None:
-    return forms_check(case.compared, case.estimates)
-
-
-def _precision(case: Case) -> Check:
-    return precision(case.preferred, case.excitation)
-
-
-def _bounds(case: Case) -> Check | Missing:
-    return within_bounds(case.preferred, rests_first(case.problem.rest), case.problem.held)
 
 
 def _nominal_values(case: Case) -> Check | None:
     values = case.preferred.parameters
     declared = [p for p in case.preferred.form.declared if p.name in values]
     return nominal_check((p, values[p.name].corrected, values[p.name].interval) for p in declared)
-
-
-def _simulation(case: Case) -> Check | Missing:
-    return following(case.preferred, case.data.rest)
 
 
 def _outliers(case: Case) -> Check | Missing:
@@ -176,36 +147,8 @@ def _is_logged_elsewhere(case: Case) -> bool:
     return law.delay == -timing.samples != 0
 
 
-def _fixed_values(case: Case) -> Check | Missing | None:
-    return case.fixed if case.data.axis.base.known else None
-
-
-def _physical(case: Case) -> Check | Missing | None:
-    return None if case.data.axis.base.known else case.fixed
-
-
-def _force(case: Case) -> Check | None:
-    return force_check(case.data.axis, case.data.record)
-
-
-def _measured(case: Case, role: str) -> Check | Missing | None:
+def _measured(role: str, case: Case) -> Check | Missing | None:
     return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
-
-
-def _measured_velocity(case: Case) -> Check | Missing | None:
-    return _measured(case, "velocity")
-
-
-def _measured_acceleration(case: Case) -> Check | Missing | None:
-    return _measured(case, "acceleration")
-
-
-def _recorded_signals(case: Case) -> Check | Missing | None:
-    return signals_check(case.lacking, case.data.axis, case.data.record, case.choice.levels)
-
-
-def _limit(case: Case) -> Check | None:
-    return limit_check(case.data.axis, case.data.record)
 
 
 def _missing_terms(case: Case) -> Check | Missing:
@@ -217,7 +160,9 @@ def _missing_terms(case: Case) -> Check | Missing:
     found = terms_check(lacking, case.data.axis, case.data.record, case.choice.levels)
     if found.status != "fail":
         return found
-    if _fails(method_check(case.preferred, {}, {}, case.steps, law_passed=None)):
+    if _fails(
+        method_check(case.preferred, {}, {}, case.steps, case.choice.levels, law_passed=None)
+    ):
         return replace(found, status="note")  # what the steps move is left, and counts once
     if _is_declared_late(case):
         said = "the delay or lag that is declared too long, see alignment, may make it"
@@ -236,16 +181,8 @@ def _fails(found: Check | Missing | None) -> bool:
     return isinstance(found, Check) and found.status == "fail"
 
 
-def _drive_gain(case: Case) -> Check | None:
-    return gain_check(case.preferred, case.problem.axis.axis.drive)
-
-
 def _records_alike(case: Case) -> Check | Missing:
-    return alike_check(case.alike, record_labels([data.record for data in case.problem.data]))
-
-
-def _repeated_records(case: Case) -> Check | None:
-    return repeated_check([data.record for data in case.problem.data])
+    return alike_check(case.alike, case.names, case.choice.levels)
 
 
 def _lack_of_fit(case: Case) -> Check | None:
@@ -257,38 +194,70 @@ def _lack_of_fit(case: Case) -> Check | None:
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
     for row in (
-        Diagnostic(name="control law", check=_control_law, rank=0, grave=True, by_record=True),
-        Diagnostic(name="instrument strength", check=_strength, rank=12),
-        Diagnostic(name="method", check=_method, rank=14),
-        Diagnostic(name="inverse against direct", check=_forms, rank=5, grave=True),
-        Diagnostic(name="precision", check=_precision, rank=13),
-        Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
-        Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
-        Diagnostic(name="simulation", check=_simulation, rank=2, grave=True, by_record=True),
-        Diagnostic(name="outliers", check=_outliers, rank=1, by_record=True),
-        Diagnostic(name="alignment", check=_alignment, rank=8, by_record=True),
-        Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
-        Diagnostic(name="physical parameters", check=_physical, rank=10),
-        Diagnostic(name="force against control", check=_force, rank=5, grave=True, by_record=True),
+        Diagnostic(name="control law", check=lambda case: law_check(case.law), by_record=True),
+        Diagnostic(name="instrument strength", check=_strength),
+        Diagnostic(name="method", check=_method),
         Diagnostic(
-            name="measured velocity", check=_measured_velocity, rank=1, grave=True, by_record=True
+            name="inverse against direct",
+            check=lambda case: forms_check(case.compared, case.estimates, case.choice.levels),
+        ),
+        Diagnostic(name="precision", check=lambda case: precision(case.preferred, case.excitation)),
+        Diagnostic(
+            name="bounds",
+            check=lambda case: within_bounds(
+                case.preferred, rests_first(case.problem.rest), case.problem.held
+            ),
+        ),
+        Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
+        Diagnostic(
+            name="simulation",
+            check=lambda case: following(case.preferred, case.data.rest),
+            by_record=True,
+        ),
+        Diagnostic(name="outliers", check=_outliers, by_record=True),
+        Diagnostic(name="alignment", check=_alignment, by_record=True),
+        Diagnostic(
+            name="fixed values",
+            check=lambda case: case.fixed if case.data.axis.base.known else None,
         ),
         Diagnostic(
-            name="measured acceleration",
-            check=_measured_acceleration,
-            rank=1,
-            grave=True,
+            name="physical parameters",
+            check=lambda case: None if case.data.axis.base.known else case.fixed,
+        ),
+        Diagnostic(
+            name="force against control",
+            check=lambda case: force_check(case.data.axis, case.data.record),
+            by_record=True,
+        ),
+        Diagnostic(name="measured velocity", check=partial(_measured, "velocity"), by_record=True),
+        Diagnostic(
+            name="measured acceleration", check=partial(_measured, "acceleration"), by_record=True
+        ),
+        Diagnostic(
+            name="recorded signals",
+            check=lambda case: signals_check(
+                case.lacking, case.data.axis, case.data.record, case.choice.levels
+            ),
             by_record=True,
         ),
         Diagnostic(
-            name="recorded signals", check=_recorded_signals, rank=2, grave=True, by_record=True
+            name="control against limit",
+            check=lambda case: limit_check(case.data.axis, case.data.record),
+            by_record=True,
         ),
-        Diagnostic(name="control against limit", check=_limit, rank=6, grave=True, by_record=True),
-        Diagnostic(name="missing terms", check=_missing_terms, rank=8, by_record=True),
+        Diagnostic(name="missing terms", check=_missing_terms, by_record=True),
         Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),
-        Diagnostic(name="drive gain", check=_drive_gain, several=True),
-        Diagnostic(name="records alike", check=_records_alike, rank=8, grave=True, several=True),
-        Diagnostic(name="repeated records", check=_repeated_records, rank=10, several=True),
+        Diagnostic(
+            name="drive gain",
+            check=lambda case: gain_check(case.preferred, case.problem.axis.axis.drive),
+            several=True,
+        ),
+        Diagnostic(name="records alike", check=_records_alike, several=True),
+        Diagnostic(
+            name="repeated records",
+            check=lambda case: repeated_check([data.record for data in case.problem.data]),
+            several=True,
+        ),
     )
 }
 
@@ -296,11 +265,13 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 def diagnose(choice: Choice) -> Diagnosis:
     """What every diagnostic finds in a result of which an estimate was chosen."""
     case = Case.of(choice)
-    names = record_labels([data.record for data in case.problem.data])
-    made = {d.name: _of_parts(d, case) for d in DIAGNOSTICS.values() if d.by_record}
-    checks = (_checked(diagnostic, case, made, names) for diagnostic in DIAGNOSTICS.values())
+    by_record = {
+        d.name: [d.made(part) for part in case.parts] for d in DIAGNOSTICS.values() if d.by_record
+    }
+    checks = (_checked(diagnostic, case, by_record) for diagnostic in DIAGNOSTICS.values())
     law, alignment, velocity = (
-        _first_failing(made[name]) for name in ("control law", "alignment", "measured velocity")
+        _first_failing(by_record[name])
+        for name in ("control law", "alignment", "measured velocity")
     )
     return Diagnosis(
         preferred=case.judged,
@@ -312,7 +283,7 @@ def diagnose(choice: Choice) -> Diagnosis:
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=None if case.has_parts else told_or(None, lambda: case.lack_of_fit),
         bands={} if case.has_parts else told_or({}, lambda: case.bands),
-        records=_of_records(case, made) if len(names) > 1 else (),
+        records=_of_records(case, by_record) if len(case.names) > 1 else (),
         differences=told_or({}, lambda: case.differences),
     )
 
@@ -320,17 +291,6 @@ def diagnose(choice: Choice) -> Diagnosis:
 def alignment_in(choice: Choice) -> Alignment | Missing:
     """The delay of the force in the first record, as `diagnose` finds it with all else."""
     return unless_faulty(lambda: Case.of(choice).parts[0].alignment)
-
-
-def _of_parts(diagnostic: Diagnostic, case: Case) -> list[Check | None]:
-    """What a diagnostic of one record finds in each."""
-    return [_made(diagnostic, part) for part in case.parts]
-
-
-def _made(diagnostic: Diagnostic, case: Case) -> Check | None:
-    """What a diagnostic finds, or why it could not be made."""
-    found = unless_faulty(partial(diagnostic.check, case))
-    return Check.not_evaluated(diagnostic.name, found) if isinstance(found, Missing) else found
 
 
 def _first_failing(found: Sequence[Check | None]) -> int:
@@ -372,15 +332,14 @@ def _checked(
     diagnostic: Diagnostic,
     case: Case,
     made: Mapping[str, list[Check | None]],
-    names: Sequence[str],
 ) -> Check | None:
     """What a verdict lists of a diagnostic."""
-    if diagnostic.several and len(names) == 1:
+    if diagnostic.several and len(case.names) == 1:
         return None
     if not diagnostic.by_record:
-        return _made(diagnostic, case)
+        return diagnostic.made(case)
     found = made[diagnostic.name]
-    return found[0] if len(names) == 1 else joined(found, names)
+    return found[0] if len(case.names) == 1 else joined(found, case.names)
 
 
 def conclusion(checks: Sequence[Check]) -> str:
@@ -390,7 +349,7 @@ def conclusion(checks: Sequence[Check]) -> str:
         case "believed":
             return f"Nothing that was checked speaks against these numbers{_unchecked(checks)}."
         case "not believed":
-            return f"Do not believe these numbers before this is mended: {line_of(failed[0])}."
+            return f"Do not believe these numbers before this is mended: {kind_of(failed[0]).line}."
         case "with care":
             return (
                 "Believe these numbers with care; to look at: "
@@ -408,8 +367,7 @@ def _unchecked(checks: Sequence[Check]) -> str:
 def belief(failing: Iterable[str]) -> Belief:
     """How far the numbers of a result can be believed of which checks of these names fail."""
     names = gravest_first(failing)
-    first = DIAGNOSTICS.get(names[0]) if names else None
-    if names and (names[0] in _GRAVE_ELSEWHERE or (first is not None and first.grave)):
+    if names and kind_of(names[0]).grave:
         return "not believed"
     return "with care" if names else "believed"
 
@@ -455,14 +413,9 @@ class Diagnosed(Checked):
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:
     """Checks by what it means for the numbers that they fail, the gravest first."""
-    return sorted(checks, key=lambda check: _rank(check.name))
+    return sorted(checks, key=lambda check: kind_of(check.name).rank)
 
 
 def gravest_first(names: Iterable[str]) -> list[str]:
     """Names of checks in the order of `by_weight`."""
-    return sorted(names, key=_rank)
-
-
-def _rank(name: str) -> int:
-    found = DIAGNOSTICS.get(name)
-    return _GRAVE_ELSEWHERE.get(name, _LAST) if found is None else found.rank
+    return sorted(names, key=lambda name: kind_of(name).rank)

@@ -33,6 +33,7 @@ from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of
 from axisid.estimation.lacking import Lack, RecordScores, lacking, scores_at
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.problems import Problem, Reach, noise_free_record
+from axisid.estimation.records import record_labels
 from axisid.estimation.regression import (
     InverseForm,
     recorded_loops,
@@ -146,6 +147,11 @@ class Case:
         """The record; of several the first, see `parts`."""
         return self.problem.data[0]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the records."""
+        return record_labels([data.record for data in self.problem.data])
+
     @cached_property
     def parts(self) -> "tuple[Case, ...]":
         """What there is of each of several records by itself; one record is its own part."""
@@ -169,7 +175,7 @@ class Case:
     @cached_property
     def alike(self) -> Alike | Missing:
         """Each of several records against the others."""
-        return rows_alike(self.problem, self.preferred)
+        return rows_alike(self.problem, self.preferred, self.choice.levels)
 
     @property
     def preferred(self) -> Estimate:
@@ -323,4 +329,4 @@ class Case:
     @cached_property
     def fixed(self) -> Check | Missing | None:
         """What was fixed against the record; None where nothing can be asked."""
-        return fixed_check(self.preferred)
+        return fixed_check(self.preferred, self.choice.levels.level)

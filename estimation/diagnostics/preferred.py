@@ -25,7 +25,7 @@ class Choice:
     estimates : mapping of str to Estimate
         By method.
     levels : Levels
-        From when on something is told as missing.
+        From when on a check tells something.
     """
 
     problem: Problem
@@ -45,7 +45,7 @@ class Choice:
             return first
         iv, didim = self.estimates[first], self.estimates[by_law]
         apart = {} if isinstance(self.apart, Missing) else self.apart
-        return first if prefers_instruments(apart, iv, didim) else by_law
+        return first if prefers_instruments(apart, iv, didim, self.levels) else by_law
 
     @cached_property
     def laws(self) -> tuple[LawCheck | Missing, ...]:

@@ -19,6 +19,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check
 from axisid.estimation.estimates import Estimate, part_of
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     Hac,
@@ -27,7 +28,6 @@ from axisid.estimation.regression import (
     instrumental_variables,
     joint_p,
 )
-from axisid.estimation.thresholds import MAX_RECORD_CHANCE, MIN_RECORD_SHARE
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
@@ -140,11 +140,9 @@ class Apart:
     share_percent: float
     untold: tuple[str, ...] = ()
 
-    @property
-    def matters(self) -> bool:
+    def matters(self, levels: Levels) -> bool:
         """Whether it is beyond chance, and makes any force to speak of."""
-        far = self.p_value < MAX_RECORD_CHANCE.value
-        return far and self.share_percent > MIN_RECORD_SHARE.value
+        return self.p_value < levels.level and self.share_percent > 100 * levels.least_share
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -182,10 +180,10 @@ class Difference:
             covariances=tuple(each[np.ix_(places, places)] for each in self.covariances),
         )
 
-    def explained(self) -> "Difference":
+    def explained(self, levels: Levels) -> "Difference":
         """The fewest parameters that explain it, one at least."""
         left, chosen = [*range(len(self.difference))], list[int]()
-        while not chosen or (left and self.only(left).apart.matters):
+        while not chosen or (left and self.only(left).apart.matters(levels)):
             best = min(left, key=lambda j: self.only([i for i in left if i != j]).square)
             left.remove(best)
             chosen.append(best)
@@ -268,7 +266,9 @@ class Alike:
     differing: Difference | None = None
 
 
-def rows_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
+def rows_alike(
+    problem: Problem, estimate: Estimate, levels: Levels = DEFAULT_LEVELS
+) -> Alike | Missing:
     """Hold each record against the others, by the rows of an estimate of all; HAC."""
     if estimate.is_direct:
         return Missing("the rows of a direct model are accelerations")
@@ -301,11 +301,14 @@ def rows_alike(problem: Problem, estimate: Estimate) -> Alike | Missing:
                 size=float(np.linalg.norm(own * part.y)),
             )
         )
-    return records_alike(Z, records, extended)
+    return records_alike(Z, records, extended, levels)
 
 
 def records_alike(
-    instruments: Array, records: Sequence[OwnColumns], extended: Solved
+    instruments: Array,
+    records: Sequence[OwnColumns],
+    extended: Solved,
+    levels: Levels = DEFAULT_LEVELS,
 ) -> Alike | Missing:
     """Hold each record against the others.
 
@@ -316,6 +319,7 @@ def records_alike(
     records : sequence of OwnColumns
     extended : callable
         Solves the estimate of all once more, see `Solved`.
+    levels : Levels
     """
     tested = partial(_tested, instruments, records, extended)
     left, against = [*range(len(records))], list[int]()
@@ -327,9 +331,9 @@ def records_alike(
     aside = list[int]()
     while told := {i: e.apart for i, e in differences.items() if isinstance(e, Difference)}:
         worst = min(told, key=lambda i: (told[i].p_value, -told[i].statistic))
-        if _allowed(told[worst].p_value, len(left)) >= MAX_RECORD_CHANCE.value:
+        if _allowed(told[worst].p_value, len(left)) >= levels.level:
             break
-        if told[worst].matters:
+        if told[worst].matters(levels):
             against.append(worst)
         aside.append(worst)
         left.remove(worst)
@@ -338,7 +342,7 @@ def records_alike(
     if aside:
         most = (against or aside)[0]
         of_most = tested([i for i in aside if i != most], most)
-        differing = None if isinstance(of_most, Missing) else of_most.explained()
+        differing = None if isinstance(of_most, Missing) else of_most.explained(levels)
     return Alike(
         records=first,
         against=tuple(against),
@@ -349,7 +353,10 @@ def records_alike(
 
 
 def alike_check(
-    found: Alike | Missing, names: Sequence[str], output: str = "force"
+    found: Alike | Missing,
+    names: Sequence[str],
+    levels: Levels = DEFAULT_LEVELS,
+    output: str = "force",
 ) -> Check | Missing:
     """Whether the records are alike, as a check; each record has a name."""
     if isinstance(found, Missing):
@@ -359,12 +366,12 @@ def alike_check(
         name=RECORDS_ALIKE,
         status="fail" if found.against else "note" if found.rejected else "pass",
         figure=max(shares),
-        threshold=MIN_RECORD_SHARE.value,
+        threshold=100 * levels.least_share,
         p_value=found.p_value,
         source=f"percent of a record's {output} that the parameters it has alone make otherwise "
         "than those of the others; fails where that is more, and chance would make as much in less "
-        "than 1 % (Hotelling's test, allowed for the number of records)",
-        meaning=_meaning(found, names, output) + _untold(found, names),
+        f"than {100 * levels.level:g} % (Hotelling's test, allowed for the number of records)",
+        meaning=_meaning(found, names, levels, output) + _untold(found, names),
         remedy=found.differing.remedy if found.against and found.differing else None,
     )
 
@@ -379,7 +386,7 @@ def _untold(found: Alike, names: Sequence[str]) -> str:
     return f" ({'; '.join(told)})" if told else ""
 
 
-def _meaning(found: Alike, names: Sequence[str], output: str) -> str:
+def _meaning(found: Alike, names: Sequence[str], levels: Levels, output: str) -> str:
     if not found.rejected:
         return "each record alone would give the same parameters, but for chance"
     said = ""
@@ -391,7 +398,7 @@ def _meaning(found: Alike, names: Sequence[str], output: str) -> str:
     if not found.against:
         return (
             "the records differ by more than chance, in what makes less than "
-            f"{MIN_RECORD_SHARE.value:g} % of the {output}{said}"
+            f"{100 * levels.least_share:g} % of the {output}{said}"
         )
     of, several = " and ".join(names[i] for i in found.against), len(found.against) > 1
     lead = f"{of} {'speak' if several else 'speaks'} against the rest"

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from axisid.estimation.regression import Equations, Hac, Solution, joint_p
+from axisid.estimation.thresholds import LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
@@ -21,7 +22,6 @@ from axisid.support.missing import Missing
 from .estimate import Estimate, alike_corrected
 from .solver_of import solver_of
 
-_LEVEL = 0.01  # of the test, by convention
 NOTICEABLE = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
 _SAME = 1e-9  # of the eigenvalues of a correlation matrix
 
@@ -49,11 +49,6 @@ class HausmanTest:
     p_value: float
     joint_p_value: float
     shift: float
-
-    @property
-    def is_noticeable(self) -> bool:
-        """Whether it is more than chance for all parameters together, and half a deviation."""
-        return self.joint_p_value < _LEVEL and self.shift > NOTICEABLE
 
 
 def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
@@ -106,13 +101,26 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
     return found
 
 
-def parted(differences: Mapping[str, HausmanTest]) -> dict[str, HausmanTest]:
+def parted(
+    differences: Mapping[str, HausmanTest], level: float = LEVEL.value
+) -> dict[str, HausmanTest]:
     """Parameters that two estimates part in: those that do alone, or else together.
 
     What one gives to another, as friction's two parts do, neither of them need show by itself.
+    What is less than half a deviation is none, however sure.
+
+    Parameters
+    ----------
+    differences : mapping of str to HausmanTest
+    level : float
+        Of the tests.
     """
-    far = {name: each for name, each in differences.items() if each.is_noticeable}
-    return {name: each for name, each in far.items() if each.p_value < _LEVEL} or far
+    far = {
+        name: each
+        for name, each in differences.items()
+        if each.joint_p_value < level and each.shift > NOTICEABLE
+    }
+    return {name: each for name, each in far.items() if each.p_value < level} or far
 
 
 def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:

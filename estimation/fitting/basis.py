@@ -135,15 +135,15 @@ class Judged:
     levels: Levels
 
     @property
-    def law_check(self) -> Check:
+    def law_check(self) -> Check | Missing:
         """What the declared law is against the recorded control.
 
         What factors of the law tell counts once, by what they move the parameters by.
         """
         found = law_check(self.law)
-        if not isinstance(found, Check):
-            return Check.not_evaluated("control law", found)
-        return replace(found, status="note") if self.is_law_nearly_right else found
+        if isinstance(found, Check) and self.is_law_nearly_right:
+            return replace(found, status="note")
+        return found
 
     @property
     def is_law_wrong(self) -> bool:

@@ -1,7 +1,7 @@
 """Checks of what a fit leaves: is it noise, and what it asks for."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +9,6 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.diagnostics import (
-    RECORDS_ALIKE,
     Extended,
     OwnColumns,
     alike_check,
@@ -43,15 +42,14 @@ _MAX_BEYOND_NOISE = 15.0  # % of a recorded output, left beyond noise
 _MAX_LEFT = 120.0
 
 
-def windows_check(of: Judged) -> Iterator[Check]:
+def windows_check(of: Judged) -> Check | Missing | None:
     """Whether nothing drives the axis away in the windows of an open loop, and they are enough."""
     if not isinstance(of.basis.predictions, WindowPredictions) or of.horizon is None:
-        return
+        return None
     try:
         steady = of.basis.predictions.steady_horizon(of.physical)
     except EstimationError as lost:
-        yield Check.not_evaluated("windows", Missing.of(lost.note))
-        return
+        return Missing.of(lost.note)
     few = _few_windows(of)
     good, remedy = steady >= of.horizon and not few, _shorter(of) if few else None
     said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
@@ -64,7 +62,7 @@ def windows_check(of: Judged) -> Iterator[Check]:
             "where friction falls with the velocity; "
         )
         remedy = Remedy.of("use ", Setting("horizon", f"{steady:g}"), ".")
-    yield Check(
+    return Check(
         name="windows",
         status=passed(good),
         figure=of.horizon,
@@ -77,13 +75,12 @@ def windows_check(of: Judged) -> Iterator[Check]:
 
 def simulation_check(of: Judged) -> Check:
     """What is left beyond noise: noise may be most of an output that is small, or noisy."""
-    most = _MAX_BEYOND_NOISE
     # A loop that swings by itself takes its swinging for noise, and leaves more than there is.
     lost = max(of.percents) > _MAX_LEFT
     worst = int(np.argmax(of.percents if lost else of.beyond_noise))
     beyond, output = of.beyond_noise[worst], of.followed[worst]
     percent = max(p for p, name in zip(of.percents, of.followed, strict=True) if name == output)
-    good = beyond < most and not lost
+    good = beyond < _MAX_BEYOND_NOISE and not lost
     said = (
         f"the simulated {output} leaves {percent:.3g} % of the recorded one, "
         f"{beyond:.2g} % beyond noise"
@@ -93,37 +90,34 @@ def simulation_check(of: Judged) -> Check:
         name="simulation",
         status=passed(good),
         figure=beyond,
-        threshold=most,
+        threshold=_MAX_BEYOND_NOISE,
         source="chosen: it is 4.5 on the EMPS record, whose model lacks 6 % of the control",
         meaning=said + more,
     )
 
 
-def missing_terms_check(of: Judged) -> Iterator[Check]:
+def missing_terms_check(of: Judged) -> Check | None:
     """Whether what is left goes with a force of the motion, or with a value that is held."""
     check = _joined("missing terms", of, terms_check)
-    if check is None:
-        return
+    if check is None or check.status != "fail":
+        return check
     # What the model lacks moves the gains that are found with it.
     moved_gains = isinstance(of.law, LawCheck) and of.law.found_apart
     wrong_law = of.is_law_wrong and not moved_gains
     most = MIN_DISTANCE_FROM_NOISE.value
     refuted = [name for name, beyond in of.basis.beyond.items() if beyond > most]
-    more = ""
     if wrong_law:
         more = ". The law is not the record's, which asks for such forces too"
     elif refuted:
         more = f". The bound of {' and '.join(refuted)} leaves such forces too: mend that first"
-    if more and check.status == "fail":
-        check = replace(check, status="note", meaning=check.meaning + more)
-    yield check
+    else:
+        return check
+    return replace(check, status="note", meaning=check.meaning + more)
 
 
-def outlying_check(of: Judged) -> Iterator[Check]:
+def outlying_check(of: Judged) -> Check | None:
     """Whether single samples of what was measured leave their course."""
-    check = _joined("outliers", of, outliers_check)
-    if check is not None:
-        yield check
+    return _joined("outliers", of, outliers_check)
 
 
 def _joined(
@@ -159,22 +153,23 @@ def _shorter(of: Judged) -> Remedy:
     return Remedy.of("follow a longer record, or use ", Setting("horizon", f"{shorter:g}"))
 
 
-def rows_check(of: Judged) -> Iterator[Check]:
+def rows_check(of: Judged) -> Check | None:
     """Whether errors are enough to tell how sure the parameters are."""
     rows = int(np.count_nonzero(of.basis.scores.counted))
     few = few_rows(rows, of.searched)
-    if few:
-        yield Check(
-            name="rows",
-            status="note",
-            figure=rows / of.searched,
-            threshold=MIN_ROWS_PER_PARAMETER.value,
-            source=MIN_ROWS_PER_PARAMETER.source,
-            meaning=f"{few}; follow a longer part of the record",
-        )
+    if not few:
+        return None
+    return Check(
+        name="rows",
+        status="note",
+        figure=rows / of.searched,
+        threshold=MIN_ROWS_PER_PARAMETER.value,
+        source=MIN_ROWS_PER_PARAMETER.source,
+        meaning=f"{few}; follow a longer part of the record",
+    )
 
 
-def rests_check(of: Judged) -> Iterator[Check]:
+def rests_check(of: Judged) -> Check | None:
     """How many samples have no weight, as they are near rests."""
     measured = np.count_nonzero(of.basis.predictions.counted)
     share = 1 - np.count_nonzero(of.basis.scores.counted) / measured
@@ -189,20 +184,19 @@ def rests_check(of: Judged) -> Iterator[Check]:
             "behind an encoder they mislead: record longer or faster moves"
         )
     else:
-        return
-    yield Check(name="samples near rests", status="note", figure=share, meaning=said)
+        return None
+    return Check(name="samples near rests", status="note", figure=share, meaning=said)
 
 
-def repeated_records_check(of: Judged) -> Iterator[Check]:
+def repeated_records_check(of: Judged) -> Check | None:
     """Whether samples are among the records more than once."""
-    if check := repeated_check(of.records):
-        yield check
+    return repeated_check(of.records)
 
 
-def records_alike_check(of: Judged) -> Iterator[Check]:
+def records_alike_check(of: Judged) -> Check | Missing | None:
     """Whether each of several records has the parameters of the others."""
     if len(of.records) < 2:
-        return
+        return None
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.basis.of_start
     shared &= ~np.isin(of.names, (*of.found_gains, GAIN))
     scores, places = of.basis.scores, np.flatnonzero(of.basis.inner)
@@ -228,6 +222,5 @@ def records_alike_check(of: Judged) -> Iterator[Check]:
     def extended(_: Array, columns: Array) -> Extended:
         return scores.extended(columns, by_windows=of.horizon is not None)
 
-    alike = records_alike(scores.jacobian, records, extended)
-    found = alike_check(alike, record_labels(of.records), "output")
-    yield Check.not_evaluated(RECORDS_ALIKE, found) if isinstance(found, Missing) else found
+    alike = records_alike(scores.jacobian, records, extended, of.levels)
+    return alike_check(alike, record_labels(of.records), of.levels, "output")

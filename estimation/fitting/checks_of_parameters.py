@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +26,10 @@ from .basis import Judged
 _SURE = 1e-2  # of a variance: the least by which what was known is moved
 
 
-def known_check(of: Judged) -> Iterator[Check]:
+def known_check(of: Judged) -> Check | None:
     """What was known before against what the records tell."""
     if not of.prior:
-        return
+        return None
     far = {name: _from_known(of, name) for name in of.prior}
     worst, most = max(far, key=lambda name: far[name]), MIN_DISTANCE_FROM_NOISE.value
     good = far[worst] <= most
@@ -40,7 +39,7 @@ def known_check(of: Judged) -> Iterator[Check]:
         value, deviation = of.basis.alone[worst]
         record = f"what the record alone says, {value:.6g} +- {deviation:.2g},"
     said = f"{known} and {record} are {far[worst]:.2g} deviations apart"
-    yield Check(
+    return Check(
         name="what was known",
         status=passed(good),
         figure=far[worst],
@@ -91,35 +90,35 @@ def _unnamed(of: Judged) -> list[str]:
     return [f"{name} at all" for name in lost if name not in named]
 
 
-def none_shown_check(of: Judged) -> Iterator[Check]:
+def none_shown_check(of: Judged) -> Check | None:
     """Whether the outputs show none of the parameters that are searched."""
     if not np.isinf(of.deviations).any():
-        return
+        return None
     chosen, most = _searched(of), MAX_RELATIVE_DEVIATION.value
     with np.errstate(divide="ignore", invalid="ignore"):
         percent = 100 * of.deviations / np.abs(of.physical)
-    vague = ~(percent <= most)
-    if np.all(vague[chosen]):
-        yield Check(
-            name="any parameter shown",
-            status="fail",
-            threshold=most,
-            source="deviation in percent of the value",
-            meaning=f"the {' and '.join(of.outputs)} show{'s' * (len(of.outputs) == 1)} no "
-            f"parameter to {most:g} % of it: the numbers are where the search ended, no more",
-        )
+    if np.any((percent <= most)[chosen]):
+        return None
+    return Check(
+        name="any parameter shown",
+        status="fail",
+        threshold=most,
+        source="deviation in percent of the value",
+        meaning=f"the {' and '.join(of.outputs)} show{'s' * (len(of.outputs) == 1)} no "
+        f"parameter to {most:g} % of it: the numbers are where the search ended, no more",
+    )
 
 
-def one_end_check(of: Judged) -> Iterator[Check]:
+def one_end_check(of: Judged) -> Check | None:
     """Whether the search passed a place as good as its end, which is claimed to be far from it."""
     found = of.basis.elsewhere
     if found is None:
-        return
+        return None
     order = [int(j) for j in np.argsort(-found.away) if found.away[j] > MIN_FAR.value]
     values = (f"{of.names[j]} {found.physical[j]:.4g} {of.units[j]}" for j in order)
     listed = ", ".join(map(str.rstrip, values))
     outputs = f"{' and '.join(of.outputs)} leave{'s' * (len(of.outputs) == 1)}"
-    yield Check(
+    return Check(
         name="one end",
         status="fail",
         figure=found.by_errors,
@@ -143,14 +142,14 @@ def _searched(of: Judged) -> NDArray[np.bool_]:
     return np.asarray((of.deviations > 0) & ~of.basis.of_start)
 
 
-def precise_check(of: Judged) -> Iterator[Check]:
+def precise_check(of: Judged) -> Check | None:
     """Every parameter that is searched, and shown, against its own deviation."""
     slopes, weights = of.basis.best.slopes.jacobian, of.basis.weights
     parts = np.abs(weights[:, None] * slopes * of.physical)
     whole, peak = (np.divide(x, x.max() or 1.0) for x in (_norms(parts), parts.max(axis=0)))
     chosen = (of.deviations > 0) & np.isfinite(of.deviations) & ~of.basis.of_start
     if not chosen.any():
-        return
+        return None
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.where(chosen, of.deviations / np.abs(of.physical), 0.0)
         times, percent = 1 + 2 * relative, 100 * relative  # of what it may be, by what it is
@@ -162,7 +161,7 @@ def precise_check(of: Judged) -> Iterator[Check]:
     unclear, minor = (
         [of.names[int(j)] for j in np.flatnonzero(x)] for x in (vague & ~small, vague & small)
     )
-    yield precision_check(
+    return precision_check(
         max(told.values()),
         [
             f"{name} is not identified by what is followed: its deviation is {told[name]:.3g} % of "
@@ -207,14 +206,12 @@ def bounds_check(of: Judged) -> Check:
     )
 
 
-def nominal_values_check(of: Judged) -> Iterator[Check]:
+def nominal_values_check(of: Judged) -> Check | None:
     """Values of another order of size than declared."""
     declared = {p.name: p for p in of.basis.axes[0].axis.parameters}
     rows = zip(of.names, of.physical, of.deviations, strict=True)
-    found = nominal_check(
+    return nominal_check(
         (declared[name], value, student_interval(value, deviation, np.inf))
         for name, value, deviation in rows
         if name in declared
     )
-    if found is not None:
-        yield found

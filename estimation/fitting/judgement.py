@@ -1,11 +1,11 @@
 """Whether a fit is to be believed."""
 
-from collections.abc import Callable, Iterator
-from typing import TypeAlias
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import Check, passed, unless_faulty
+from axisid.estimation.checks import Check, made, passed
 from axisid.estimation.choices.outputs import POSITION
 from axisid.estimation.diagnostics.estimates import NOMINAL_VALUES
 from axisid.estimation.freed import START
@@ -43,43 +43,27 @@ _MIN_MOVED_BY_NOISE = 1.0  # deviations by noise in the loop, which is taken off
 
 _FACTORS = "law's factors"
 
-#: Gives a check, or those that there is something to say of.
-_Made: TypeAlias = Callable[[Judged], Check | Iterator[Check]]
-
 
 def judged(of: Judged) -> tuple[Check, ...]:
     """The checks, in the order in which they are told."""
-    return tuple(check for name, made in _CHECKS.items() for check in _told(name, made, of))
+    found = (made(name, partial(check, of)) for name, check in _CHECKS.items())
+    return tuple(check for check in found if check is not None)
 
 
-def _told(name: str, made: _Made, of: Judged) -> tuple[Check, ...]:
-    """What there is to say of one of them: nothing, a check, or why it could not be made."""
-    found = unless_faulty(lambda: _listed(made(of)))
-    return (Check.not_evaluated(name, found),) if isinstance(found, Missing) else found
-
-
-def _listed(found: Check | Iterator[Check]) -> tuple[Check, ...]:
-    return (found,) if isinstance(found, Check) else tuple(found)
-
-
-def _moved(of: Judged) -> Iterator[Check]:
+def _moved(of: Judged) -> Check | Missing | None:
     """What the law as it is in the record moves the parameters by."""
-    if of.law_move is None:
-        return
-    if isinstance(of.law_move, Missing):
-        yield Check.not_evaluated(_FACTORS, of.law_move)
-        return
+    if of.law_move is None or isinstance(of.law_move, Missing):
+        return of.law_move
     moved, sure = of.law_move
     with np.errstate(divide="ignore", invalid="ignore"):
         claimed = np.nan_to_num(np.abs(moved) / of.deviations, posinf=np.inf)
         far = np.nan_to_num(np.abs(moved) / np.hypot(of.deviations, sure), posinf=np.inf)
     counted = (of.deviations > 0) & ~of.basis.of_start  # a record's own start is no property
     claimed, far = (np.where(counted, each, 0.0) for each in (claimed, far))
-    most = _MAX_LAW_SHIFT
-    worst = int(np.argmax(np.where(far > most, claimed, 0.0) if np.any(far > most) else far))
+    beyond = bool(np.any(far > _MAX_LAW_SHIFT))
+    worst = int(np.argmax(np.where(far > _MAX_LAW_SHIFT, claimed, 0.0) if beyond else far))
     name, value = of.names[worst], of.physical[worst]
     share = 100 * abs(moved[worst] / value) if value else np.inf
-    beyond = far[worst] > most
     said = (
         f"the law as its control is recorded, in place of the declared one, moves {name} by "
         f"{share:.2g} % ({far[worst]:.2g} deviations)"
@@ -90,11 +74,11 @@ def _moved(of: Judged) -> Iterator[Check]:
             f": correct the gains of the declared law, free them{instead}, or identify by "
             "instruments, which ask for no exact law"
         )
-    yield Check(
+    return Check(
         name=_FACTORS,
         status=passed(not (beyond or of.is_law_nearly_right)),
         figure=float(far[worst]),
-        threshold=most,
+        threshold=_MAX_LAW_SHIFT,
         source="measured: at most 1.2 on 120 right twins whose position is followed, 120 with kp "
         "1 % wrong; fails too where the law is off by factors that move no "
         f"parameter by more than {100 * NOTICEABLE_BIAS.value:g} % of it, for which the check of "
@@ -103,10 +87,10 @@ def _moved(of: Judged) -> Iterator[Check]:
     )
 
 
-def _sensitive(of: Judged) -> Iterator[Check]:
+def _sensitive(of: Judged) -> Check | None:
     """How exact the law has to be."""
     if not of.law_moves:
-        return
+        return None
     sizes = np.abs(of.physical)
     # A gain that is found is what the law's error is told by.
     found = np.isin(of.names, of.found_gains)
@@ -115,20 +99,20 @@ def _sensitive(of: Judged) -> Iterator[Check]:
     shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
     term = max(shares, key=lambda name: float(shares[name].max()))
     j = int(np.argmax(shares[term]))
-    share, most = float(shares[term][j]), _MAX_LAW_SENSITIVITY
+    share = float(shares[term][j])
     said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
-    if share > most:
+    if share > _MAX_LAW_SENSITIVITY:
         exact = "the law must be exact" if of.outputs == (POSITION,) else "the law must be right"
         moved = abs(float(of.law_moves[term][j]))
         if 0 < of.deviations[j] < moved:
             enough = float(f"{of.deviations[j] / moved:.2g}")
             said += f", and {enough:g} % by its whole deviation, which supposes the declared law"
         said += f": {exact}, or the numbers are its error"
-    yield Check(
+    return Check(
         name="exact law",
-        status=passed(share <= most, matters=False),
+        status=passed(share <= _MAX_LAW_SENSITIVITY, matters=False),
         figure=share,
-        threshold=most,
+        threshold=_MAX_LAW_SENSITIVITY,
         source="measured: 0.4 where the control is followed, 43 where the position is",
         meaning=said,
     )
@@ -154,22 +138,20 @@ def _ended(of: Judged) -> Check:
     )
 
 
-def _shaken(of: Judged) -> Iterator[Check]:
+def _shaken(of: Judged) -> Check | Missing | None:
     """What noise in the loop moved, and is taken off."""
-    name, moved = "noise in the loop", of.basis.moved
-    if of.basis.why_not_moved:
-        yield Check.not_evaluated(name, Missing(of.basis.why_not_moved))
+    moved = of.basis.moved
     if moved is None:
-        return
+        return Missing(of.basis.why_not_moved) if of.basis.why_not_moved else None
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.nan_to_num(np.abs(moved) / of.deviations, posinf=0.0)
     worst = int(np.argmax(far))
     if far[worst] <= _MIN_MOVED_BY_NOISE:
-        return
+        return None
     value, by = of.physical[worst], float(moved[worst])
     share = f" ({100 * by / abs(value):+.2g} %)" if value else ""
-    yield Check(
-        name=name,
+    return Check(
+        name="noise in the loop",
         status="note",
         figure=float(far[worst]),
         threshold=_MIN_MOVED_BY_NOISE,
@@ -179,15 +161,15 @@ def _shaken(of: Judged) -> Iterator[Check]:
     )
 
 
-def _begun(of: Judged) -> Iterator[Check]:
+def _begun(of: Judged) -> Check | None:
     """What the first positions and velocities, as the records have them, leave open."""
     by_start = of.basis.by_start
     if not by_start.far.any():
-        return
+        return None
     worst = int(np.argmax(by_start.far))
     value, by = of.physical[worst], abs(float(by_start.moved[worst]))
     share = f"by {100 * by / abs(value):.2g} %" if by < abs(value) else "by more than it is"
-    yield Check(
+    return Check(
         name="start of the loop",
         status="note",
         figure=float(by_start.far[worst]),
@@ -202,12 +184,12 @@ def _begun(of: Judged) -> Iterator[Check]:
     )
 
 
-def _starts(of: Judged) -> Iterator[Check]:
+def _starts(of: Judged) -> Check | None:
     if len(of.basis.ends) < 2:
-        return
+        return None
     alike = sum(each.cost <= of.basis.best.cost * (1 + _SAME_END) for each in of.basis.ends)
     share = 1 - alike / len(of.basis.ends)
-    yield Check(
+    return Check(
         name="starts",
         status=passed(share <= _MAX_APART, matters=False),
         figure=share,
@@ -218,7 +200,7 @@ def _starts(of: Judged) -> Iterator[Check]:
 
 
 #: By name, in the order in which they are told.
-_CHECKS: dict[str, _Made] = {
+_CHECKS: dict[str, Callable[[Judged], Check | Missing | None]] = {
     "control law": lambda of: of.law_check,
     "windows": windows_check,
     _FACTORS: _moved,

@@ -115,7 +115,7 @@ class OutputFit(Checked, Presentable, Exact):
     basis : FitBasis
         What it is judged from.
     levels : Levels
-        From when on something is told as missing of the model.
+        From when on a check tells something of the model.
     """
 
     axis: GeneratedAxis

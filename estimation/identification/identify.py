@@ -99,8 +99,8 @@ def identify(
         noise that was measured in them. 0 for
         none: deviations then are those of neighbouring rows, and no bias is known.
     level, least_share : float
-        Chance that a right model is told to lack anything, over all that is looked for, and part of
-        the force from which that matters.
+        Chance that a check tells anything of a right model, over all that it looks for, and part of
+        the force, or of a parameter, from which that matters.
 
     Raises
     ------
@@ -134,15 +134,14 @@ def identify(
                 start=start,
                 loss=loss,
                 bootstrap=bootstrap,
+                levels=levels,
             )
 
         return bounded_result(tried, free) if bounded else free(tried)
 
     if generated.declared.drive.estimated is not None:
-        found = identified_with_time(generated, records, run, requested)
-    else:
-        found = run(generated, requested)
-    return replace(found, levels=levels)
+        return identified_with_time(generated, records, run, requested)
+    return run(generated, requested)
 
 
 def records_of(record: object) -> list[Record]:
@@ -182,6 +181,7 @@ def identify_problem(
     start: str = STARTS[0],
     loss: str = ROW_LOSSES[0],
     bootstrap: int = DEFAULT_COUNT,
+    levels: Levels = DEFAULT_LEVELS,
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
     estimates: dict[str, Estimate] = {}
@@ -220,6 +220,7 @@ def identify_problem(
         failed=failed,
         requested=as_given,
         set_aside=set_aside or {},
+        levels=levels,
     )
 
 

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.diagnostics import Choice, Diagnosis, diagnose
 from axisid.estimation.estimates import (
@@ -82,7 +83,9 @@ class Identification(ByMethod, Uncached, Presentable, Exact):
         The drive's lag or delay where it was estimated; the deviations of all parameters have what
         its own adds.
     levels : Levels
-        From when on something is told as missing of the model.
+        From when on a check tells something of the model.
+    further : tuple of Check
+        What else the verdict lists: whether it holds on second records, see `Validation.check`.
     """
 
     problem: Problem
@@ -93,6 +96,7 @@ class Identification(ByMethod, Uncached, Presentable, Exact):
     set_aside: Mapping[str, Note] = field(default_factory=dict)
     drive_time: DriveTime | None = None
     levels: Levels = DEFAULT_LEVELS
+    further: tuple[Check, ...] = ()
 
     @property
     def axis(self) -> GeneratedAxis:
@@ -238,7 +242,8 @@ class Identification(ByMethod, Uncached, Presentable, Exact):
     @cached_property
     def diagnosis(self) -> Diagnosis:
         """What the tests of the result measured, computed once."""
-        return diagnose(self.choice)
+        found = diagnose(self.choice)
+        return replace(found, verdict=(*found.verdict, *self.further))
 
     def summary(self, draws: int = 0, *, full: bool = False) -> str:
         """The estimates side by side as text, with numbered notes.

@@ -15,7 +15,7 @@ import numpy as np
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds import LACKING_LEVEL, MIN_LACKING_SHARE
+from axisid.estimation.thresholds import LEAST_SHARE, LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
@@ -37,14 +37,15 @@ _CERTAIN = 40.0  # of -log10 p: what is beyond it is as certain
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """From when on something is told as missing of a model.
+    """From when on a check tells something of a model.
 
     Attributes
     ----------
     level : float
-        Chance that anything is of a right model, over all that is looked for.
+        Chance that it does of a right model, over all that it looks for.
     least_share : float
-        Part of the force from which it matters; or it moves a parameter by more than its interval.
+        Part of the force, or of a parameter's value, from which it matters; what is missing does
+        too where it moves a parameter by more than its interval.
 
     Raises
     ------
@@ -52,8 +53,8 @@ class Levels:
         One of them is not between 0 and 1.
     """
 
-    level: float = LACKING_LEVEL.value
-    least_share: float = MIN_LACKING_SHARE.value
+    level: float = LEVEL.value
+    least_share: float = LEAST_SHARE.value
 
     def __post_init__(self) -> None:
         for each in fields(self):

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.outputs import fit_names, fitted_output
 from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.fitting import fit
+from axisid.estimation.lacking import Levels
 from axisid.estimation.records import Record
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.user_values import is_among, quoted
@@ -75,10 +76,12 @@ class FittedRun:
             yield IID, sd, student_interval(value.value, sd, math.inf)
 
 
-def fitted(axis: GeneratedAxis, record: Record, method: str, *, is_judged: bool) -> FittedRun:
+def fitted(
+    axis: GeneratedAxis, record: Record, method: str, levels: Levels, *, is_judged: bool
+) -> FittedRun:
     """Fit a twin's record, and judge it if that is asked for."""
     try:
-        found = fit(axis, record, fitted_output(method))
+        found = fit(axis, record, fitted_output(method), **asdict(levels))
         values = {
             name: value
             for name, value in found.parameters.items()

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, method_names
 from axisid.estimation.identification import check_choices, requested_methods
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count
@@ -47,6 +48,8 @@ def monte_carlo(
     start: str = STARTS[0],
     loss: str = ROW_LOSSES[0],
     bootstrap: int = DEFAULT_COUNT,
+    level: float = DEFAULT_LEVELS.level,
+    least_share: float = DEFAULT_LEVELS.least_share,
     jobs: int = 1,
     executor: Executor | None = None,
     block: int = 32,
@@ -88,6 +91,8 @@ def monte_carlo(
     bootstrap : int
         How many twins tell the bias and HAC deviations of `identify`; 0 for none. They are of the
         first 16 runs, for all; of each run that is judged its own.
+    level, least_share : float
+        As `identify` and `fit` take them, by which runs are judged.
     jobs : int
         Processes of this machine. They are new ones: a script that asks for several is guarded by
         ``if __name__ == "__main__":``.
@@ -144,6 +149,7 @@ def monte_carlo(
         checks=min(checks, runs) if is_whole(checks) and is_whole(runs) else checks,
         settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},
         bootstrap=bootstrap,
+        levels=Levels(level=level, least_share=least_share),
     )
     return _run(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.choices.outputs import fitted_output
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import Chain
@@ -39,10 +40,12 @@ class MonteCarloPlan:
     checks : int
         How many runs are judged, from the first on.
     settings : mapping of str to object
-        What else `identify` takes, which is nothing to fits: ``covariance``, ``lags``, ``start``,
-        ``loss``.
+        What else `identify` takes: ``covariance``, ``lags``, ``start``, ``loss``, which are nothing
+        to fits, and ``level`` and ``least_share``.
     bootstrap : int
         How many twins tell the bias and HAC deviations of an estimate; 0 for none.
+    levels : Levels
+        By which runs are judged.
     """
 
     axis: GeneratedAxis
@@ -55,6 +58,7 @@ class MonteCarloPlan:
     checks: int
     settings: Mapping[str, Any]
     bootstrap: int = 0
+    levels: Levels = DEFAULT_LEVELS
 
     def __post_init__(self) -> None:
         _check_count("runs", self.runs, least=1)

@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
@@ -207,7 +207,7 @@ def _regressed(plan: MonteCarloPlan, record: Record, *, is_judged: bool) -> _Par
 
 
 def _fitted(plan: MonteCarloPlan, record: Record, method: str, *, is_judged: bool) -> _Part:
-    found = fitted(plan.axis, record, method, is_judged=is_judged)
+    found = fitted(plan.axis, record, method, plan.levels, is_judged=is_judged)
     told = ((method, found.failed), (VERDICT, found.unjudged))
     statuses = None if found.checks is None else found.checks.items()
     return _Part(
@@ -250,7 +250,7 @@ def _estimated(
     plan: MonteCarloPlan, record: Record, methods: Sequence[str], bootstrap: int
 ) -> Identification:
     """The result by methods, with intervals, which are else found when they are asked for."""
-    settings = {**plan.settings, "bootstrap": bootstrap}
+    settings = {**plan.settings, **asdict(plan.levels), "bootstrap": bootstrap}
     result = identify(plan.axis, record, plan.prefilter, methods, **settings)
     for method in methods:
         _ = result[method].parameters

@@ -90,6 +90,7 @@ def settings_text(result: MonteCarlo) -> str:
             "chain": asdict(plan.noise),
             "prefilter": asdict(plan.prefilter),
             "settings": dict(plan.settings),
+            "levels": asdict(plan.levels),
             "checks": plan.checks,
             "truth": {
                 column_name(each): truth

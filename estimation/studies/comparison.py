@@ -24,6 +24,7 @@ from axisid.estimation.identification import (
     weighted,
 )
 from axisid.estimation.joint import Known, Told
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -153,6 +154,8 @@ def compare(
     gain: str = "identified",
     skip_bad: bool = False,
     start: str = STARTS[0],
+    level: float = DEFAULT_LEVELS.level,
+    least_share: float = DEFAULT_LEVELS.least_share,
 ) -> Comparison:
     """Fit several models of one axis to the same rows and recommend one.
 
@@ -173,6 +176,8 @@ def compare(
         As in `identify`, of several records, and of every candidate.
     start : str
         Of instruments, as in `identify`.
+    level, least_share : float
+        As in `identify`, by which the recommended candidate is judged.
 
     Raises
     ------
@@ -191,6 +196,7 @@ def compare(
             f"there is no comparison by {quoted(method)}{why}; choose {' or '.join(names)}.",
             code="no-comparison-by",
         )
+    levels = Levels(level=level, least_share=least_share)
     records = records_of(record)
     named = _named(axes)
     _check_comparable(named)
@@ -201,7 +207,7 @@ def compare(
     shared = shared_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
     layout = shared.layout(first)
     problem = weighted(Problem(axis=first, data=shared.bound(first, layout, suited), layout=layout))
-    fits, failures = _fits(named, problem, shared, method, progress, start)
+    fits, failures = _fits(named, problem, shared, method, progress, start, levels)
     gap = max(data.sampling.filter.memory for data in problem.data)
     estimates = [result[method] for result in fits.values()]
     most = max(len(estimate.physical) for estimate in estimates)
@@ -249,6 +255,7 @@ def _fits(
     method: str,
     progress: Progress | None,
     start: str,
+    levels: Levels,
 ) -> tuple[dict[str, Identification], dict[str, Note]]:
     """Results by candidate, and why there is none."""
     fits: dict[str, Identification] = {}
@@ -259,7 +266,9 @@ def _fits(
             pairs = zip(problem.data, shared.axes(axis, layout), strict=True)
             data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
             own = replace(problem, axis=axis, data=data, layout=layout)
-            fits[name] = identify_problem(own, data[0].prefilter, [method], start=start)
+            fits[name] = identify_problem(
+                own, data[0].prefilter, [method], start=start, levels=levels
+            )
         except (EstimationError, ModelError) as error:
             failures[name] = error.note
     if not fits:

@@ -173,7 +173,7 @@ def _agrees(result: Identification) -> bool:
     if ls is None or iv is None or not _is_strong(iv):
         return False
     found = hausman(ls, iv)
-    return not (isinstance(found, Missing) or parted(found))
+    return not (isinstance(found, Missing) or parted(found, result.levels.level))
 
 
 def _is_strong(iv: Estimate | None) -> bool:

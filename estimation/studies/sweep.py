@@ -19,6 +19,7 @@ from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.joint import Told
+from axisid.estimation.lacking import DEFAULT_LEVELS
 from axisid.estimation.methods import METHODS
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
@@ -116,6 +117,8 @@ def sweep(
     gain: str = "identified",
     skip_bad: bool = False,
     start: str = STARTS[0],
+    level: float = DEFAULT_LEVELS.level,
+    least_share: float = DEFAULT_LEVELS.least_share,
 ) -> Sweep:
     """Identify an axis at many cut-off frequencies.
 
@@ -133,7 +136,7 @@ def sweep(
         Told before each cut-off how many are done, of how many, and which it is.
     local, known, gain, skip_bad
         As in `identify`, of several records.
-    start : str
+    start, level, least_share
         As in `identify`.
 
     Raises
@@ -168,6 +171,8 @@ def sweep(
                 gain=gain,
                 skip_bad=skip_bad,
                 start=start,
+                level=level,
+                least_share=least_share,
             )
             # Without the signals, of which many cut-offs of a long record would keep many.
             results.append(result.without_signals())

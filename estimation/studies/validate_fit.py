@@ -25,6 +25,7 @@ from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
@@ -36,7 +37,7 @@ _NO_LAW = "an open loop is followed without any law"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FitValidation(Checked, Exact):
+class FitValidation(Checked, Presentable, Exact):
     """What the output that frozen parameters simulate leaves of a record.
 
     Attributes

@@ -195,6 +195,16 @@ class Validation(Checked, Presentable, Exact):
         """Whether the law is the record's, and each estimate holds on it."""
         return self.has_declared_law and all(v.holds for v in self)
 
+    @property
+    def check(self) -> Check:
+        """All of them as one, of the result that is held against the record."""
+        failed = [check.line for check in self.checks if check.status == "fail"]
+        source = self.record.provenance.source
+        said = f"the estimates do not hold on {source}, see there: {', '.join(failed)}"
+        return Check.unless(
+            "validation", said if failed else None, f"the estimates hold on {source}"
+        )
+
     def _checks(self) -> Iterator[Check]:
         known, most = self.known_share, _MAX_KNOWN_SHARE
         if self.time_base:

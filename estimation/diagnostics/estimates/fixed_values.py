@@ -4,12 +4,12 @@ import numpy as np
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, Physical, Value, physical_parameters
-from axisid.estimation.thresholds import CONTRADICTION_LEVEL
+from axisid.estimation.thresholds import LEVEL
 from axisid.modeling.declaration import known_text
 from axisid.support.missing import Missing
 
 
-def fixed_check(estimate: Estimate) -> Check | Missing | None:
+def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missing | None:
     """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
     physical = physical_parameters(estimate)
     if physical is None or not (physical.base.known or physical.dof):
@@ -17,7 +17,7 @@ def fixed_check(estimate: Estimate) -> Check | Missing | None:
     if physical.p_value is None:
         why = "the record alone does not determine what was fixed, so that it cannot contradict it"
         return Missing(physical.undetermined[-1] if physical.undetermined else why)
-    good = physical.p_value >= CONTRADICTION_LEVEL.value
+    good = physical.p_value >= level
     return Check(
         name="fixed values" if physical.base.known else "physical parameters",
         status=passed(good),
@@ -25,7 +25,8 @@ def fixed_check(estimate: Estimate) -> Check | Missing | None:
         threshold=None,
         p_value=physical.p_value,
         source=f"chi-squared with {physical.dof} degrees of freedom, covariance of the "
-        "estimate and declared deviations, less the bias of filter and noise; fails below 1 %",
+        "estimate and declared deviations, less the bias of filter and noise; fails below "
+        f"{100 * level:g} %",
         meaning="the record agrees with them" if good else _contradiction(physical, estimate),
     )
 

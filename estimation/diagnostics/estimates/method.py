@@ -1,7 +1,7 @@
 """Which estimate is judged, and what the others say of it, as one check."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,9 +9,10 @@ from axisid.estimation.checks import Check, Status
 from axisid.estimation.choices.methods import instruments_of
 from axisid.estimation.choices.outputs import OPEN_LOOP_FIT
 from axisid.estimation.estimates import NOTICEABLE, Estimate, HausmanTest, Value, parted
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, NEGLIGIBLE_BIAS
+from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy
 
@@ -19,12 +20,12 @@ _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as muc
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")
 _HAUSMAN = (
     "largest difference of two estimates in deviations of the other; counts where a HAC test of "
-    "all differences at once (Hausman, Hotelling, the p-value) rejects at 1 %; a failure where it "
-    "is more than 1 % of the value and more than either 95 % interval allows for"
+    "all differences at once (Hausman, Hotelling, the p-value) rejects at {level:g} %; a failure "
+    "where it is more than {share:g} % of the value and more than either 95 % interval allows for"
 )
 _STEPS = (
     "what as much noise again as the steps of the position make moves least squares by, in "
-    "deviations; a failure where it is more than 1 % of the value"
+    "deviations; a failure where it is more than {share:g} % of the value"
 )
 _BY_OPEN_LOOP = Remedy.of(
     "; take a fit of the position under the recorded control, which no noise of a derivative "
@@ -40,17 +41,6 @@ LS_LESS_IV = f"idm-ls{LESS}idm-iv", f"ddm-ls{LESS}ddm-iv"
 FORMS = f"ddm-ls{LESS}idm-ls"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Finding:
-    """What one comparison says."""
-
-    status: Status
-    said: str
-    figure: float = 0.0
-    p_value: float | None = None
-    source: str = _HAUSMAN
-
-
 Compared = Mapping[str, Mapping[str, HausmanTest] | Missing]
 
 
@@ -59,6 +49,7 @@ def method_check(
     estimates: Mapping[str, Estimate],
     compared: Compared,
     steps: Mapping[str, float] | Missing,
+    levels: Levels = DEFAULT_LEVELS,
     *,
     law_passed: bool | None,
 ) -> Check | Missing:
@@ -73,63 +64,78 @@ def method_check(
         By parameter, of one estimate less another; by what is compared, see `SECOND_OPINION`.
     steps : mapping of str to float, or Missing
         What the steps of a logged position move a judged least squares by, see `moved_by_steps`.
+    levels : Levels
     law_passed : bool or None
         Whether the recorded control is the declared law's; None where that cannot be checked.
     """
     made = (
-        _second_opinion(compared, estimates, law_passed=law_passed),
-        _least_squares_beside(compared, estimates),
-        _least_squares_judged(judged, steps),
+        _second_opinion(compared, estimates, levels, law_passed=law_passed),
+        _least_squares_beside(compared, estimates, levels),
+        _least_squares_judged(judged, steps, levels),
     )
     found = [each for each in made if each is not None]
     if not found:
         why = (each for each in compared.values() if isinstance(each, Missing))
         return next(why, Missing(f"nothing is compared with {judged.method}"))
-    worst = min(found, key=lambda each: (_WORST.index(each.status), -each.figure))
-    told = "; ".join(each.said for each in found if each.status == worst.status)
+    worst = min(found, key=lambda each: (_WORST.index(each.status), -(each.figure or 0.0)))
+    told = "; ".join(each.meaning for each in found if each.status == worst.status)
+    lead = f"{judged.method} is judged: " if worst.status == "pass" else ""
+    return replace(worst, meaning=f"{lead}{told}")
+
+
+def _method(
+    status: Status, meaning: str, figure: float, source: str, p_value: float | None = None
+) -> Check:
     return Check(
         name="method",
-        status=worst.status,
-        figure=worst.figure,
+        status=status,
+        meaning=meaning,
+        figure=figure,
         threshold=NOTICEABLE,
-        p_value=worst.p_value,
-        source=worst.source,
-        meaning=f"{judged.method} is judged: {told}" if worst.status == "pass" else told,
+        p_value=p_value,
+        source=source,
     )
 
 
+def _by_test(status: Status, meaning: str, worst: HausmanTest, levels: Levels) -> Check:
+    source = _source(_HAUSMAN, levels)
+    return _method(status, meaning, worst.shift, source, worst.joint_p_value)
+
+
 def _second_opinion(
-    compared: Compared, estimates: Mapping[str, Estimate], *, law_passed: bool | None
-) -> _Finding | None:
+    compared: Compared,
+    estimates: Mapping[str, Estimate],
+    levels: Levels,
+    *,
+    law_passed: bool | None,
+) -> Check | None:
     found = compared.get(SECOND_OPINION)
     if found is None or isinstance(found, Missing):
         return None
     iv, didim = estimates["idm-iv"], estimates["didim"]
-    moved, worst = _moved(found)
+    moved, worst = _moved(found, levels)
     if moved:
-        return _Finding(
-            status=_weight(moved, iv, didim),
-            said=f"idm-iv differs from didim, {_listed(moved, didim)}: "
-            f"{_whom(_vaguer(moved, iv, didim), law_passed=law_passed)}",
-            figure=worst.shift,
-            p_value=worst.joint_p_value,
+        said = (
+            f"idm-iv differs from didim, {_listed(moved, didim)}: "
+            f"{_whom(_vaguer(moved, iv, didim), law_passed=law_passed)}"
         )
-    return _Finding(
-        status="pass",
-        said="idm-iv and didim, whose regressor has no noise and no filter's error, are one "
-        "estimate but for chance",
-        figure=worst.shift,
-        p_value=worst.joint_p_value,
+        return _by_test(_weight(moved, iv, didim, levels), said, worst, levels)
+    said = (
+        "idm-iv and didim, whose regressor has no noise and no filter's error, are one estimate "
+        "but for chance"
     )
+    return _by_test("pass", said, worst, levels)
 
 
-def prefers_instruments(found: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> bool:
+def prefers_instruments(
+    found: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate, levels: Levels
+) -> bool:
     """Whether instruments are to be believed though the control is the law's.
 
     They differ from DIDIM in what they know more of: the encoder's steps, or a force that the
     model lacks, move both.
     """
-    return bool(_vaguer(parted(found), iv, didim))
+    return bool(_vaguer(parted(found, levels.level), iv, didim))
 
 
 def _vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
@@ -155,24 +161,26 @@ def _whom(vaguer: Sequence[str], *, law_passed: bool | None) -> str:
     return f"the control law {why}, on which didim rests, so believe the instruments"
 
 
-def _least_squares_beside(compared: Compared, estimates: Mapping[str, Estimate]) -> _Finding | None:
+def _least_squares_beside(
+    compared: Compared, estimates: Mapping[str, Estimate], levels: Levels
+) -> Check | None:
     """What noise does to least squares where instruments tell; another estimate is judged."""
     pair = next((pair for pair in LS_LESS_IV if pair in compared), "")
     found = compared.get(pair)
     if found is None or isinstance(found, Missing):
         return None
-    moved, worst = _moved(found)
+    moved, worst = _moved(found, levels)
     said = "least squares and instruments are one estimate but for chance"
     if moved:
         other = estimates[pair.split(LESS)[1]]
         said = f"least squares differs from the instruments, {_listed(moved, other)}, by noise"
     status: Status = "note" if moved else "pass"  # as another estimate is judged
-    return _Finding(status=status, said=said, figure=worst.shift, p_value=worst.joint_p_value)
+    return _by_test(status, said, worst, levels)
 
 
 def _least_squares_judged(
-    judged: Estimate, steps: Mapping[str, float] | Missing
-) -> _Finding | None:
+    judged: Estimate, steps: Mapping[str, float] | Missing, levels: Levels
+) -> Check | None:
     """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
     if judged.loop_rows is not None:
         return None
@@ -187,7 +195,7 @@ def _least_squares_judged(
                 "intervals are less that: identify by instruments "
                 f"({instruments_of(judged.method)})"
             )
-        return _Finding(status="note" if far else "pass", said=said, figure=worst, source=_TWINS)
+        return _method("note" if far else "pass", said, worst, _TWINS)
     if isinstance(steps, Missing) or not steps:
         return None
     far, worst = _beyond_noise(steps, values)
@@ -198,9 +206,9 @@ def _least_squares_judged(
             "its intervals miss for it: log the position as finely as the drive measures it, "
             "record the reference, from which instruments are made, or lower the cut-off"
         )
-    large = any(abs(by) > NEGLIGIBLE_BIAS.value * abs(values[n].value) for n, by in far.items())
+    large = any(abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items())
     status: Status = "fail" if large else "note" if far else "pass"
-    return _Finding(status=status, said=said, figure=worst, source=_STEPS)
+    return _method(status, said, worst, _source(_STEPS, levels))
 
 
 def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | Missing:
@@ -223,7 +231,9 @@ def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | 
     return {name: float(each) for name, each in zip(ls.parameters, by, strict=True)}
 
 
-def forms_check(compared: Compared, estimates: Mapping[str, Estimate]) -> Check | Missing | None:
+def forms_check(
+    compared: Compared, estimates: Mapping[str, Estimate], levels: Levels = DEFAULT_LEVELS
+) -> Check | Missing | None:
     """The two forms of least squares: noise alone parts them, each to another side of the truth.
 
     None where instruments tell what noise does, or one of the forms is not there.
@@ -232,15 +242,15 @@ def forms_check(compared: Compared, estimates: Mapping[str, Estimate]) -> Check 
     if found is None or isinstance(found, Missing):
         return found
     direct, inverse = estimates["ddm-ls"], estimates["idm-ls"]
-    moved, worst = _moved(found)
-    status = _weight(moved, direct, inverse)
+    moved, worst = _moved(found, levels)
+    status = _weight(moved, direct, inverse, levels)
     return Check(
         name="inverse against direct",
         status=status,
         figure=worst.shift,
         threshold=NOTICEABLE,
         p_value=worst.joint_p_value,
-        source=_HAUSMAN,
+        source=_source(_HAUSMAN, levels),
         meaning=f"ddm-ls differs from idm-ls, {_listed(moved, inverse)}: noise of the acceleration "
         "makes an inertia by idm-ls too small, that of the force one by ddm-ls too large, and "
         "without instruments nothing tells which"
@@ -250,27 +260,35 @@ def forms_check(compared: Compared, estimates: Mapping[str, Estimate]) -> Check 
     )
 
 
-def _moved(found: Mapping[str, HausmanTest]) -> tuple[dict[str, HausmanTest], HausmanTest]:
+def _source(said: str, levels: Levels) -> str:
+    return said.format(level=100 * levels.level, share=100 * levels.least_share)
+
+
+def _moved(
+    found: Mapping[str, HausmanTest], levels: Levels
+) -> tuple[dict[str, HausmanTest], HausmanTest]:
     """Parameters that two estimates part in, and the largest difference."""
-    moved = parted(found)
+    moved = parted(found, levels.level)
     return moved, max((moved or found).values(), key=lambda each: each.shift)
 
 
-def _weight(moved: Mapping[str, HausmanTest], one: Estimate, other: Estimate) -> Status:
+def _weight(
+    moved: Mapping[str, HausmanTest], one: Estimate, other: Estimate, levels: Levels
+) -> Status:
     """Whether a known parameter is another by more than either interval allows for."""
     if not moved:
         return "pass"
     large = (
-        _is_large(each.difference, one.parameters[name], other.parameters[name])
+        _is_large(each.difference, one.parameters[name], other.parameters[name], levels)
         for name, each in moved.items()
     )
     return "fail" if any(large) else "note"
 
 
-def _is_large(difference: float, one: Value, other: Value) -> bool:
+def _is_large(difference: float, one: Value, other: Value, levels: Levels) -> bool:
     precise = one.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
     widest = max(value.interval[1] - value.interval[0] for value in (one, other))
-    least = max(widest / 2, NEGLIGIBLE_BIAS.value * abs(one.value))
+    least = max(widest / 2, levels.least_share * abs(one.value))
     return precise and abs(difference) > least
 
 

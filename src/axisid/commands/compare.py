@@ -1,11 +1,12 @@
 """``axisid compare`` and ``axisid compare-results``: models of one axis, or two results."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.estimator_options import levels_options
 from axisid.commands.options.filter_options import Filtering, filter_options
 from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
@@ -96,6 +97,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 @skip_bad_option
 @leave_out_option
 @start_option()
+@levels_options
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @force_option
@@ -113,6 +115,7 @@ def compare(
     skip_bad: bool,
     left_out: tuple[str, ...],
     started_at: str,
+    levels: dict[str, Any],
     no_native: bool,
     json_file: str | None,
     force: bool,
@@ -164,6 +167,7 @@ def compare(
             progress=line,
             start=started_at,
             skip_bad=skip_bad,
+            **levels,
             **said,
         ).with_set_aside(inputs.set_aside)
     put_result(result, json_file)

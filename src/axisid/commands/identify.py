@@ -3,7 +3,7 @@
 import math
 import shlex
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,8 +17,7 @@ from axisid.commands.options.estimator_options import (
     drive_time_option,
     fix_option,
     lags_option,
-    least_share_option,
-    level_option,
+    levels_options,
     loss_option,
     method_option,
     start_of_instruments,
@@ -136,8 +135,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @loss_option
 @bounded_option
 @bootstrap_option
-@level_option
-@least_share_option
+@levels_options
 @draws_option
 @click.option(
     "--full", is_flag=True, help="Print intervals, correlations and every diagnostic's figures too."
@@ -183,8 +181,7 @@ def identify(
     loss: str,
     bounded: bool,
     bootstrap: int,
-    level: float,
-    least_share: float,
+    levels: dict[str, Any],
     draws: int | None,
     full: bool,
     json_file: str | None,
@@ -249,8 +246,7 @@ def identify(
             loss=loss,
             bounded=bounded,
             bootstrap=bootstrap,
-            level=level,
-            least_share=least_share,
+            **levels,
             **shared,
         ).with_set_aside(inputs.set_aside)
     from axisid.presentation.report import Outputs

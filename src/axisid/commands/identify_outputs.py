@@ -1,6 +1,7 @@
 """What ``axisid identify`` prints and writes once the estimates are there."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -33,6 +34,7 @@ def put_identification(
 
     with ProgressLine("judging the estimates"):
         validations = [validate(result, other, like=like) for other in others]
+        result = replace(result, further=tuple(each.check for each in validations))
         written = None if json_file is None else result.to_dict(draws)
         document = (
             ()

@@ -3,10 +3,12 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.estimator_options import levels_options
 from axisid.commands.options.filter_options import Filtering, filter_options
 from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
@@ -50,6 +52,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 @skip_bad_option
 @leave_out_option
 @start_option()
+@levels_options
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
@@ -67,6 +70,7 @@ def sweep(
     skip_bad: bool,
     left_out: tuple[str, ...],
     started_at: str,
+    levels: dict[str, Any],
     no_native: bool,
     json_file: str | None,
     figure: str | None,
@@ -106,6 +110,7 @@ def sweep(
             progress=line,
             skip_bad=skip_bad,
             start=started_at,
+            **levels,
             **shared,
         ).with_set_aside(inputs.set_aside)
     if json_file != "-":

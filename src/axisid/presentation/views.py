@@ -1,10 +1,11 @@
 """How each result looks: in blocks, as plain data, in figures. One row for each type."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import singledispatch
 from inspect import signature
+from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from axisid.codegen.artefacts import replace_file
 from axisid.estimation.diagnostics import Diagnosis
@@ -14,30 +15,48 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.law_search import LawSearch
 from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.records import Record
-from axisid.estimation.studies import Comparison, Sweep, Validation
+from axisid.estimation.studies import Comparison, FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.documents import (
-    comparison_dict,
-    diagnosis_dict,
-    estimate_dict,
-    identification_dict,
-    law_search_dict,
-    output_fit_dict,
-    record_dict,
-    sweep_dict,
-    validation_dict,
+    comparison_document as written_comparison,
+)
+from axisid.presentation.documents import (
+    diagnosis_document as written_diagnosis,
+)
+from axisid.presentation.documents import (
+    estimate_document as written_estimate,
+)
+from axisid.presentation.documents import (
+    fit_validation_document as written_fit_validation,
+)
+from axisid.presentation.documents import (
+    identification_document as written_identification,
+)
+from axisid.presentation.documents import (
+    law_search_document as written_law_search,
+)
+from axisid.presentation.documents import (
+    output_fit_document as written_output_fit,
+)
+from axisid.presentation.documents import (
+    record_document as written_record,
+)
+from axisid.presentation.documents import (
+    sweep_document as written_sweep,
+)
+from axisid.presentation.documents import (
+    validation_document as written_validation,
 )
 from axisid.presentation.formulas import axis_document
 from axisid.presentation.html import blocks_html
 from axisid.presentation.monte_carlo import (
     PLOTS,
-    monte_carlo_dict,
     monte_carlo_document,
     monte_carlo_plot,
-    saved_study_dict,
     saved_study_document,
+    written_study,
 )
 from axisid.presentation.plots import (
     Plot,
@@ -56,22 +75,23 @@ from axisid.presentation.plots import (
 from axisid.presentation.saved import (
     ResultComparison,
     SavedEstimate,
+    SavedFitValidation,
     SavedIdentification,
     SavedMonteCarlo,
     SavedOutputFit,
     result_comparison_document,
     saved_document,
     saved_estimate_document,
-    saved_fit_dict,
     saved_fit_document,
     saved_plot,
     saved_repeats_plot,
 )
-from axisid.presentation.schema import plain
+from axisid.presentation.schema import JsonObject, plain
 from axisid.presentation.text import (
     comparison_document,
     diagnosis_blocks,
     estimate_document,
+    fit_validation_document,
     identification_document,
     law_search_document,
     record_document,
@@ -79,6 +99,7 @@ from axisid.presentation.text import (
     validation_document,
 )
 from axisid.presentation.text.fits import output_fit_document
+from axisid.support.arrays import finite_tree
 from axisid.support.errors import UsageError
 from axisid.support.files.json_text import json_text
 from axisid.support.presentable import Presentable
@@ -89,6 +110,8 @@ from axisid.support.user_values import is_among, quoted
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_Figure: TypeAlias = Callable[..., Plot]
+_Written: TypeAlias = Callable[..., JsonObject | Mapping[str, Any]]
 _OF_ESTIMATE = {
     "force": force_plot,
     "autocorrelation": autocorrelation_plot,
@@ -124,23 +147,6 @@ def _settled(document: Callable[..., Document]) -> Callable[..., Document]:
     return blocks
 
 
-as_blocks.register(Record, record_document)
-as_blocks.register(Diagnosis, diagnosis_blocks)
-as_blocks.register(Estimate, _settled(estimate_document))
-as_blocks.register(Identification, identification_document)
-as_blocks.register(Sweep, sweep_document)
-as_blocks.register(LawSearch, law_search_document)
-as_blocks.register(Comparison, comparison_document)
-as_blocks.register(Validation, validation_document)
-as_blocks.register(OutputFit, output_fit_document)
-as_blocks.register(MonteCarlo, monte_carlo_document)
-as_blocks.register(ResultComparison, _settled(result_comparison_document))
-as_blocks.register(SavedIdentification, saved_document)
-as_blocks.register(SavedEstimate, _settled(saved_estimate_document))
-as_blocks.register(SavedOutputFit, saved_fit_document)
-as_blocks.register(SavedMonteCarlo, saved_study_document)
-
-
 @singledispatch
 def as_text(result: Presentable, **how: Any) -> str:
     """A result as plain text; of an estimate by itself one line."""
@@ -168,27 +174,15 @@ def as_frame(result: Presentable, library: str | None = None) -> Any:
     return frame_of(result, library)
 
 
+def as_document(result: Presentable, **how: Any) -> dict[str, Any]:
+    """A result as plain numbers, texts and lists; what is not finite is None."""
+    return dict(finite_tree(plain(written(result, **how))))
+
+
 @singledispatch
-def as_document(result: Presentable) -> dict[str, Any]:
-    """A result as plain numbers, texts and lists."""
+def written(result: Presentable) -> JsonObject | Mapping[str, Any]:
+    """A result as what JSON has of it."""
     raise UsageError(f"a {type(result).__name__} has no plain data of its own.")
-
-
-as_document.register(Record, record_dict)
-as_document.register(Diagnosis, diagnosis_dict)
-as_document.register(Estimate, estimate_dict)
-as_document.register(Identification, identification_dict)
-as_document.register(Sweep, sweep_dict)
-as_document.register(LawSearch, law_search_dict)
-as_document.register(Comparison, comparison_dict)
-as_document.register(Validation, validation_dict)
-as_document.register(OutputFit, output_fit_dict)
-as_document.register(MonteCarlo, monte_carlo_dict)
-as_document.register(ResultComparison, ResultComparison.to_dict)
-as_document.register(SavedIdentification, lambda saved: plain(saved.document))
-as_document.register(SavedEstimate, lambda saved: plain(saved.document))
-as_document.register(SavedOutputFit, saved_fit_dict)
-as_document.register(SavedMonteCarlo, saved_study_dict)
 
 
 def saved_as(result: Presentable, file: object, **how: Any) -> Path:
@@ -323,17 +317,6 @@ def _of_saved_runs(
     )
 
 
-plot_of.register(SavedMonteCarlo, _of_saved_runs)
-plot_of.register(SavedOutputFit, _of_saved_runs)
-plot_of.register(SavedEstimate, _of_saved_estimate)
-plot_of.register(SavedIdentification, _of_saved)
-plot_of.register(Estimate, _of_estimate)
-plot_of.register(Identification, _of_identification)
-plot_of.register(Sweep, _of_sweep)
-plot_of.register(OutputFit, _of_fit)
-plot_of.register(MonteCarlo, _of_monte_carlo)
-
-
 def _check_method(result: Presentable, method: str | None, own: Sequence[str]) -> None:
     if not (method is None or is_among(str(method).lower(), own)):
         raise UsageError(
@@ -348,3 +331,31 @@ def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageErr
     return UsageError(
         f"{type(result).__name__} has no figure {quoted(what)}{choose}.", code="unknown-figure"
     )
+
+
+_as_read = attrgetter("document")  # what a result was read from
+#: By type of result: its document, its plain data, and one of its figures, of what has any.
+_VIEWS: dict[type, tuple[Callable[..., Document], _Written, _Figure | None]] = {
+    Record: (record_document, written_record, None),
+    Diagnosis: (diagnosis_blocks, written_diagnosis, None),
+    Estimate: (_settled(estimate_document), written_estimate, _of_estimate),
+    Identification: (identification_document, written_identification, _of_identification),
+    Sweep: (sweep_document, written_sweep, _of_sweep),
+    LawSearch: (law_search_document, written_law_search, None),
+    Comparison: (comparison_document, written_comparison, None),
+    Validation: (validation_document, written_validation, None),
+    OutputFit: (output_fit_document, written_output_fit, _of_fit),
+    FitValidation: (fit_validation_document, written_fit_validation, None),
+    MonteCarlo: (monte_carlo_document, written_study, _of_monte_carlo),
+    ResultComparison: (_settled(result_comparison_document), _as_read, None),
+    SavedIdentification: (saved_document, _as_read, _of_saved),
+    SavedEstimate: (_settled(saved_estimate_document), _as_read, _of_saved_estimate),
+    SavedOutputFit: (saved_fit_document, _as_read, _of_saved_runs),
+    SavedFitValidation: (fit_validation_document, _as_read, None),
+    SavedMonteCarlo: (saved_study_document, _as_read, _of_saved_runs),
+}
+for _kind, (_document, _data, _figure) in _VIEWS.items():
+    as_blocks.register(_kind, _document)
+    written.register(_kind, _data)
+    if _figure is not None:
+        plot_of.register(_kind, _figure)

@@ -31,7 +31,7 @@ class Presentable:
     def save(self, file: "str | Path", **how: Any) -> "Path":
         """Write `to_dict` as JSON, whole or not at all.
 
-        Of an identification, a fit and a study `load_result` reads it back.
+        Of an identification, a fit, its validation and a study `load_result` reads it back.
 
         Parameters
         ----------

@@ -9,6 +9,7 @@ import pytest
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks.check import Check, Status, passed
+from axisid.estimation.checks.kinds import KINDS, Kind
 from axisid.estimation.diagnostics.diagnose import (
     DIAGNOSTICS,
     Diagnostic,
@@ -16,7 +17,6 @@ from axisid.estimation.diagnostics.diagnose import (
     by_weight,
     conclusion,
 )
-from axisid.estimation.diagnostics.diagnosis import Case
 from axisid.presentation.report.page import report_html
 from tests.recipes import recipe_blocks
 
@@ -105,10 +105,7 @@ def test_one_file_and_one_row_add_a_diagnostic(
 
 
 def test_a_grave_diagnostic_decides_what_is_believed(monkeypatch: pytest.MonkeyPatch) -> None:
-    def never(case: Case) -> None:
-        del case
-
-    row = Diagnostic(name="heavy", check=never, grave=True, rank=-1)
-    monkeypatch.setitem(DIAGNOSTICS, "heavy", row)
+    row = Kind(name="heavy", line="heavy", grave=True, rank=-1)
+    monkeypatch.setitem(KINDS, "heavy", row)
     checks = (check("control law", "fail"), check("heavy", "fail"))
     assert conclusion(checks).endswith(": heavy.")

@@ -19,6 +19,7 @@ from axisid.estimation.diagnostics.records_alike import (
     rows_alike,
 )
 from axisid.estimation.fitting.spread import Scores
+from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, as_options
@@ -148,7 +149,12 @@ def test_a_direct_model_alone_cannot_be_asked(plain: GeneratedAxis) -> None:
 
 
 def _asked(
-    J: Array, errors: Array, *, windows: int = 1, by_windows: bool = False
+    J: Array,
+    errors: Array,
+    levels: Levels = DEFAULT_LEVELS,
+    *,
+    windows: int = 1,
+    by_windows: bool = False,
 ) -> Alike | Missing:
     """Of least squares over records of 400 rows, in so many windows each."""
     long = 400 // windows
@@ -183,7 +189,7 @@ def _asked(
     def extended(_: Array, columns: Array) -> Extended:
         return scores.extended(columns, by_windows=by_windows)
 
-    return records_alike(J, records, extended)
+    return records_alike(J, records, extended, levels)
 
 
 @pytest.mark.parametrize("windows", [1, 40])
@@ -213,6 +219,9 @@ def test_one_after_the_other_is_named(rng: np.random.Generator) -> None:
     found = _asked(J, errors)
     assert isinstance(found, Alike)
     assert found.against == (1, 4)
+    surer = _asked(J, errors, Levels(level=1e-300))
+    assert isinstance(surer, Alike)
+    assert not surer.rejected
     assert found.differing is not None
     assert found.differing.apart.names == ("a",)
     assert abs(found.differing.apart.own[0] - 3.0) < 4 * found.differing.apart.deviations[0]

@@ -102,3 +102,4 @@ def test_what_parts_alone_is_named_before_what_parts_together() -> None:
     sure = HausmanTest(difference=1.0, deviation=0.1, p_value=1e-6, joint_p_value=1e-6, shift=3.0)
     vague = HausmanTest(difference=1.0, deviation=1.0, p_value=0.2, joint_p_value=1e-6, shift=3.0)
     assert [*parted({"Fv": vague, "M": sure})] == ["M"]
+    assert parted({"Fv": vague, "M": sure}, 1e-7) == {}

@@ -15,15 +15,19 @@ from axisid import (
     Parameter,
     Record,
     build,
+    compare,
     fit,
     fix,
     identify,
     leave_out,
     load_axis,
     load_result,
+    monte_carlo,
+    sweep,
     twin_record,
 )
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.commands.main import cli
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
 from axisid.estimation.lacking import Lack, Levels, lacking, scores_at
 from axisid.support.arrays import Array
@@ -105,7 +109,8 @@ def test_levels_are_those_of_the_checks_and_of_the_file(twin: Record, tmp_path: 
     assert "5 % over all" in missing.source
     assert saved.belief == result.belief
     document = result.to_dict()
-    document.pop("levels")  # as earlier versions wrote it
+    assert document["belief"] == result.belief
+    del document["levels"], document["belief"]  # as earlier versions wrote it
     (tmp_path / "earlier.json").write_text(json.dumps(document), encoding="utf-8")
     assert load_result(tmp_path / "earlier.json").levels == Levels()
 
@@ -219,3 +224,21 @@ def test_what_is_judged_does_not_matter(emps2015: GeneratedAxis, twin: Record) -
     """The rows of an inverse model tell of a direct one too."""
     result = identify(emps2015, twin, methods=["ddm-ls"])
     assert lacking(scores_at(result.data, result.preferred), result.preferred) == ()
+
+
+def test_every_study_of_results_takes_levels(twin: Record) -> None:
+    asked = {"level": 0.05, "least_share": 0.02}
+    swept = sweep(AXIS, twin, [60.0], methods=["idm-ls"], **asked)
+    compared = compare({"less": leave_out(AXIS, "Fc"), "more": AXIS}, twin, **asked)
+    made = monte_carlo(AXIS, 1, "idm-ls", **asked)
+    assert compared.result is not None
+    told = (swept.results[0].levels, compared.result.levels, made.plan.levels)
+    assert told == (Levels(**asked),) * 3
+    assert made.to_dict()["levels"] == asked
+    assert {each.to_dict()["belief"] == each.belief for each in (swept, compared, made)} == {True}
+
+
+@pytest.mark.parametrize("command", ["identify", "fit", "sweep", "compare", "study", "fleet"])
+def test_every_command_that_judges_takes_levels(command: str) -> None:
+    options = {option for each in cli.commands[command].params for option in each.opts}
+    assert options >= {"--level", "--least-share"}

@@ -68,7 +68,7 @@ def test_a_value_that_is_known_with_an_error_has_no_coverage_in_fits() -> None:
 
 
 def test_what_a_fit_refuses_is_a_failure_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(*_: object) -> None:
+    def refused(*_: object, **__: object) -> None:
         raise EstimationError("no end.")
 
     monkeypatch.setattr(fits, "fit", refused)

@@ -1,6 +1,7 @@
 """Frozen estimates on another record."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -213,8 +214,26 @@ def test_command_line_prints_and_writes_the_validation(
     arguments = ["identify", "emps2015", "--columns", names, "--validate", str(file)]
     done = CliRunner().invoke(cli, [*arguments, "--json", str(out)])
     assert done.exit_code == 0, done.output
+    assert "validation" in re.findall(r"^pass +(.*)", done.output, re.MULTILINE)[0]
     methods = json.loads(out.read_text())["validation"]["methods"]
     assert [m["method"] for m in methods] == ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv", "didim"]
     assert all(m["tracking_error_percent"] > 0 for m in methods)
     assert CliRunner().invoke(cli, [*arguments, "--json", str(file)]).exit_code == 2
     assert file.read_text().startswith("t,q,r,u")
+
+
+def test_a_failed_validation_is_a_line_of_the_verdict_and_of_the_file(
+    emps2015: GeneratedAxis, twin: Record, tmp_path: Path
+) -> None:
+    file, out = tmp_path / "second.csv", tmp_path / "result.json"
+    write_csv(file, replace(twin, control=1.3 * np.asarray(twin.control)))
+    names = "time=t,position=q,reference=r,control=u"
+    arguments = ["identify", "emps2015", "--columns", names, "--method", "idm-iv"]
+    done = CliRunner().invoke(cli, [*arguments, "--validate", str(file), "--json", str(out)])
+    assert re.search(
+        r"^verdict +Believe .* with care; to look at: validation", done.output, re.MULTILINE
+    )
+    written, read = json.loads(out.read_text()), load_result(out)
+    assert (written["belief"], written["validation"]["belief"]) == ("with care", "not believed")
+    assert read.belief == "with care"
+    assert [check.name for check in read.checks if check.status == "fail"] == ["validation"]

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Identification, fit, identify, load_result, twin_record
+from axisid import Identification, Record, fit, identify, load_result, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import validate_fit
+from axisid.presentation.saved import SavedFitValidation
 from tests.refusals import refuses
 
 
@@ -26,6 +28,22 @@ def test_what_is_saved_is_loaded_and_saved_again_the_same(
 def test_a_fit_is_saved_and_loaded(emps2015: GeneratedAxis, tmp_path: Path) -> None:
     fitted = fit(emps2015, twin_record(emps2015))
     assert load_result(fitted.save(str(tmp_path / "fit.json"))).to_dict() == fitted.to_dict()
+
+
+def test_a_validation_of_a_fit_is_printed_saved_and_loaded(
+    emps2015: GeneratedAxis, twin: Record, tmp_path: Path
+) -> None:
+    fitted = fit(emps2015, twin, bootstrap=0)
+    found = validate_fit(fitted, twin_record(emps2015, seed=2))
+    read = load_result(found.save(tmp_path / "held.json"))
+    assert isinstance(read, SavedFitValidation)
+    assert read.to_dict() == found.to_dict()
+    assert (read.summary(), read.belief, read.checks) == (
+        found.summary(),
+        found.belief,
+        found.checks,
+    )
+    assert (read.percent, read.error, read.output) == (found.percent, found.error, found.output)
 
 
 @pytest.mark.parametrize("name", ["result.txt", 3])

@@ -5,7 +5,7 @@ import sys
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,6 +15,7 @@ from axisid.commands.options.estimator_options import (
     check_estimator,
     covariance_option,
     lags_option,
+    levels_options,
     loss_option,
 )
 from axisid.commands.options.filter_options import FILTER_OPTIONS, Filtering, filter_options
@@ -92,6 +93,7 @@ _OF_IDENTIFY = ("--covariance", "--lags", "--start", "--loss", "--bootstrap")
 @start_option()
 @loss_option
 @bootstrap_option
+@levels_options
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
 @click.option(
     "--jobs",
@@ -129,6 +131,7 @@ def study(
     loss: str,
     seed: int,
     bootstrap: int,
+    levels: dict[str, Any],
     jobs: int,
     no_native: bool,
     output: str | None,
@@ -169,6 +172,7 @@ def study(
             start=started_at,
             loss=loss,
             bootstrap=bootstrap,
+            **levels,
             jobs=jobs,
             progress=line,
             keep=outputs.keep,

@@ -9,7 +9,7 @@ import click
 from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
 from axisid.estimation.choices.methods import ROW_LOSSES, is_iteration, method_names
 
-from .option_checks import check_idle
+from .option_checks import check_idle, with_options
 from .start_option import start_option
 
 method_option = click.option(
@@ -64,25 +64,20 @@ bootstrap_option = click.option(
     help="Bias and deviations from N simulated twins of the records, with their noise as it is "
     "measured; 0 for none.",
 )
-level_option = click.option(
-    "--level",
-    type=float,
-    default=0.01,
-    show_default=True,
-    help="Chance that a right model is told to lack anything.",
-)
-least_share_option = click.option(
-    "--least-share",
-    type=float,
-    default=0.01,
-    show_default=True,
-    help="Part of the force from which what the model lacks matters; so does what moves a "
-    "parameter by more than its interval.",
-)
 start_of_instruments = start_option(
     "Of instruments: least squares where its simulated loop follows the record, or the nominal "
     "values, as published."
 )
+
+
+def levels_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add ``--level`` and ``--least-share``; the command takes them as one `levels`, arguments."""
+
+    @functools.wraps(command)
+    def collected(*, level: float, least_share: float, **others: Any) -> None:
+        command(levels={"level": level, "least_share": least_share}, **others)
+
+    return with_options(collected, _LEVELS)
 
 
 def fix_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -106,6 +101,23 @@ def check_estimator(methods: tuple[str, ...], covariance: str) -> None:
         check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
 
 
+_LEVELS = (
+    click.option(
+        "--level",
+        type=float,
+        default=0.01,
+        show_default=True,
+        help="Chance that a check speaks against a right model, over all that it looks for.",
+    ),
+    click.option(
+        "--least-share",
+        type=float,
+        default=0.01,
+        show_default=True,
+        help="Part of the force, or of a parameter, from which that matters; so does what the "
+        "model lacks where it moves a parameter by more than its interval.",
+    ),
+)
 _AS_GIVEN = ("lags", "loss", "bounded")
 _OPTIONS = (
     method_option,
@@ -114,6 +126,7 @@ _OPTIONS = (
     start_of_instruments,
     loss_option,
     bounded_option,
+    levels_options,
     draws_option,
 )
 
@@ -128,6 +141,7 @@ def estimator_options(command: Callable[..., None]) -> Callable[..., None]:
         covariance: str,
         started_at: str,
         draws: int | None,
+        levels: dict[str, Any],
         **others: Any,
     ) -> None:
         check_estimator(methods, covariance)
@@ -136,10 +150,9 @@ def estimator_options(command: Callable[..., None]) -> Callable[..., None]:
             "covariance": covariance,
             "start": started_at,
             "draws": draws or 0,
+            **levels,
             **{name: others.pop(name) for name in _AS_GIVEN},
         }
         command(estimating=estimating, **others)
 
-    for option in reversed(_OPTIONS):
-        collected = option(collected)
-    return collected
+    return with_options(collected, _OPTIONS)

@@ -9,7 +9,8 @@ import click
 
 from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS, RESTS
 
-from .estimator_options import bootstrap_option, least_share_option, level_option
+from .estimator_options import bootstrap_option, levels_options
+from .option_checks import with_options
 from .several_options import names_in
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -62,7 +63,7 @@ def _weight(text: str) -> tuple[str, float]:
     return match[1], float(match[2])
 
 
-_AS_GIVEN = ("loss", "starts", "bootstrap", "horizon", "rests", "level", "least_share")
+_AS_GIVEN = ("loss", "starts", "bootstrap", "horizon", "rests")
 _OPTIONS = (
     click.option(
         "--output",
@@ -139,8 +140,7 @@ _OPTIONS = (
         "its lag or its delay, or the start of the loops: start_position, start_velocity, or start "
         "for both.",
     ),
-    level_option,
-    least_share_option,
+    levels_options,
 )
 
 
@@ -159,6 +159,7 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
         prior: tuple[str, ...],
         free: tuple[str, ...],
         started_at: str,
+        levels: dict[str, Any],
         **others: Any,
     ) -> None:
         asked = {
@@ -168,10 +169,9 @@ def fit_options(command: Callable[..., None]) -> Callable[..., None]:
             "bounds": dict(map(_bound, bound)),
             "prior": _priors(prior),
             "free": tuple(each for text in free for each in names_in(text)),
+            **levels,
             **{name: others.pop(name) for name in _AS_GIVEN},
         }
         command(asked=asked, **others)
 
-    for option in reversed(_OPTIONS):
-        collected = option(collected)
-    return collected
+    return with_options(collected, _OPTIONS)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import click
 
+from .option_checks import with_options
+
 if TYPE_CHECKING:
     from axisid.codegen.artefacts import GeneratedAxis
     from axisid.estimation.records import Record
@@ -214,9 +216,7 @@ def record_options(command: Callable[..., None], *, ends: bool = True) -> Callab
         )
         command(reading=reading, **others)
 
-    for option in reversed((*(_ENDS if ends else ()), *_OPTIONS)):
-        collected = option(collected)
-    return collected
+    return with_options(collected, (*(_ENDS if ends else ()), *_OPTIONS))
 
 
 def is_log(file: str) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from .inputs import Inputs
-from .option_checks import check_needed
+from .option_checks import check_needed, with_options
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,9 +102,7 @@ def sharing_options(command: Callable[..., None]) -> Callable[..., None]:
         names = names_in(local or "")
         command(sharing=Sharing(local=names, known=read_known(known), gain=gain), **others)
 
-    for option in reversed(_OPTIONS):
-        collected = option(collected)
-    return collected
+    return with_options(collected, _OPTIONS)
 
 
 skip_bad_option = click.option(

@@ -1,7 +1,6 @@
 """A comparison of candidates as a document."""
 
 from dataclasses import asdict
-from typing import Any
 
 from msgspec import UNSET
 
@@ -16,9 +15,7 @@ from axisid.presentation.schema import (
     WrittenKnown,
     WrittenNestedTest,
     WrittenParameterCheck,
-    plain,
 )
-from axisid.support.arrays import finite_tree
 from axisid.support.remedy import as_options
 
 from .identification import (
@@ -30,15 +27,11 @@ from .identification import (
 )
 
 
-def comparison_dict(comparison: Comparison) -> dict[str, Any]:
-    """The comparison as plain numbers and texts; what is not finite becomes None."""
-    return dict(finite_tree(plain(comparison_document(comparison))))
-
-
 def comparison_document(comparison: Comparison) -> WrittenComparison:
     """Every candidate, how they were told apart, and which is recommended."""
     c = comparison
     return WrittenComparison(
+        belief=c.belief,
         record=record_document(c.record),
         records=UNSET if len(c.records) == 1 else tuple(map(record_document, c.records)),
         known={each.name: _known(each) for each in c.known} or UNSET,

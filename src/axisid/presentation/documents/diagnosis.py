@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import Any
 
-import msgspec
 from msgspec import UNSET
 
 from axisid.estimation.checks import Check
@@ -29,7 +28,7 @@ from axisid.presentation.schema import (
     WrittenSetting,
     WrittenStrength,
 )
-from axisid.support.arrays import Array, finite, finite_tree
+from axisid.support.arrays import Array, finite
 from axisid.support.missing import Missing
 from axisid.support.remedy import Setting, as_options
 
@@ -39,11 +38,10 @@ from .same_members import written_as
 NOT_EVALUATED = "not evaluated: "
 
 
-def diagnosis_dict(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Everything that was measured of a result, as plain numbers, texts and lists."""
+def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Everything that was measured of a result, by member."""
     members = diagnosis_members(diagnosis, [each.name for each in diagnosis.excitation])
-    there = {name: each for name, each in members.items() if each is not UNSET}
-    return dict(finite_tree(msgspec.to_builtins(there, enc_hook=lambda value: value.item())))
+    return {name: each for name, each in members.items() if each is not UNSET}
 
 
 def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:

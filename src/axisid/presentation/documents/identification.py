@@ -34,7 +34,6 @@ from axisid.presentation.schema import (
     WrittenResponse,
     WrittenSignal,
     WrittenValue,
-    plain,
 )
 from axisid.support.arrays import Array, finite
 from axisid.support.real_numbers import is_nothing
@@ -51,16 +50,12 @@ _NAMED_DIRECT = frozenset({"iid", "hac"})  # the same of the direct model's para
 _NAMED_PHYSICAL = frozenset({"hac"})  # and of those that follow from known values
 
 
-def identification_dict(result: Identification, draws: int = 0) -> dict[str, Any]:
-    """What ``--json`` writes: plain numbers, texts and lists; see `Identification.to_dict`."""
-    return plain(identification_document(result, draws))
-
-
 def identification_document(result: Identification, draws: int = 0) -> WrittenIdentification:
     """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
     drive = result.axis.axis.drive
     return WrittenIdentification(
+        belief=result.belief,
         axis=result.axis.axis.name,
         signature=result.axis.signature,
         left_out=left_out(result.axis),
@@ -129,11 +124,6 @@ def _signal(signal: Signal) -> WrittenSignal:
     return WrittenSignal(name=signal.name, unit=signal.unit, between=cast(Any, signal.between))
 
 
-def record_dict(record: Record) -> dict[str, Any]:
-    """Provenance and size of a record."""
-    return plain(record_document(record))
-
-
 def record_document(record: Record) -> WrittenRecord:
     """Provenance and size of a record."""
     return WrittenRecord(
@@ -196,11 +186,6 @@ def prefilter_document(sampling: Sampling) -> WrittenPrefilter:
 def request_document(prefilter: Prefilter) -> WrittenRequest:
     """Settings of a prefilter before what it leaves open is chosen for a record."""
     return WrittenRequest(**asdict(prefilter))
-
-
-def estimate_dict(estimate: Estimate) -> dict[str, Any]:
-    """One estimate as plain numbers, texts and lists."""
-    return plain(estimate_document(estimate))
 
 
 def estimate_document(

@@ -1,21 +1,18 @@
 """Which ready laws explain a recorded control, as plain data."""
 
-from typing import Any
-
 from axisid.estimation.law_search import ExplainedLaw, LawSearch
-from axisid.presentation.schema import WrittenExplainedLaw, WrittenLawSearch, plain
+from axisid.presentation.schema import WrittenExplainedLaw, WrittenLawSearch
 
 
-def law_search_dict(search: LawSearch) -> dict[str, Any]:
+def law_search_document(search: LawSearch) -> WrittenLawSearch:
     """What ``--json`` writes."""
-    return plain(
-        WrittenLawSearch(
-            axis=search.axis,
-            unit=search.unit,
-            explained=search.explained,
-            as_well=search.as_well,
-            laws=tuple(map(_law, search.laws)),
-        )
+    return WrittenLawSearch(
+        belief=search.belief,
+        axis=search.axis,
+        unit=search.unit,
+        explained=search.explained,
+        as_well=search.as_well,
+        laws=tuple(map(_law, search.laws)),
     )
 
 

@@ -1,19 +1,18 @@
 """A fit of a simulated output as a document."""
 
-from typing import Any
-
 from msgspec import UNSET
 
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.lacking import amount, sentence
+from axisid.estimation.studies import FitValidation
 from axisid.presentation.schema import (
     WrittenFitted,
+    WrittenFitValidation,
     WrittenKnown,
     WrittenLack,
     WrittenLevels,
     WrittenOutputFit,
     WrittenRecordError,
-    plain,
 )
 from axisid.support.arrays import finite
 from axisid.support.missing import Missing
@@ -24,14 +23,20 @@ from .identification import left_out, record_document
 from .same_members import written_as
 
 
-def output_fit_dict(fit: OutputFit) -> dict[str, Any]:
-    """What ``--json`` writes."""
-    return plain(output_fit_document(fit))
+def fit_validation_document(validation: FitValidation) -> WrittenFitValidation:
+    """What is left of a second record, and whether the fit holds on it."""
+    return written_as(
+        WrittenFitValidation,
+        validation,
+        record=record_document(validation.record),
+        verdict=tuple(map(check_document, validation.checks)),
+    )
 
 
 def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
     """The parameters with all that was asked and found of each, and whether to believe them."""
     return WrittenOutputFit(
+        belief=fit.belief,
         axis=fit.axis.axis.name,
         signature=fit.axis.signature,
         left_out=left_out(fit.axis),

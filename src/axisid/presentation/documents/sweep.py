@@ -1,22 +1,16 @@
 """Estimates over the cut-off as a document."""
 
-from typing import Any
-
 from axisid.estimation.studies import Sweep
-from axisid.presentation.schema import WrittenSweep, plain
+from axisid.presentation.schema import WrittenSweep
 from axisid.support.remedy import as_options
 
 from .identification import identification_document
 
 
-def sweep_dict(sweep: Sweep) -> dict[str, Any]:
-    """What ``--json`` writes."""
-    return plain(sweep_document(sweep))
-
-
 def sweep_document(sweep: Sweep) -> WrittenSweep:
     """Every identification of a sweep, and which is recommended."""
     return WrittenSweep(
+        belief=sweep.belief,
         recommended_cutoff=sweep.recommended,
         reason=sweep.reason,
         failures={f"{cutoff:g}": why.worded(as_options) for cutoff, why in sweep.failures.items()},

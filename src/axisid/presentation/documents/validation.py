@@ -1,23 +1,17 @@
 """Estimates held against another record, as a document."""
 
-from typing import Any
-
 from axisid.estimation.studies import MethodValidation, Validation
-from axisid.presentation.schema import WrittenMethodValidation, WrittenValidation, plain
+from axisid.presentation.schema import WrittenMethodValidation, WrittenValidation
 from axisid.support.arrays import finite_tree
 
 from .diagnosis import law_document
 from .identification import note_text, record_document
 
 
-def validation_dict(validation: Validation) -> dict[str, Any]:
-    """Plain numbers and texts."""
-    return plain(validation_document(validation))
-
-
 def validation_document(validation: Validation) -> WrittenValidation:
     """Errors by method; what is not finite becomes None."""
     return WrittenValidation(
+        belief=validation.belief,
         record=record_document(validation.record),
         methods=tuple(map(_method, validation)),
         time_base=note_text(validation.time_base),

@@ -12,6 +12,5 @@ from .page import monte_carlo_page as monte_carlo_page
 from .plots import PLOTS as PLOTS
 from .plots import monte_carlo_plot as monte_carlo_plot
 from .plots import monte_carlo_plots as monte_carlo_plots
-from .saved import saved_study_dict as saved_study_dict
 from .saved import saved_study_document as saved_study_document
-from .written import monte_carlo_dict as monte_carlo_dict
+from .written import written_study as written_study

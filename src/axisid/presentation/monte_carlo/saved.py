@@ -8,7 +8,6 @@ from axisid.estimation.monte_carlo import MonteCarlo, declared_chain
 from axisid.estimation.twins import Chain
 from axisid.presentation.blocks import Document
 from axisid.presentation.saved import Like, SavedMonteCarlo
-from axisid.presentation.schema import plain
 from axisid.support.remedy import Wording, as_arguments
 
 from .document import monte_carlo_document
@@ -17,11 +16,6 @@ from .document import monte_carlo_document
 def saved_study_document(saved: SavedMonteCarlo, *, wording: Wording = as_arguments) -> Document:
     """As of a study that was just made."""
     return monte_carlo_document(_live(saved), wording=wording)
-
-
-def saved_study_dict(saved: SavedMonteCarlo) -> dict[str, Any]:
-    """What it was read from."""
-    return plain(saved.document)
 
 
 def _live(saved: SavedMonteCarlo) -> MonteCarlo:

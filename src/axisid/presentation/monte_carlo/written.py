@@ -1,7 +1,5 @@
 """A study as plain data."""
 
-from typing import Any
-
 from axisid.estimation.monte_carlo import (
     CheckFigures,
     EstimandFigures,
@@ -11,29 +9,26 @@ from axisid.estimation.monte_carlo import (
     declared_figures,
 )
 from axisid.estimation.twins import Chain
-from axisid.presentation.documents import request_document
+from axisid.presentation.documents import request_document, written_as
 from axisid.presentation.schema import (
     WrittenCheckFigures,
     WrittenEstimand,
     WrittenFailedRun,
+    WrittenLevels,
     WrittenMean,
     WrittenMonteCarlo,
     WrittenShare,
     WrittenTwins,
-    plain,
 )
 from axisid.support.arrays import finite
 
 
-def monte_carlo_dict(result: MonteCarlo) -> dict[str, Any]:
+def written_study(result: MonteCarlo) -> WrittenMonteCarlo:
     """What ``--json`` writes."""
-    return plain(_written(result))
-
-
-def _written(result: MonteCarlo) -> WrittenMonteCarlo:
     plan = result.plan
     experiment = Chain.of_experiment(plan.twin.axis)
     return WrittenMonteCarlo(
+        belief=result.belief,
         axis=plan.axis.axis.name,
         signature=plan.axis.signature,
         twins=WrittenTwins(
@@ -53,6 +48,7 @@ def _written(result: MonteCarlo) -> WrittenMonteCarlo:
         methods=plan.methods,
         prefilter=request_document(plan.prefilter),
         settings=dict(plan.settings),
+        levels=written_as(WrittenLevels, plan.levels),
         estimands=tuple(map(_estimand, result.figures)),
         judged=result.judged,
         objected=_share(result.objected),

@@ -11,8 +11,8 @@ from .fitted_axis import fitted_axis as fitted_axis
 from .identification import SavedIdentification as SavedIdentification
 from .identification import SavedPhysical as SavedPhysical
 from .identification import SavedRecord as SavedRecord
+from .output_fit import SavedFitValidation as SavedFitValidation
 from .output_fit import SavedOutputFit as SavedOutputFit
-from .output_fit import saved_fit_dict as saved_fit_dict
 from .output_fit import saved_fit_document as saved_fit_document
 from .result_comparison import ResultComparison as ResultComparison
 from .result_comparison import compare_results as compare_results

@@ -12,6 +12,7 @@ from axisid.modeling.library import LIBRARY
 from axisid.modeling.text import load_axis
 from axisid.presentation.schema import (
     WrittenDriveTime,
+    WrittenFitValidation,
     WrittenIdentification,
     WrittenKnown,
     WrittenMonteCarlo,
@@ -28,7 +29,7 @@ from axisid.support.user_values import quoted
 from .contradictions import contradiction, refuse_contradictions
 from .drive import refuse_other_drive
 from .identification import SavedIdentification
-from .output_fit import SavedOutputFit, read_output_fit, saved_fit_document
+from .output_fit import SavedFitValidation, SavedOutputFit, read_output_fit
 from .study import SavedMonteCarlo
 from .views import saved_document
 
@@ -108,13 +109,13 @@ def load_result(
 @overload
 def load_result(
     path: str | Path, axis: Axis | str | Path | None = None
-) -> SavedIdentification | SavedOutputFit | SavedMonteCarlo: ...
+) -> SavedIdentification | SavedOutputFit | SavedMonteCarlo | SavedFitValidation: ...
 
 
 def load_result(
     path: str | Path | SavedIdentification, axis: Axis | str | Path | None = None
-) -> SavedIdentification | SavedOutputFit | SavedMonteCarlo:
-    """Read an identification, a fit or a study that was written as JSON.
+) -> SavedIdentification | SavedOutputFit | SavedMonteCarlo | SavedFitValidation:
+    """Read an identification, a fit, a study or a validation of a fit that was written as JSON.
 
     Parameters
     ----------
@@ -128,10 +129,11 @@ def load_result(
 
     Returns
     -------
-    SavedIdentification, SavedOutputFit or SavedMonteCarlo
+    SavedIdentification, SavedOutputFit, SavedMonteCarlo or SavedFitValidation
         With the estimates by method, their covariances, the verdict, and what is made of them:
         ``derive``, ``summary``, ``plot`` and `export`. Of a fit its parameters with their
-        covariance, the verdict and ``summary``; of a study its figures.
+        covariance, the verdict and ``summary``; of a study its figures; of a validation what is
+        left, and its checks.
 
     Raises
     ------
@@ -144,17 +146,25 @@ def load_result(
         return path if axis is None else _joined(path, axis)
     file = _path(path)
     document = read_document(
-        file, WrittenIdentification, WrittenOutputFit, WrittenMonteCarlo, refused=_REFUSED
+        file,
+        WrittenIdentification,
+        WrittenOutputFit,
+        WrittenMonteCarlo,
+        WrittenFitValidation,
+        refused=_REFUSED,
     )
-    if isinstance(document, WrittenOutputFit):
-        fitted = read_output_fit(str(file), document)
-        _told(str(file), lambda: saved_fit_document(fitted))
-        return fitted
-    if isinstance(document, WrittenMonteCarlo):
-        study = SavedMonteCarlo(file=str(file), document=document)
-        _told(str(file), study.summary)
-        return study
-    return _joined(_checked(file, document), axis)
+    saved: SavedOutputFit | SavedMonteCarlo | SavedFitValidation
+    match document:
+        case WrittenIdentification():
+            return _joined(_checked(file, document), axis)
+        case WrittenOutputFit():
+            saved = read_output_fit(str(file), document)
+        case WrittenMonteCarlo():
+            saved = SavedMonteCarlo(file=str(file), document=document)
+        case WrittenFitValidation():
+            saved = SavedFitValidation.of(str(file), document)
+    _told(str(file), saved.summary)
+    return saved
 
 
 def _joined(saved: SavedIdentification, axis: Axis | str | Path | None) -> SavedIdentification:

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from msgspec import UNSET
@@ -18,7 +18,8 @@ from axisid.estimation.lacking import Levels
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.text import FunctionLike
 from axisid.presentation.blocks import Document
-from axisid.presentation.schema import WrittenFitted, WrittenOutputFit, plain
+from axisid.presentation.documents import read_as
+from axisid.presentation.schema import WrittenFitted, WrittenFitValidation, WrittenOutputFit
 from axisid.presentation.text.fits import output_fit_document
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError
@@ -128,6 +129,44 @@ class SavedOutputFit(Checked, Presentable):
         return tuple(map(read_check, self.document.verdict))
 
 
+@dataclass(frozen=True, kw_only=True)
+class SavedFitValidation(Checked, Presentable):
+    """A frozen fit on a second record, read from a file, with the names of `FitValidation`.
+
+    Attributes
+    ----------
+    file : str
+    document : WrittenFitValidation
+        What the file holds.
+    record : SavedRecord
+    output, unit, horizon, error, percent, checks
+        As of a `FitValidation`.
+    """
+
+    file: str
+    document: WrittenFitValidation = field(repr=False)
+    record: SavedRecord
+    output: str
+    unit: str
+    horizon: float | None
+    error: float
+    percent: float
+    checks: tuple[Check, ...]
+
+    @classmethod
+    def of(cls, file: str, document: WrittenFitValidation) -> "SavedFitValidation":
+        """As a file has it."""
+        return read_as(
+            cls,
+            document,
+            {"percent": math.inf},
+            file=file,
+            document=document,
+            record=saved_record(document.record),
+            checks=tuple(map(read_check, document.verdict)),
+        )
+
+
 def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
     """A document as a result; refused where its members do not belong together.
 
@@ -178,11 +217,6 @@ def _outputs(document: WrittenOutputFit) -> tuple[str, ...]:
 def saved_fit_document(saved: SavedOutputFit, *, wording: Wording = as_arguments) -> Document:
     """As of a fit that was just made, by its presenter."""
     return output_fit_document(_live(saved), wording=wording)
-
-
-def saved_fit_dict(saved: SavedOutputFit) -> dict[str, Any]:
-    """What it was read from."""
-    return plain(saved.document)
 
 
 def _live(saved: SavedOutputFit) -> OutputFit:

@@ -97,22 +97,20 @@ class ResultComparison(Presentable):
     settings: Mapping[str, tuple[Any, Any]]
     checks: Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]]
 
-    def to_dict(self) -> dict[str, Any]:
+    @property
+    def document(self) -> WrittenResultComparison:
         """What ``--json`` writes."""
         first, second = self.sources
-        return plain(
-            WrittenResultComparison(
-                first=first,
-                second=second,
-                differences=tuple(
-                    WrittenDifference(**asdict(d), difference=d.difference)
-                    for d in self.differences
-                ),
-                errors_percent=dict(self.errors),
-                alone=WrittenAlone(first=self.alone[0], second=self.alone[1]),
-                settings=dict(self.settings),
-                verdict=dict(self.checks),
-            )
+        return WrittenResultComparison(
+            first=first,
+            second=second,
+            differences=tuple(
+                WrittenDifference(**asdict(d), difference=d.difference) for d in self.differences
+            ),
+            errors_percent=dict(self.errors),
+            alone=WrittenAlone(first=self.alone[0], second=self.alone[1]),
+            settings=dict(self.settings),
+            verdict=dict(self.checks),
         )
 
 

@@ -46,6 +46,7 @@ from .monte_carlo import WrittenMonteCarlo as WrittenMonteCarlo
 from .monte_carlo import WrittenShare as WrittenShare
 from .monte_carlo import WrittenTwins as WrittenTwins
 from .output_fit import WrittenFitted as WrittenFitted
+from .output_fit import WrittenFitValidation as WrittenFitValidation
 from .output_fit import WrittenLack as WrittenLack
 from .output_fit import WrittenOutputFit as WrittenOutputFit
 from .output_fit import WrittenRecordError as WrittenRecordError

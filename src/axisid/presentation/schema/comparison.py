@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from msgspec import UNSET, UnsetType
 
-from .base import JsonObject, about
+from .base import JsonObject, WrittenResult, about
 from .diagnosis import WrittenCheck
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord
@@ -78,7 +78,7 @@ class WrittenNestedTest(JsonObject, frozen=True, kw_only=True):
 
 
 class WrittenComparison(
-    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.comparison/1"
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.comparison/1"
 ):
     """What `axisid compare --json` writes."""
 

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
-from .base import JsonObject, about
+from .base import JsonObject, WrittenResult, about
 
 
 class WrittenLawCheck(JsonObject, frozen=True, kw_only=True):
@@ -194,7 +194,7 @@ class WrittenExplainedLaw(JsonObject, frozen=True, kw_only=True):
 
 
 class WrittenLawSearch(
-    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.law/1"
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.law/1"
 ):
     """What `axisid law --json` writes."""
 

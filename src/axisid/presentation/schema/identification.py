@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
-from .base import JsonObject, about
+from .base import JsonObject, WrittenResult, about
 from .diagnosis import (
     WrittenAlignment,
     WrittenBand,
@@ -66,7 +66,7 @@ class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
     ] = UNSET
 
 
-class WrittenValidation(JsonObject, frozen=True, kw_only=True):
+class WrittenValidation(WrittenResult, frozen=True, kw_only=True):
     """The frozen estimates on a second record."""
 
     record: WrittenRecord
@@ -122,7 +122,7 @@ class WrittenMember(JsonObject, frozen=True, kw_only=True):
 
 
 class WrittenIdentification(
-    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
 ):
     """What `axisid identify --json` writes."""
 
@@ -205,7 +205,9 @@ class WrittenIdentification(
     ] = UNSET
 
 
-class WrittenSweep(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):
+class WrittenSweep(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"
+):
     """What `axisid sweep --json` writes."""
 
     recommended_cutoff: Annotated[float | None, about("Hz; null where none can be named.")]

@@ -9,7 +9,7 @@ from .comparison import WrittenComparison, WrittenResultComparison
 from .diagnosis import WrittenLawSearch
 from .identification import WrittenIdentification, WrittenSweep
 from .monte_carlo import WrittenMonteCarlo
-from .output_fit import WrittenOutputFit
+from .output_fit import WrittenFitValidation, WrittenOutputFit
 
 _DOCUMENTS = (
     WrittenIdentification,
@@ -18,6 +18,7 @@ _DOCUMENTS = (
     WrittenResultComparison,
     WrittenLawSearch,
     WrittenOutputFit,
+    WrittenFitValidation,
     WrittenMonteCarlo,
 )
 _REFERENCE = "#/$defs/{name}"

@@ -7,8 +7,9 @@ from msgspec import UNSET, UnsetType
 
 from axisid.estimation.twins import Chain
 
-from .base import JsonObject, about
+from .base import JsonObject, WrittenResult, about
 from .record import WrittenRequest
+from .values import WrittenLevels
 
 
 class WrittenMean(JsonObject, frozen=True, kw_only=True):
@@ -95,7 +96,7 @@ class WrittenTwins(JsonObject, frozen=True, kw_only=True):
 
 
 class WrittenMonteCarlo(
-    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.monte_carlo/1"
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.monte_carlo/1"
 ):
     """What `axisid study --json` writes."""
 
@@ -108,6 +109,9 @@ class WrittenMonteCarlo(
     methods: tuple[str, ...]
     prefilter: Annotated[WrittenRequest, about("As the twins' rate has it.")]
     settings: Annotated[Mapping[str, str | int | None], about("What else was asked of identify.")]
+    levels: Annotated[
+        WrittenLevels | UnsetType, about("Left out in files of earlier versions.")
+    ] = UNSET
     estimands: tuple[WrittenEstimand, ...]
     judged: Annotated[int, about("Runs with a verdict.")]
     objected: Annotated[WrittenShare, about("Verdicts in which any check fails.")]

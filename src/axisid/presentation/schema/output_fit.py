@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
-from .base import JsonObject, about
+from .base import JsonObject, WrittenResult, about
 from .diagnosis import WrittenCheck, WrittenLawCheck
 from .record import WrittenRecord
 from .values import WrittenKnown, WrittenLevels
@@ -73,7 +73,7 @@ class WrittenLack(JsonObject, frozen=True, kw_only=True):
 
 
 class WrittenOutputFit(
-    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fit/1"
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fit/1"
 ):
     """What `axisid fit --json` writes."""
 
@@ -129,3 +129,17 @@ class WrittenOutputFit(
     believed: Annotated[bool, about("Whether no check fails.")]
     levels: WrittenLevels | UnsetType = UNSET
     remarks: tuple[str, ...]
+
+
+class WrittenFitValidation(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fit_validation/1"
+):
+    """What `FitValidation.save` writes: a fit, frozen, on a second record."""
+
+    record: WrittenRecord
+    output: Annotated[str, about("What is held against the record.")]
+    unit: Annotated[str, about("Of the output.")]
+    horizon: Annotated[float | None, about("Length of the windows of an open loop, s.")]
+    error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
+    percent: Annotated[float | None, about("Of the recorded output's.")]
+    verdict: tuple[WrittenCheck, ...]

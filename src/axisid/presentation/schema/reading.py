@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeVar, overload
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -13,14 +13,12 @@ from axisid.support.remedy import Note
 
 from .base import JsonObject
 
-First = TypeVar("First", bound=JsonObject)
-Second = TypeVar("Second", bound=JsonObject)
-Third = TypeVar("Third", bound=JsonObject)
+Expected = TypeVar("Expected", bound=JsonObject)
 _SHOWN = 40  # letters
 
 
-def plain(document: JsonObject) -> dict[str, Any]:
-    """A document as dictionaries, lists, numbers and texts."""
+def plain(document: JsonObject | Mapping[str, Any]) -> dict[str, Any]:
+    """A document, or its members, as dictionaries, lists, numbers and texts."""
     return dict(_listed(msgspec.to_builtins(document, enc_hook=_number)))
 
 
@@ -43,43 +41,17 @@ def schema_of(document: type[JsonObject]) -> str:
     return str(document.__struct_config__.tag)
 
 
-@overload
-def read_document(
-    file: Path, expected: type[First], *, refused: Mapping[str, Note] = ...
-) -> First: ...
-
-
-@overload
-def read_document(
-    file: Path, expected: type[First], other: type[Second], *, refused: Mapping[str, Note] = ...
-) -> First | Second: ...
-
-
-@overload
 def read_document(
     file: Path,
-    expected: type[First],
-    other: type[Second],
-    third: type[Third],
-    *,
-    refused: Mapping[str, Note] = ...,
-) -> First | Second | Third: ...
-
-
-def read_document(
-    file: Path,
-    expected: type[JsonObject],
-    other: type[JsonObject] | None = None,
-    third: type[JsonObject] | None = None,
-    *,
+    *expected: type[Expected],
     refused: Mapping[str, Note] = MappingProxyType({}),
-) -> JsonObject:
+) -> Expected:
     """Read a result that was written as JSON.
 
     Parameters
     ----------
     file : Path
-    expected, other, third : type of JsonObject
+    *expected : type of JsonObject
         Which documents will do.
     refused : mapping of str to Note
         What to say of documents that will not, by their `schema_of`: ``"is of a stream; ..."``.
@@ -91,7 +63,7 @@ def read_document(
     """
     content = read_result(file, DataError)
     found = _schema(file, content)
-    for document in filter(None, (expected, other, third)):
+    for document in expected:
         if found == schema_of(document):
             return _decoded(file, content, document)
     if found in refused:
@@ -99,7 +71,8 @@ def read_document(
         raise DataError(f"{file} {said.text}", said.remedy, code="other-document")
     what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
     raise DataError(
-        f"{file} is not the result of one identification ({what}, not {schema_of(expected)!r}). ",
+        f"{file} is not the result of one identification ({what}, not "
+        f"{schema_of(expected[0])!r}). ",
         GIVE_RESULT,
     )
 
@@ -114,7 +87,7 @@ def _schema(file: Path, content: bytes) -> str:
     return schema if isinstance(schema, str) else ""
 
 
-def _decoded(file: Path, content: bytes, document: type[JsonObject]) -> JsonObject:
+def _decoded(file: Path, content: bytes, document: type[Expected]) -> Expected:
     try:
         return msgspec.json.decode(content, type=document)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:

@@ -1,9 +1,10 @@
 """Estimates held against another record, as a document."""
 
-from axisid.estimation.studies import Validation
+from axisid.estimation.studies import FitValidation, Validation
 from axisid.presentation.blocks import Document, Heading, Table, text_columns
 from axisid.support.remedy import Wording, as_arguments
 
+from .identification import verdict_block
 from .record import record_facts
 
 
@@ -13,6 +14,17 @@ def validation_document(validation: Validation, *, wording: Wording = as_argumen
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
     repaired = ("repaired", record_facts(record, wording)["repaired"])
     return Heading(facts=(repaired,), title=title), validation_table(validation, wording)
+
+
+def fit_validation_document(
+    validation: FitValidation, *, wording: Wording = as_arguments
+) -> Document:
+    """What a frozen fit leaves of a record, and whether it holds."""
+    record, unit = validation.record, validation.unit
+    left = f"{validation.error:.4g} {unit}".rstrip() + f", {validation.percent:.3g} % of it"
+    title = f"Frozen fit on {record.provenance.source}, {len(record)} samples:"
+    facts = ((validation.output, f"leaves {left}"),)
+    return Heading(facts=facts, title=title), verdict_block(validation.checks, wording)
 
 
 def validation_table(validation: Validation, wording: Wording) -> Table:

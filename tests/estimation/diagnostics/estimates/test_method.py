@@ -19,6 +19,7 @@ from axisid.estimation.diagnostics.estimates import (
     method_check,
 )
 from axisid.estimation.estimates import Estimate, HausmanTest
+from axisid.estimation.lacking import Levels
 from axisid.support.missing import Missing
 from axisid.support.remedy import as_options
 from benchmarks.machines import Machine, records, white
@@ -126,6 +127,16 @@ def test_forms_far_apart_fail_where_no_instruments_tell(every: Identification) -
     assert "nothing tells which" in far.meaning
     assert "axisid fit --output open-loop" in far.note.worded(as_options)
     assert belief([far.name]) == "not believed"
+
+
+def test_levels_say_from_when_on_estimates_part_and_that_matters(every: Identification) -> None:
+    apart = {FORMS: found(12.0, p=1e-3, joint=1e-3)}
+    told = [
+        forms_check(apart, every.estimates, levels)
+        for levels in (Levels(), Levels(level=1e-4), Levels(least_share=0.5))
+    ]
+    said = [(each.status, " 0.01 %" in each.source) for each in told if isinstance(each, Check)]
+    assert said == [("fail", False), ("pass", True), ("note", False)]
 
 
 def test_what_could_not_be_compared_says_why(every: Identification) -> None:
