@@ -10,7 +10,6 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.diagnostics import (
     RECORDS_ALIKE,
-    Extended,
     OwnColumns,
     alike_check,
     joined,
@@ -225,7 +224,7 @@ def records_alike_check(of: Judged) -> Iterator[Check]:
             )
         )
 
-    def extended(_: Array, columns: Array) -> Extended:
+    def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
         return scores.extended(columns, by_windows=of.horizon is not None)
 
     alike = records_alike(scores.jacobian, records, extended)
