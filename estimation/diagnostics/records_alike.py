@@ -94,7 +94,7 @@ class Apart:
 
     Attributes
     ----------
-    names, units : tuple of str
+    names : tuple of str
         Of the parameters that it tells and shares, length p.
     own, others : (p,) array
         As the record alone has them, and as the others have them without it.
@@ -114,7 +114,6 @@ class Apart:
     """
 
     names: tuple[str, ...]
-    units: tuple[str, ...]
     own: Array
     others: Array
     deviations: Array
@@ -188,7 +187,6 @@ class Difference:
         q, made = len(self.difference), self.of.columns @ self.difference
         return Apart(
             names=self.of.names,
-            units=self.of.units,
             own=self.of.values + self.difference,
             others=self.of.values,
             deviations=_deviations(self.covariances[0]),
