@@ -21,8 +21,8 @@ from figures import give, parser_of
 from machines import Array, Machine, records, white
 
 from axisid import Identification, identify, read_record
-from axisid.estimation.moves import Band, model_bands
-from axisid.estimation.moves.jackknife import groupings
+from axisid.estimation.moves import Band
+from axisid.estimation.moves.jackknife import bands_of, groupings
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import back_and_forth
 
@@ -107,7 +107,7 @@ def _of_moves(result: Identification) -> dict[str, Band]:
     """The bands over moves of one speed and direction alone."""
     rows = result.preferred.rows.astype(np.intp)
     ways = [way for way in groupings(result.data, rows) if way[0] == _ONE_SPEED_AND_DIRECTION]
-    return model_bands(dict(result.estimates), result.data, ways=ways)["idm-iv"]
+    return bands_of(result.estimates["idm-iv"], ways)
 
 
 def main() -> None:

@@ -33,29 +33,10 @@ from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
-RECORDS_ALIKE = "records alike"
 
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
 _LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Extended:
-    """An estimate of m parameters, some of them of a record alone.
-
-    Attributes
-    ----------
-    change : (m,) array
-        From the estimate of all, and from zero.
-    covariance : (m, m) array
-    freedom : (m,) array
-        Degrees of freedom of each variance.
-    """
-
-    change: Array
-    covariance: Array
-    freedom: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,8 +81,10 @@ class OwnColumns:
         )
 
 
-#: An estimate of all, once more with further columns and their instruments, (N, q) each.
-Solved = Callable[[Array, Array], Extended]
+#: An estimate of all, once more with further columns and their instruments, (N, q) each: its change
+#: from the estimate of all, and from zero, (m,), and the covariance and the degrees of freedom of
+#: that, (m, m) and (m,).
+Solved = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +93,7 @@ class Apart:
 
     Attributes
     ----------
-    names, units : tuple of str
+    names : tuple of str
         Of the parameters that it tells and shares, length p.
     own, others : (p,) array
         As the record alone has them, and as the others have them without it.
@@ -130,7 +113,6 @@ class Apart:
     """
 
     names: tuple[str, ...]
-    units: tuple[str, ...]
     own: Array
     others: Array
     deviations: Array
@@ -202,7 +184,6 @@ class Difference:
         q, made = len(self.difference), self.of.columns @ self.difference
         return Apart(
             names=self.of.names,
-            units=self.of.units,
             own=self.of.values + self.difference,
             others=self.of.values,
             deviations=_deviations(self.covariances[0]),
@@ -278,13 +259,13 @@ def rows_alike(
     X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
     names = [q.label for q in estimate.form.quantities]
 
-    def extended(columns: Array, instruments: Array) -> Extended:
+    def extended(columns: Array, instruments: Array) -> tuple[Array, Array, Array]:
         every = [*names, *("a record's own" for _ in columns.T)]
         regressor = checked_columns(np.hstack([X, columns]), every, neighbours=estimate.neighbours)
         Z_of_all = factor(np.hstack([Z, instruments]), every)
         found = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
         applied = Hac().applied(found)
-        return Extended(change=found.theta, covariance=applied.matrix, freedom=applied.freedom)
+        return found.theta, applied.matrix, applied.freedom
 
     records = []
     for number, span in enumerate(problem.spans):
@@ -363,7 +344,7 @@ def alike_check(
         return found
     shares = [each.share_percent for each in found.records if isinstance(each, Apart)]
     return Check(
-        name=RECORDS_ALIKE,
+        name="records alike",
         status="fail" if found.against else "note" if found.rejected else "pass",
         figure=max(shares),
         threshold=100 * levels.least_share,
@@ -434,24 +415,24 @@ def _tested(
     if not own:
         return Missing("this record tells no parameter that it shares with the others")
     try:
-        found = extended(columns, instruments)
+        change, covariance, of_each = extended(columns, instruments)
     except EstimationError as error:
         return Missing.of(error.note)
     record, q = records[number], len(own)
-    freedom = float(np.min(found.freedom[-q:]))
+    freedom = float(np.min(of_each[-q:]))
     if freedom - q + 1 < _FEWEST:
         return Missing("too few of the residuals are independent to tell what is chance")
     chosen = [alone[j] for j in own]
-    to_own = np.eye(len(found.change))[-q:]
+    to_own = np.eye(len(change))[-q:]
     to_others = np.zeros_like(to_own)
     to_others[:, : base.shape[1]] = record.slopes[chosen]
     mapped = (to_own, to_own + to_others, to_others)
-    covariances = tuple(each @ found.covariance @ each.T for each in mapped)
+    covariances = tuple(each @ covariance @ each.T for each in mapped)
     part = record.only(chosen)
     return Difference(
         number=number,
-        of=replace(part, values=part.values + to_others @ found.change),
-        difference=to_own @ found.change,
+        of=replace(part, values=part.values + to_others @ change),
+        difference=to_own @ change,
         covariances=covariances,
         freedom=freedom,
         untold=tuple(name for j, name in enumerate(record.names) if j not in alone),

@@ -1,13 +1,12 @@
 """Whether samples are among several records more than once: a record given twice, or an overlap.
 
 Two files of one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a
-log, and rows 5000 to 15000. Times are therefore not looked at. What the records measured in a few
-samples that follow one another is a word, and words that occur once in either record are looked
-for in both; where many of them are equally far apart, the samples there are compared one by one. An
-axis at rest repeats its words, so that two records that both rest have nothing in common. Numbers
-are compared as 32-bit floats, since files may write them with other digits, or in other units. Of
-records that were resampled the rows before are compared, where they are kept: those of columns of
-one clock.
+log, and rows 5000 to 15000. Times are therefore not looked at. Runs of a few samples of what was
+measured that occur once in either record are looked for in both; where many of them are equally far
+apart, the samples there are compared one by one. An axis at rest repeats its runs, so that two
+records that both rest have nothing in common. Numbers are compared as 32-bit floats, since files
+may write them with other digits, or in other units. Of records that were resampled the rows before
+are compared, where they are kept: those of columns of one clock.
 """
 
 from collections.abc import Sequence
@@ -15,6 +14,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check
@@ -24,16 +24,14 @@ from axisid.support.arrays import Array
 
 # runs of eight samples, each once in either record and equally far apart; other records have
 # none, whose control or position is noisy
-_MIN_COMMON_WORDS = 25
+_MIN_COMMON_RUNS = 25
 # of the column's largest: one number in other digits or units; files have six or more
 _MAX_WRITTEN_APART = 1e-6
 
 NAME = "repeated records"
 
-_WORD = 8  # samples
-_MIX = np.uint64(0x9E3779B97F4A7C15)
-_SHIFT = np.uint64(29)
-_Words = NDArray[np.uint64]
+_RUN = 8  # samples
+_Places = NDArray[np.intp]
 _Chosen = NDArray[np.bool_]
 
 
@@ -99,15 +97,15 @@ def _overlap(pair: tuple[int, int], one: Record, other: Record) -> Overlap | Non
     records = one, other
     written = one.sampled or one, other.sampled or other
     columns = _measured(*written)
-    if not columns:
+    if not columns or min(map(len, written)) < _RUN:
         return None
-    first, second = (_words([each[side] for each in columns]) for side in (0, 1))
     found = np.zeros(len(written[0]), dtype=bool), np.zeros(len(written[1]), dtype=bool)
-    for places in _places(first, second):
-        start, stop = _stretch(columns, places)
-        if stop > start:
-            found[0][start:stop] = True
-            found[1][start + places.distance : stop + places.distance] = True
+    places, others = _equal_runs(columns)
+    distances, counts = np.unique(others - places, return_counts=True)
+    for distance in distances[counts >= _MIN_COMMON_RUNS]:
+        start, stop = _stretch(columns, places[others - places == distance], int(distance))
+        found[0][start:stop] = True
+        found[1][start + distance : stop + distance] = True
     first_chosen, second_chosen = (
         each if rows is record else np.interp(record.time, rows.time, each) == 1
         for record, rows, each in zip(records, written, found, strict=True)
@@ -132,71 +130,43 @@ def _measured(one: Record, other: Record) -> list[tuple[Array, Array]]:
     return [(one.channels()[role], other.channels()[role]) for role in both]
 
 
-def _stretch(columns: Sequence[tuple[Array, Array]], places: "_Places") -> tuple[int, int]:
+def _equal_runs(columns: Sequence[tuple[Array, Array]]) -> tuple[_Places, _Places]:
+    """Where runs begin that occur once in either record, in the one and in the other."""
+    (one, places), (other, others) = (_once([each[side] for each in columns]) for side in (0, 1))
+    _, i, j = np.intersect1d(one, other, assume_unique=True, return_indices=True)
+    return places[i], others[j]
+
+
+def _once(columns: Sequence[Array]) -> tuple[NDArray[np.void], _Places]:
+    """Runs of so many samples that occur once, as their bytes, and where."""
+    with np.errstate(all="ignore"):
+        rows = (np.column_stack(columns) + 0.0).astype(np.float32)  # -0 is 0
+    runs = np.ascontiguousarray(sliding_window_view(rows, _RUN, axis=0))
+    runs = runs.reshape(len(runs), -1)
+    written = runs.view(f"V{runs[0].nbytes}")[:, 0]
+    found, places, counts = np.unique(written, return_index=True, return_counts=True)
+    return found[counts == 1], places[counts == 1]
+
+
+def _stretch(
+    columns: Sequence[tuple[Array, Array]], places: _Places, distance: int
+) -> tuple[int, int]:
     """First sample of the one record that both have, and the one after the last; (0, 0) if none.
 
     What two runs of one motion have alike by chance has other samples between.
     """
-    a, b = max(0, -places.distance), max(0, places.distance)
+    a, b = max(0, -distance), max(0, distance)
     n = min(len(columns[0][0]) - a, len(columns[0][1]) - b)
     same = np.ones(n, dtype=bool)
     for x, y in columns:
         size = float(np.max(np.abs(x)))
         same &= np.abs(x[a : a + n] - y[b : b + n]) <= _MAX_WRITTEN_APART * size
-    if np.mean(same[places.first - a : places.last - a]) < MIN_COMMON_SAMPLES.value:
+    first, last = int(places.min()) - a, int(places.max()) - a + _RUN
+    if np.mean(same[first:last]) < MIN_COMMON_SAMPLES.value:
         return 0, 0
-    before = np.flatnonzero(~same[: places.first - a])
-    after = np.flatnonzero(~same[places.last - a :])
-    start = a + int(before[-1]) + 1 if before.size else a
-    stop = places.last + int(after[0]) if after.size else a + n
-    return start, stop
-
-
-def _words(columns: Sequence[Array]) -> _Words:
-    """A number for each run of so many samples: equal for equal runs, and else by rare chance."""
-    letters = np.zeros(len(columns[0]), dtype=np.uint64)
-    for column in columns:
-        with np.errstate(all="ignore"):
-            written = np.asarray(column + 0.0, dtype=np.float32)  # -0 is 0
-        letters = _mixed(letters + written.view(np.uint32))
-    count = max(len(letters) - _WORD + 1, 0)
-    words = np.zeros(count, dtype=np.uint64)
-    for i in range(_WORD):
-        words = _mixed(words + letters[i : i + count])
-    return words
-
-
-def _mixed(numbers: _Words) -> _Words:
-    product = (numbers + np.uint64(1)) * _MIX
-    return np.asarray(product ^ (product >> _SHIFT), dtype=np.uint64)
-
-
-@dataclass(frozen=True, slots=True)
-class _Places:
-    """Words that are as far apart: places in the other record less those in the one, and theirs."""
-
-    distance: int
-    first: int
-    last: int  # one after the last word's last sample
-
-
-def _places(one: _Words, other: _Words) -> list[_Places]:
-    """Where enough words of the two records are equally far apart."""
-    (first, of_one), (second, of_other) = _once(one), _once(other)
-    _, i, j = np.intersect1d(first, second, assume_unique=True, return_indices=True)
-    at, apart = of_one[i], of_other[j] - of_one[i]
-    distances, counts = np.unique(apart, return_counts=True)
-    found = []
-    for distance in distances[counts >= _MIN_COMMON_WORDS]:
-        there = at[apart == distance]
-        found.append(_Places(int(distance), int(there.min()), int(there.max()) + _WORD))
-    return found
-
-
-def _once(words: _Words) -> tuple[_Words, NDArray[np.intp]]:
-    """Words that occur once, and where."""
-    found, places, counts = np.unique(words, return_index=True, return_counts=True)
-    return found[counts == 1], places[counts == 1]
+    before, after = np.flatnonzero(~same[:first]), np.flatnonzero(~same[last:])
+    start = int(before[-1]) + 1 if before.size else 0
+    return a + start, a + last + int(after[0]) if after.size else a + n
 
 
 def _told(found: Sequence[Overlap], names: Sequence[str]) -> str:

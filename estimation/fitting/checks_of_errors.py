@@ -9,7 +9,6 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.diagnostics import (
-    Extended,
     OwnColumns,
     alike_check,
     joined,
@@ -219,7 +218,7 @@ def records_alike_check(of: Judged) -> Check | Missing | None:
             )
         )
 
-    def extended(_: Array, columns: Array) -> Extended:
+    def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
         return scores.extended(columns, by_windows=of.horizon is not None)
 
     alike = records_alike(scores.jacobian, records, extended, of.levels)

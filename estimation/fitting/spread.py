@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from axisid.estimation.diagnostics import Extended
 from axisid.estimation.predictions import Predictions, record_rows, whole_lanes
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Found, Unknowns, Weighing
@@ -157,8 +156,8 @@ class Scores:
             found.append(told / white if told > 0 and white > 0 else 1.0)
         return np.array(found)
 
-    def extended(self, columns: Array, *, by_windows: bool) -> Extended:
-        """The fit with further columns (n, q) of weighted errors, to first order."""
+    def extended(self, columns: Array, *, by_windows: bool) -> tuple[Array, Array, Array]:
+        """What further columns (n, q) of weighted errors change, to first order; see `Solved`."""
         known, k = self.known, self.jacobian.shape[1]
         wide = replace(
             self,
@@ -169,7 +168,7 @@ class Scores:
         left = self.errors + self.curvature * (wide.jacobian @ change)
         wide = replace(wide, errors=left)
         found = wide.by_windows() if by_windows else wide.coloured(wide.autoregressions)
-        return Extended(change=change, covariance=found.matrix, freedom=found.freedom)
+        return change, found.matrix, found.freedom
 
     @property
     def _of_known(self) -> Array:

@@ -34,8 +34,6 @@ class Repeats:
         Samples since that move began.
     period : int or None
         Samples after which all of it repeats; None where moves repeat in another order.
-    first, last : int
-        Samples between which everything that repeats is.
     times : int
         How often the move that repeats most often does.
     """
@@ -43,8 +41,6 @@ class Repeats:
     move: Index
     offset: Index
     period: int | None
-    first: int
-    last: int
     times: int
 
 
@@ -145,8 +141,6 @@ def _described(
         move=move,
         offset=offset,
         period=_period(stretch, lags, tolerance),
-        first=int(used[0]),
-        last=int(used[-1]),
         times=max(map(len, repeated)),
     )
 

@@ -27,14 +27,13 @@ class Motion:
         Of the records, from 0.
     time : array
         s, from the record's first sample.
-    position, velocity, control : array
+    velocity, control : array
     windows : int
-        Of one length, that it is of one after the other; position and velocity jump between them.
+        Of one length, that it is of one after the other; the velocity jumps between them.
     """
 
     record: int
     time: Array
-    position: Array
     velocity: Array
     control: Array
     windows: int = 1
@@ -42,17 +41,16 @@ class Motion:
 
 def motion_of(stretch: Stretch, own: Array, time: Array, substeps: int | None) -> Motion | None:
     """The motion of a stretch with parameters (p,); None where it cannot be simulated."""
-    wanted = ("position", "velocity", "control")
+    wanted = ("velocity", "control")
     loop = simulate_lanes(
         stretch.axis, own[None, :], stretch.inputs, substeps=substeps, wanted=wanted
     )
     if loop.failures or stretch.inputs.clocks is not None:
         return None
-    position, velocity, control = (loop[name][:, 0] for name in wanted)
+    velocity, control = (loop[name][:, 0] for name in wanted)
     return Motion(
         record=stretch.record,
         time=time,
-        position=position,
         velocity=velocity,
         control=control,
     )

@@ -128,24 +128,21 @@ class _Windows:
 
     def motion(self, own: Array, states: Array, substeps: int | None) -> Motion | None:
         """Of parameters (p,), window after window; None where one cannot be simulated."""
-        wanted = ["position", "velocity"]
         batch = simulate_lanes(
             self.axis,
             np.tile(own, (self.count, 1)),
             self.inputs(states, 1),
             substeps=substeps,
-            wanted=wanted,
+            wanted=["velocity"],
         )
         if batch.failures:
             return None
-        position, velocity = (batch[name].T.ravel() for name in wanted)
         return Motion(
             record=self.record,
             time=np.asarray(
                 self.period * (self.first + np.arange(self.position.size)), dtype=float
             ),
-            position=position,
-            velocity=velocity,
+            velocity=batch["velocity"].T.ravel(),
             control=self.control.T.ravel(),
             windows=self.count,
         )
@@ -206,7 +203,6 @@ class WindowPredictions:
         The friction of an axis remembers.
     """
 
-    signal = "position"
     step = 0.0
 
     def __init__(

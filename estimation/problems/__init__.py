@@ -4,9 +4,6 @@ In: an axis, its records under their filters. Out: `Problem`, with rows, loops, 
 Knows nothing of methods and of what becomes of an estimate.
 """
 
-from .control_steps import ControlSteps as ControlSteps
-from .even_times import evenly as evenly
-from .even_times import jitter_of as jitter_of
 from .held import Held as Held
 from .noise_free import NoiseFree as NoiseFree
 from .noise_free import noise_free as noise_free

@@ -3,7 +3,9 @@
 In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 """
 
+from .between import Between as Between
 from .between import advised_between as advised_between
+from .between import at_times as at_times
 from .between import samples_apart as samples_apart
 from .reading import read_record as read_record
 from .record import Record as Record

@@ -13,7 +13,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices.methods import is_output_error
 from axisid.estimation.diagnostics import overlaps
 from axisid.estimation.diagnostics.law import check_law
-from axisid.estimation.identification import Identification, OfRecord
+from axisid.estimation.identification import Identification, OfRecord, RecordInfo
 from axisid.estimation.methods import METHODS, Instruments, bound_record
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record, clock_of, other_period
@@ -27,7 +27,6 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
 from axisid.support.remedy import Note, Remedy, Setting
@@ -69,26 +68,6 @@ class FrozenEstimate(Protocol):
         """On its own record."""
 
 
-class OwnRecord(Protocol):
-    """What is asked of the record that an estimate was made from."""
-
-    @property
-    def provenance(self) -> Provenance:
-        """Where it comes from."""
-
-    @property
-    def period(self) -> float:
-        """Sampling period, s."""
-
-    @property
-    def digest(self) -> str:
-        """Of the samples."""
-
-    @property
-    def windows(self) -> tuple[tuple[float, float], ...]:
-        """First and last time, s, of each part of a log that it is; empty for the whole."""
-
-
 class FrozenResult(Protocol):
     """An identification: a live one, or what a file holds of one."""
 
@@ -105,7 +84,7 @@ class FrozenResult(Protocol):
         """The filter as it was applied."""
 
     @property
-    def record(self) -> OwnRecord:
+    def record(self) -> RecordInfo:
         """The record that it was identified from."""
 
     @property
@@ -187,12 +166,12 @@ def _own_parameters(result: FrozenResult) -> Note | None:
     )
 
 
-def _own_records(result: FrozenResult) -> Sequence[OwnRecord]:
+def _own_records(result: FrozenResult) -> Sequence[RecordInfo]:
     """The records that a result was made from."""
     return [of_one.record for of_one in result.of_records] or [result.record]
 
 
-def _known_share(own: Sequence[OwnRecord], record: Record) -> float:
+def _known_share(own: Sequence[RecordInfo], record: Record) -> float:
     """Part of a record's samples that are among those of others: by what they are, or their file.
 
     A file has no samples of the records that a result was made from; of them the whole is known by

@@ -29,7 +29,6 @@ def simulated_lanes(
     physical: Array,
     lanes: RecordLanes,
     start: LoopStart,
-    position_noise: Array | None = None,
 ) -> tuple[dict[str, Array], NDArray[np.bool_]]:
     """Signals by name, (N, B) each, of loops with parameters (B, p), and which of them went well.
 
@@ -46,7 +45,7 @@ def simulated_lanes(
     if library is None or not (
         has_constant_substeps(axis) and alike and counts[0] <= most_substeps(len(lanes.reference))
     ):
-        signals, fine = _apart(axis, physical, lanes, start, position_noise)
+        signals, fine = _apart(axis, physical, lanes, start)
         return signals, well & fine
     reach = float(np.ptp(lanes.reference))
     away = np.abs(start.position - lanes.reference[0])
@@ -59,7 +58,7 @@ def simulated_lanes(
     shape = (len(lanes.reference), len(physical))
     status, _, signals = library.simulate_batch(
         lanes.reference,
-        position_noise,
+        None,
         None,
         np.ascontiguousarray(physical),
         replace(start, position=np.ascontiguousarray(start.position)),
@@ -82,7 +81,6 @@ def _apart(
     physical: Array,
     lanes: RecordLanes,
     start: LoopStart,
-    position_noise: Array | None,
 ) -> tuple[dict[str, Array], NDArray[np.bool_]]:
     """The same where lanes take steps of their own, or fail before they begin."""
     batch = simulate_batch(
@@ -92,7 +90,6 @@ def _apart(
         lanes.period,
         start=start.position,
         start_velocity=start.velocity,
-        position_noise=position_noise,
         wanted=_WANTED,
         threads=1,
     )

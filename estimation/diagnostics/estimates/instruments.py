@@ -18,10 +18,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 
-NO_ENDOGENEITY = Missing("it needs idm-iv, with instruments unlike the regressor")
-
 _NOTHING = 1e-9  # of the column
-_NOTHING_LEFT = 1e-6  # of its residual
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -78,18 +78,12 @@ class LawCheck:
         The same with the factors: what no gain explains. None without factors.
     delay : int
         Samples by which the recorded control follows the declared law best.
-    constant : float or None
-        What the recorded control is more than the law in the mean, in the drive's unit; None for a
-        record of another period than the law's.
     passed : bool
         Whether instruments simulated with this law can be believed.
     meaning : str
         One sentence for the user, up to the remedy where there is one.
     remedy : Remedy or None
         How it goes on, where something can be set about it.
-    as_recorded_percent : float or None
-        What the samples of the record leave, where these are uneven and the rest is of what the
-        law read in their place.
     deviations : mapping of str to float
         HAC ones of the factors; empty where they are not known.
     found_apart : bool
@@ -100,11 +94,9 @@ class LawCheck:
     residual_percent: float | None
     fitted_residual_percent: float | None
     delay: int
-    constant: float | None
     passed: bool
     meaning: str
     remedy: Remedy | None = None
-    as_recorded_percent: float | None = None
     deviations: Mapping[str, float] = field(default_factory=dict)
     found_apart: bool = False
 
@@ -195,7 +187,6 @@ def _with_reading(law: LawCheck, found: LawCheck, reading: LawReading) -> LawChe
         law,
         meaning=f"{law.meaning}, {reading.said}; {as_it_is}" + ": " * (reading.remedy is not None),
         remedy=reading.remedy,
-        as_recorded_percent=found.residual_percent,
     )
 
 
@@ -292,7 +283,6 @@ def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> La
         residual_percent=declared,
         fitted_residual_percent=fitted,
         delay=shift,
-        constant=float(np.mean(left)),
         passed=passed,
         meaning=_reproduced(declared, left_open)
         if passed
@@ -326,7 +316,6 @@ def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
         residual_percent=declared,
         fitted_residual_percent=declared,
         delay=shift,
-        constant=float(np.mean(left)),
         passed=declared < MAX_LAW_RESIDUAL.value and shift == 0 and not off and not lean,
         meaning=_reproduced(declared, left_open),
     )
@@ -462,7 +451,6 @@ def _other_clock(note: Note) -> LawCheck:
         residual_percent=None,
         fitted_residual_percent=None,
         delay=0,
-        constant=None,
         passed=False,
         meaning=note.text,
         remedy=note.remedy,

@@ -6,15 +6,14 @@ A record that was resampled has the rows of neither, since its control, which a 
 its noise are drawn between the samples.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import control_along, law_ticks, position_noise, start_of_law
-from axisid.estimation.problems import evenly, jitter_of
-from axisid.estimation.records import Record
+from axisid.estimation.records import Between, Record, at_times
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.remedy import Remedy, Setting
@@ -41,8 +40,9 @@ class LawReading:
 
 def is_uneven(record: Record) -> bool:
     """Whether the samples of a record, or of the one that it was resampled from, are off at all."""
+    whole = record.longest()
     return record.sampled is not None or bool(
-        np.max(np.abs(jitter_of(record))) > _MIN_UNEVEN * record.period
+        np.max(np.abs(whole.time - _even_times(whole))) > _MIN_UNEVEN * record.period
     )
 
 
@@ -53,8 +53,8 @@ def other_readings(record: Record) -> Iterator[LawReading]:
         yield LawReading("in the rows as they were sampled", raw.longest(), _STAMPS)
     raw = raw.longest()
     at = "at even times by the stamps"
-    yield LawReading(at, evenly(raw, ["position"]))
-    yield LawReading(at, evenly(raw, ["position", "reference", "injected"]))
+    yield LawReading(at, _evenly(raw, ["position"]))
+    yield LawReading(at, _evenly(raw, ["position", "reference", "injected"]))
 
 
 def open_for_jitter(axis: GeneratedAxis, record: Record, off: float) -> float | None:
@@ -71,7 +71,7 @@ def open_for_jitter(axis: GeneratedAxis, record: Record, off: float) -> float | 
         Percent of the control that the law leaves, of the reading that fits best.
     """
     raw = (record if record.sampled is None else record.sampled).longest()
-    even = evenly(raw, ["position"])
+    even = _evenly(raw, ["position"])
     as_read, between = (_control(axis, each, each.position) for each in (raw, even))
     if relative_error_percent(as_read - between, np.asarray(raw.control)) < MAX_LAW_RESIDUAL.value:
         return None
@@ -86,3 +86,24 @@ def _control(axis: GeneratedAxis, record: Record, position: Array) -> Array:
     whole = (0, len(record))
     ticks = law_ticks(axis, replace(record, position=position), whole)
     return control_along(axis, ticks, start_of_law(axis, record, whole, ticks))
+
+
+def _even_times(record: Record) -> Array:
+    """The even times that fit those of a record without gaps best, (N,), s."""
+    count, first = np.arange(len(record), dtype=float), record.time[0]
+    line = np.polyfit(count, record.time - first, 1)
+    return np.asarray(np.polyval(line, count) + first, dtype=float)
+
+
+def _evenly(record: Record, roles: Sequence[str]) -> Record:
+    """A record without gaps with columns at the even times that fit its own best.
+
+    As `--resample` does, position and reference go by cubic splines, and so does what was added to
+    the reference; a signal that was added to the control by straight lines.
+    """
+    times, columns = _even_times(record), {**record.channels()}
+    for role in columns.keys() & {*roles}:
+        straight = role == "injected" and record.injected_at != "reference"
+        how: Between = "linear" if straight else "spline"
+        columns[role] = at_times(times, record.time, columns[role], how)
+    return record.with_channels(columns)

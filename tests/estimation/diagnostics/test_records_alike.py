@@ -12,7 +12,6 @@ from axisid.estimation.checks.check import Check
 from axisid.estimation.diagnostics.joined import joined
 from axisid.estimation.diagnostics.records_alike import (
     Alike,
-    Extended,
     OwnColumns,
     alike_check,
     records_alike,
@@ -186,7 +185,7 @@ def _asked(
         for first in range(0, len(J), 400)
     ]
 
-    def extended(_: Array, columns: Array) -> Extended:
+    def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
         return scores.extended(columns, by_windows=by_windows)
 
     return records_alike(J, records, extended, levels)

@@ -18,7 +18,6 @@ def _law(kp: float) -> LawCheck:
         residual_percent=1.0,
         fitted_residual_percent=0.1,
         delay=0,
-        constant=0.0,
         passed=False,
         meaning="",
     )

@@ -55,7 +55,8 @@ def of_plant(kind: str) -> Record:
 def found(record: Record, methods: Sequence[str] = ("idm-ls", "idm-iv")) -> tuple[Lack, ...]:
     """What is found lacking, with least squares alone where the record has no loop."""
     without_loop = record.reference is None
-    result = identify(AXIS, record, methods=["idm-ls"] if without_loop else methods)
+    axis = replace(AXIS, control=None) if without_loop else AXIS
+    result = identify(axis, record, methods=["idm-ls"] if without_loop else methods)
     lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
     assert not isinstance(lacks, Missing)
     return lacks

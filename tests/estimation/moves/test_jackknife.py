@@ -5,8 +5,7 @@ import pytest
 
 from axisid import Identification, build, identify, leave_out, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.moves import model_bands
-from axisid.estimation.moves.jackknife import groupings
+from axisid.estimation.moves.jackknife import bands_of, groupings
 
 
 @pytest.fixture(scope="module")
@@ -24,14 +23,14 @@ def test_estimates_without_a_group_are_those_of_the_other_rows(result: Identific
         ]
         scatter = np.sum((np.array(others) - estimate.theta) ** 2, axis=0)
         expected = np.sqrt((len(names) - 1) / len(names) * scatter)
-        bands = model_bands({"idm-ls": estimate}, result.data, ways=[(by, labels)])["idm-ls"]
+        bands = bands_of(estimate, [(by, labels)])
         assert [b.deviation for b in bands.values()] == pytest.approx(list(expected), rel=1e-6)
         assert all(b.groups == len(names) and b.by == by for b in bands.values())
 
 
 def test_the_widest_band_is_told(result: Identification) -> None:
     ways = [*groupings(result.data, result["idm-ls"].rows.astype(np.intp))]
-    each = [model_bands(result.estimates, result.data, ways=[way])["idm-ls"] for way in ways]
+    each = [bands_of(result["idm-ls"], [way]) for way in ways]
     told = result.diagnosis.bands["idm-ls"]
     for name, band in told.items():
         widths = [bands[name].interval[1] - bands[name].interval[0] for bands in each if bands]
@@ -47,7 +46,7 @@ def test_a_direct_model_by_instruments_has_the_same_bands(emps: GeneratedAxis) -
 
 def test_two_groups_tell_nothing(result: Identification) -> None:
     labels = np.arange(len(result["idm-ls"].y)) % 2
-    assert model_bands(result.estimates, result.data, ways=[("halves", labels)])["idm-ls"] == {}
+    assert bands_of(result["idm-ls"], [("halves", labels)]) == {}
 
 
 def test_a_group_that_alone_tells_a_parameter_forms_none(result: Identification) -> None:
@@ -56,8 +55,7 @@ def test_a_group_that_alone_tells_a_parameter_forms_none(result: Identification)
     acceleration = np.abs(estimate.X[:, 0])
     telling[acceleration < 0.02 * acceleration.max()] = 1
     telling[1::2] += 2 * (telling[1::2] > 0)
-    bands = model_bands(result.estimates, result.data, ways=[("acceleration", telling)])
-    assert bands["idm-ls"] == {}
+    assert bands_of(estimate, [("acceleration", telling)]) == {}
 
 
 @pytest.mark.slow

@@ -13,7 +13,6 @@ def _motion(record: int, period: float, count: int = 200) -> Motion:
     return Motion(
         record=record,
         time=time,
-        position=np.sin(9 * time),
         velocity=9 * np.cos(9 * time),
         control=np.sin(20 * time),
     )

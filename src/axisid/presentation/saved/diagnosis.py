@@ -120,7 +120,6 @@ def _law(written: WrittenLawCheck) -> LawCheck | Missing:
         residual_percent=None if residual is UNSET else residual,
         fitted_residual_percent=None if fitted is UNSET else fitted,
         delay=written.delay or 0,
-        constant=None,  # the verdict's own, which no document has
         passed=written.passed,
         meaning=written.meaning,
     )
@@ -179,12 +178,11 @@ def _array(values: Sequence[float | None]) -> Array:
 
 
 def read_apart(written: WrittenApart | None) -> Apart | Missing:
-    """A record alone beside the others; without the units, which the estimates have."""
+    """A record alone beside the others."""
     if written is None:
         return Missing("the record alone does not tell the parameters")
     return Apart(
         names=tuple(written.own),
-        units=("",) * len(written.own),
         own=_numbers(written.own),
         others=_numbers(written.common),
         deviations=_numbers(written.deviations),

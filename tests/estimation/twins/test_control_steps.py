@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Identification, Record, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.problems import ControlSteps
+from axisid.estimation.twins.measured_chain import control_step
 from axisid.support.arrays import Array
 
 
@@ -54,5 +54,5 @@ def test_noise_that_averages_the_steps_adds_nothing(emps2015: GeneratedAxis, twi
 
 def test_a_relay_has_no_steps_that_round_anything(quiet: Record) -> None:
     control = np.asarray(quiet.control)
-    assert not ControlSteps.of(replace(quiet, control=np.sign(control))).size
-    assert ControlSteps.of(_rounded(quiet, 6)).size == pytest.approx(np.ptp(control) / 64)
+    assert not control_step(replace(quiet, control=np.sign(control)))
+    assert control_step(_rounded(quiet, 6)) == pytest.approx(np.ptp(control) / 64)
