@@ -33,7 +33,6 @@ from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
-
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
 _LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
