@@ -139,8 +139,10 @@ class SavedFitValidation(Checked, Presentable):
     document : WrittenFitValidation
         What the file holds.
     record : SavedRecord
-    output, unit, horizon, error, percent, checks
-        As of a `FitValidation`.
+
+    Notes
+    -----
+    What else there is, is as of a `FitValidation`.
     """
 
     file: str
