@@ -134,7 +134,7 @@ def _delay(case: Case) -> Lack | Missing | None:
     """The delay that the model lacks, which twins tell from noise."""
     if isinstance(case.lacking, Missing):
         return case.lacking
-    if not case.preferred.inference.chains:
+    if isinstance(case.scores, Missing) or not case.scores.twins:
         return Missing("there are no twins")
     return next((lack for lack in case.lacking if lack.kind == "delay"), None)
 

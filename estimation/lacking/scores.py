@@ -306,14 +306,14 @@ def scores_of(
         Whether the simulated loop gives the instruments without a chain too, from which no twins
         are made then.
     """
-    form = InverseForm(data.axis).at(physical)
-    if chain is None and not by_loop:
-        return _scores(data, data, form, physical, free, [])
     if follows_noise(data):
         return Missing(
             "the control law reads a velocity that is in no record, without which noise of the "
             "position is in the loop that follows it: record the reference"
         )
+    form = InverseForm(data.axis).at(physical)
+    if chain is None and not by_loop:
+        return _scores(data, data, form, physical, free, [])
     loops = recorded_loops(data, physical)
     quiet = noise_free_record(data, loops)
     data = _where_both_move(data, quiet)

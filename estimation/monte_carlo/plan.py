@@ -41,7 +41,7 @@ class MonteCarloPlan:
         How many runs are judged, from the first on.
     settings : mapping of str to object
         What else `identify` takes: ``covariance``, ``lags``, ``start``, ``loss``, which are nothing
-        to fits, and ``level`` and ``least_share``.
+        to fits.
     bootstrap : int
         How many twins tell the bias and HAC deviations of an estimate; 0 for none.
     levels : Levels

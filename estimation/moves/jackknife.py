@@ -151,7 +151,10 @@ def _bands(estimate: Estimate, labels: Index, by: str, *, noisy: bool) -> list[B
         white = np.sum((scores @ every.T) ** 2, axis=0)
         expected = np.maximum(variances, white) * np.maximum(shrunk * excess.sum(axis=0), 1.0)
         told = np.maximum(excess.sum(axis=0) ** 2 / np.sum(excess**2, axis=0) - 1, 1.0)
-        chance = fdtrc(told, freedom, deviations**2 / expected)
+        left = np.where(white > variances, len(scores) - scores.shape[1], freedom)
+        square = deviations**2
+        ratio = np.divide(square, expected, out=np.zeros_like(square), where=expected > 0)
+        chance = fdtrc(told, left, ratio)
         exceeds &= (chance < _MAX_BAND_CHANCE) | ~(variances > 0)
     return [
         Band(deviation=float(d), interval=(c - r, c + r), groups=count, by=by, exceeds=bool(e))

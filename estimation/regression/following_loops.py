@@ -165,8 +165,8 @@ def follows_noise(data: FilteredRecord) -> bool:
     which the law's own had not.
     """
     law, record = data.axis.axis.control, data.record
-    measured = record.reference is not None or record.velocity is not None
-    return law is not None and law.takes_velocity and not measured
+    is_known = record.reference is not None or record.velocity is not None
+    return law is not None and law.takes_velocity and not is_known
 
 
 def is_measured_by_law(data: FilteredRecord) -> bool:

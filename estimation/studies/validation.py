@@ -17,6 +17,7 @@ from axisid.support.user_values import quoted
 
 from .reestimate import MAX_REESTIMATE_SHARE, Reestimate
 
+_REPEATED = "repeated records"
 _MAX_VALIDATION_ERROR_RATIO = 2.0  # equation error on another record by that on the own one
 MAX_VALIDATION_ERROR = 10.0  # %, up to which an estimate holds whatever the other error is
 # % of the tracking error: measured, at most 0.7 on right records, 5.4 with a coarse encoder that
@@ -197,13 +198,17 @@ class Validation(Checked, Presentable, Exact):
 
     @property
     def check(self) -> Check:
-        """All of them as one, of the result that is held against the record."""
-        failed = [check.line for check in self.checks if check.status == "fail"]
-        source = self.record.provenance.source
-        said = f"the estimates do not hold on {source}, see there: {', '.join(failed)}"
-        return Check.unless(
-            "validation", said if failed else None, f"the estimates hold on {source}"
-        )
+        """All of them as one, of the result that is held against the record.
+
+        That samples are known says nothing against the estimates.
+        """
+        failed = [check for check in self.checks if check.status == "fail"]
+        against = [check.line for check in failed if check.name != _REPEATED]
+        said = f"the estimates do not hold on it, see there: {', '.join(against)}"
+        found = Check.unless("validation", said if against else None, self._held().text)
+        if failed and not against:
+            return replace(found, status="note", meaning=str(failed[0].note))
+        return found
 
     def _checks(self) -> Iterator[Check]:
         known, most = self.known_share, _MAX_KNOWN_SHARE
@@ -215,14 +220,14 @@ class Validation(Checked, Presentable, Exact):
                 "this is the record that the estimates were made from, so it says nothing new; "
                 "validate on another one"
             )
-            yield Check.unless("repeated records", said, "", known, most)
+            yield Check.unless(_REPEATED, said, "", known, most)
             return
         if known > most:
             said = Note(
                 f"{100 * known:.0f} % of its samples are among those that the "
                 "estimates were made from, which say nothing new; validate on the others"
             )
-            yield Check.unless("repeated records", said, "", known, most)
+            yield Check.unless(_REPEATED, said, "", known, most)
         yield checked_law(self.law, "does not hold: the loop of this record is another one: ")
         yield self._force()
         yield self._parameters()

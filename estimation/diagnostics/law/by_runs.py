@@ -130,14 +130,18 @@ class GainsBeside:
         """The same without a rounding that the record refutes.
 
         A reference that its maker computes in whole steps looks like one that the log rounded, and
-        the law reads the steps of an encoder as they are. By any gains it would else leave of the
-        control what such steps do, which jumps from sample to sample as no other fault does.
+        the law reads the steps of an encoder as they are. Such steps would leave of the control, by
+        any gains, what they do, which jumps from sample to sample as no other fault does.
         """
         best = self._changed(tuple(range(len(self.along.law.gains)))).point
-        sizes = [np.linalg.norm(np.diff(each)) for each in self.left_open(best)]
-        jumps = min(np.linalg.norm(np.diff(self.left(point))) for point in (self.point, best))
-        refuted = jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value
+        refuted = any(self._refutes_rounding(point) for point in (self.point, best))
         return replace(self, rounded=()) if refuted else self
+
+    def _refutes_rounding(self, point: LawPoint) -> bool:
+        """Whether less jumps from sample to sample than such steps would make."""
+        sizes = [np.linalg.norm(np.diff(each)) for each in self.left_open(point)]
+        jumps = np.linalg.norm(np.diff(self.left(point)))
+        return bool(jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value)
 
     def left_open(self, point: LawPoint) -> list[Array]:
         """By how much the output may differ for that, drawn at random, (n,) each."""

@@ -8,13 +8,19 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds import (
+    MAX_LAW_RESIDUAL,
+    MAX_SCALE_ERROR,
+    MIN_DISTANCE_FROM_NOISE,
+    MIN_SAMPLES_PER_FACTOR,
+)
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.laws import velocity_variants
+from axisid.support.errors import ModelError
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .position_zero import position_zero, zero_note
-from .terms import compared_as, compared_with_law, law_error_percent
+from .terms import at_limit, compared_with_law, law_error_percent
 
 # of a factor of a law that does not fit from a round one; beyond, it is off
 MAX_FACTOR_ERROR = 0.05
@@ -256,9 +262,8 @@ def repair_of(
     for said, changed in _changed_columns(record, law):
         if law_error_percent(axis, law, changed, settle) < good:
             return Note(f"it is with {said}")
-    for made in (_limited, _fed_forward, _moved_column):
-        if note := made(axis, law, record, settle, good):
-            return note
+    if moved := _moved_column(axis, law, record, settle, good):
+        return moved
     zero = position_zero(axis, law, record, settle)
     if zero is not None and zero.error_percent < good:
         return zero_note(axis, record, zero)
@@ -269,11 +274,14 @@ def repair_of(
         for name, variant in velocity_variants(law).items()
     }
     best = min(offs, key=lambda name: offs[name], default="")
-    if not best or offs[best] >= good:
-        return None
-    return Note(
-        f"it is that of the law {best} with the same gains ({off_text(offs[best])}), which forms "
-        "the velocity in another way: declare that"
+    if best and offs[best] < good:
+        return Note(
+            f"it is that of the law {best} with the same gains ({off_text(offs[best])}), which "
+            "forms the velocity in another way: declare that"
+        )
+    # What has numbers of its own explains what a moved column does, nearly.
+    return _limited(axis, law, record, settle, good) or _fed_forward(
+        axis, law, record, settle, good
     )
 
 
@@ -283,12 +291,21 @@ def _limited(
     """The drive at a limit that it does not declare, the largest control, where the law fits so."""
     drive, size = axis.axis.drive, np.abs(np.asarray(record.control))
     limit = float(size.max())
-    limited = build(replace(axis.axis, drive=replace(drive, limit=limit)), native=False)
-    if law_error_percent(limited, law, record, settle) >= good:
+    if drive.logs_what_acts or limit >= drive.limit:
+        return None
+    try:
+        declared = replace(axis.axis, drive=replace(drive, limit=limit))
+    except ModelError:  # no dead band and no step is as large as the limit
+        return None
+    limited = build(declared, native=False)
+    control, terms, _ = compared_with_law(limited, law, record, settle)
+    cut = int(at_limit(control, terms, limit).sum())
+    few = cut < MIN_SAMPLES_PER_FACTOR.value
+    if few or law_error_percent(limited, law, record, settle) >= good:
         return None
     return Note(
-        f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in "
-        f"{int(np.sum(size == limit))} samples: declare that limit"
+        f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {cut} samples: "
+        "declare that limit"
     )
 
 
@@ -301,11 +318,12 @@ def _fed_forward(
     speed = np.gradient(np.asarray(record.reference), record.period)
     columns = np.column_stack([speed, np.gradient(speed, record.period)])
     control, terms, used = compared_with_law(axis, law, record, settle)
-    smooth = compared_as(law, record)
-    seen = np.column_stack([*map(smooth, columns.T)])[used]
-    by = np.linalg.lstsq(seen, (control - terms.sum(axis=1))[used], rcond=None)[0]
-    added = replace(record, injected=columns @ by, injected_at="control")
-    if law_error_percent(axis, law, added, settle) >= good:
+    added = (replace(record, injected=each, injected_at="control") for each in columns.T)
+    seen = [compared_with_law(axis, law, each, settle)[1][:, -1] for each in added]
+    left = control - terms.sum(axis=1)
+    by = np.linalg.lstsq(np.column_stack(seen)[used], left[used], rcond=None)[0]
+    fed = replace(record, injected=columns @ by, injected_at="control")
+    if law_error_percent(axis, law, fed, settle) >= good:
         return None
     q, sizes = axis.axis.coordinate, np.abs(by) * np.linalg.norm(columns, axis=0)
     parts = [

@@ -45,13 +45,13 @@ def compared_with_law(
     terms = terms_along(axis, ticks, memory)
     terms = np.hstack([terms, _added(axis, record, law, ticks)])
     if not law.takes_velocity:
-        return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
+        return control, terms, ~(limited | at_limit(control, terms, axis.axis.drive.limit))
     smooth = compared_as(law, record)
     if np.all(np.isfinite(terms)):
         control, *columns = map(smooth, (control, *terms.T))
         terms = np.column_stack(columns)
     limited[-settle:] = True
-    limited |= _cut(control, terms, axis.axis.drive.limit)
+    limited |= at_limit(control, terms, axis.axis.drive.limit)
     # The low-pass spreads a limited sample over its neighbours.
     return control, terms, ~maximum_filter1d(limited, settle)
 
@@ -82,7 +82,7 @@ def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record, sett
     return relative_error_percent((control - terms.sum(axis=1))[used], control[used])
 
 
-def _cut(control: Array, terms: Array, limit: float) -> NDArray[np.bool_]:
+def at_limit(control: Array, terms: Array, limit: float) -> NDArray[np.bool_]:
     """Where the law asks for more than the limit, and gets it but for a converter's noise, (N,)."""
     wanted = terms.sum(axis=1)
     there = np.abs(control) >= (1 - MAX_LIMIT_EXCESS.value) * limit

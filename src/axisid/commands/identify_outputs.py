@@ -26,6 +26,7 @@ def put_identification(
     like: int | None = None,
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
+    from axisid.estimation.diagnostics import joined
     from axisid.estimation.studies import validate
     from axisid.presentation.text import missing_notes
     from axisid.presentation.views import as_blocks
@@ -34,7 +35,9 @@ def put_identification(
 
     with ProgressLine("judging the estimates"):
         validations = [validate(result, other, like=like) for other in others]
-        result = replace(result, further=tuple(each.check for each in validations))
+        names = [each.record.provenance.source for each in validations]
+        check = joined([each.check for each in validations], names)
+        result = replace(result, further=() if check is None else (check,))
         written = None if json_file is None else result.to_dict(draws)
         document = (
             ()

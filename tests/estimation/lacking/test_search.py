@@ -63,6 +63,21 @@ def found(record: Record, methods: Sequence[str] = ("idm-ls", "idm-iv")) -> tupl
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("bootstrap", [0, 32])
+def test_a_loop_that_follows_by_a_velocity_of_no_record_is_not_searched(bootstrap: int) -> None:
+    twin = twin_record(AXIS, seed=1)
+    record = Record(time=twin.time, position=twin.position, control=twin.control)
+    result = identify(AXIS, record, methods=["idm-ls"], bootstrap=bootstrap)
+    checks = {check.name: check for check in result.verdict}
+    assert checks["missing terms"].status == checks["alignment"].status == "not evaluated"
+    assert "a velocity that is in no record" in checks["missing terms"].meaning
+    assert result.belief == "believed"
+    if bootstrap:
+        low, high = result.preferred.parameters["M"].interval
+        assert low < 100.2 < high
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ADDED)
 def test_a_term_that_is_missing_is_the_first_that_is_found(kind: str) -> None:
     first, _, values, near = (found(of_plant(kind))[0], *ADDED[kind])
