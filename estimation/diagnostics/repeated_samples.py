@@ -132,20 +132,26 @@ def _measured(one: Record, other: Record) -> list[tuple[Array, Array]]:
 
 def _equal_runs(columns: Sequence[tuple[Array, Array]]) -> tuple[_Places, _Places]:
     """Where runs begin that occur once in either record, in the one and in the other."""
-    (one, places), (other, others) = (_once([each[side] for each in columns]) for side in (0, 1))
+    with np.errstate(all="ignore"):
+        every = np.column_stack([np.concatenate(each) for each in columns]) + 0.0  # -0 is 0
+    # Equal rows have one number, so that a run is as short whatever it is of.
+    numbers = np.unique(_bytes(every.astype(np.float32)), return_inverse=True)[1].astype(np.int32)
+    sides = np.split(numbers, [len(columns[0][0])])
+    (one, places), (other, others) = map(_once, sides)
     _, i, j = np.intersect1d(one, other, assume_unique=True, return_indices=True)
     return places[i], others[j]
 
 
-def _once(columns: Sequence[Array]) -> tuple[NDArray[np.void], _Places]:
+def _once(numbers: NDArray[np.int32]) -> tuple[NDArray[np.void], _Places]:
     """Runs of so many samples that occur once, as their bytes, and where."""
-    with np.errstate(all="ignore"):
-        rows = (np.column_stack(columns) + 0.0).astype(np.float32)  # -0 is 0
-    runs = np.ascontiguousarray(sliding_window_view(rows, _RUN, axis=0))
-    runs = runs.reshape(len(runs), -1)
-    written = runs.view(f"V{runs[0].nbytes}")[:, 0]
-    found, places, counts = np.unique(written, return_index=True, return_counts=True)
+    runs = _bytes(np.ascontiguousarray(sliding_window_view(numbers, _RUN)))
+    found, places, counts = np.unique(runs, return_index=True, return_counts=True)
     return found[counts == 1], places[counts == 1]
+
+
+def _bytes(rows: NDArray[np.generic]) -> NDArray[np.void]:
+    """Each row, (n, m), as one value, (n,)."""
+    return rows.view(f"V{rows[0].nbytes}")[:, 0]
 
 
 def _stretch(
