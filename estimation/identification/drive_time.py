@@ -28,6 +28,7 @@ from .result import DriveTime, Identification
 _MAX_TIMING_STEP = 0.05  # deviations, below which a step of a drive's lag or delay has settled
 
 _STEPS = 10
+_ROUNDING = 1e-9  # of a sample
 _BY = "idm-iv"  # the method that a time is found by
 
 #: Identifies an axis by methods; None for all that axis and record allow.
@@ -90,7 +91,8 @@ def searched_time(declared: Axis, record: Record, name: str, run: Identify) -> D
         found = _alignment(declared, result, name)
         step = (found.best - result.data.hold_delay) * record.period
         deviation = found.deviation * record.period
-        if abs(step) < _MAX_TIMING_STEP * deviation or (value == 0 and step <= 0):
+        near = max(_MAX_TIMING_STEP * deviation, _ROUNDING * record.period)
+        if abs(step) < near or (value == 0 and step <= 0):
             break
         value = max(value + step, 0.0)
     else:

@@ -347,17 +347,6 @@ def test_a_limit_that_the_drive_does_not_declare_is_named_with_its_size(name: st
     assert f"at its limit of {most:.6g} {axis.drive.unit}" in found.meaning
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("late", [-2, -1, 1, 2])
-def test_a_reference_that_is_logged_late_is_no_feed_forward(late: int) -> None:
-    axis = load_axis("vertical_screw")
-    twin = twin_record(axis, seed=1)
-    assert twin.reference is not None
-    found = check_law(build(axis), replace(twin, reference=np.roll(twin.reference, late)))
-    assert isinstance(found, LawCheck)
-    assert f"reference {abs(late)} sample" in found.meaning
-
-
 def test_a_spike_of_the_control_is_no_limit() -> None:
     axis = load_axis("vertical_screw")
     twin = twin_record(axis, seed=1)
