@@ -2,6 +2,7 @@ from .batched import identify_lanes as identify_lanes
 from .batched.rows import LaneEstimates as LaneEstimates
 from .batched.rows import RecordLanes as RecordLanes
 from .checks import Check as Check
+from .checks import Levels as Levels
 from .diagnostics import Diagnosis as Diagnosis
 from .diagnostics.estimates import Excitation as Excitation
 from .diagnostics.law import LawCheck as LawCheck
@@ -14,7 +15,6 @@ from .fitting import OutputFit as OutputFit
 from .identification import DriveTime as DriveTime
 from .identification import DriveTiming as DriveTiming
 from .identification import estimate_drive_timing as estimate_drive_timing
-from .lacking import Levels as Levels
 from .law_search import ExplainedLaw as ExplainedLaw
 from .law_search import LawSearch as LawSearch
 from .law_search import find_law as find_law

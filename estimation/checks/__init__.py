@@ -14,3 +14,5 @@ from .kinds import KINDS as KINDS
 from .kinds import Kind as Kind
 from .kinds import kind_of as kind_of
 from .kinds import lines_of as lines_of
+from .levels import DEFAULT_LEVELS as DEFAULT_LEVELS
+from .levels import Levels as Levels

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 
-from axisid.estimation.checks import unless_faulty
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels, unless_faulty
 from axisid.estimation.diagnostics.estimates import prefers_instruments
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate, HausmanTest, hausman
-from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import DirectForm
 from axisid.support.missing import Missing

@@ -17,9 +17,8 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.estimates import Estimate, part_of
-from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     Hac,
@@ -414,11 +413,11 @@ def _tested(
     if not own:
         return Missing("this record tells no parameter that it shares with the others")
     try:
-        change, covariance, of_each = extended(columns, instruments)
+        change, covariance, freedoms = extended(columns, instruments)
     except EstimationError as error:
         return Missing.of(error.note)
     record, q = records[number], len(own)
-    freedom = float(np.min(of_each[-q:]))
+    freedom = float(np.min(freedoms[-q:]))
     if freedom - q + 1 < _FEWEST:
         return Missing("too few of the residuals are independent to tell what is chance")
     chosen = [alone[j] for j in own]

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import Check, Levels
 from axisid.estimation.diagnostics.law import LawCheck, law_check
-from axisid.estimation.lacking import Lack, Levels
+from axisid.estimation.lacking import Lack
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Elsewhere, Found

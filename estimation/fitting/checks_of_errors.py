@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, passed
+from axisid.estimation.checks import Check, Levels, passed
 from axisid.estimation.diagnostics import (
     OwnColumns,
     alike_check,
@@ -19,7 +19,7 @@ from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.remainder import outliers_check, terms_check
 from axisid.estimation.estimates import few_rows
 from axisid.estimation.joint import GAIN
-from axisid.estimation.lacking import Lack, Levels
+from axisid.estimation.lacking import Lack
 from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds import (

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices.outputs import (
     FIT_STARTS,
     LOSSES,
@@ -21,7 +22,6 @@ from axisid.estimation.diagnostics.law import LawCheck, first_law
 from axisid.estimation.freed import FormByTime, are_starts
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.joint import Told, moved_layouts
-from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.predictions import (
     LoopPredictions,
     Predictions,

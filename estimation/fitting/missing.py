@@ -10,7 +10,8 @@ from contextlib import suppress
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.lacking import Lack, Levels, found_beside, scores_of
+from axisid.estimation.checks import Levels
+from axisid.estimation.lacking import Lack, found_beside, scores_of
 from axisid.estimation.methods import bound_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import recorded_loops

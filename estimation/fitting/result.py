@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
-from axisid.estimation.checks import Check, told_or, unless_faulty
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
 from axisid.estimation.choices.outputs import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
-from axisid.estimation.lacking import DEFAULT_LEVELS, Lack, Levels
+from axisid.estimation.lacking import Lack
 from axisid.estimation.records import Record
 from axisid.estimation.searches import FitStep
 from axisid.modeling.text import FunctionLike

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.diagnostics import Choice, Diagnosis, diagnose
 from axisid.estimation.estimates import (
@@ -17,7 +17,6 @@ from axisid.estimation.estimates import (
     part_of,
     physical_parameters,
 )
-from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import Held, Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter

@@ -6,9 +6,7 @@ sentence. Knows nothing of verdicts.
 
 from .scores import RecordScores as RecordScores
 from .scores import scores_of as scores_of
-from .search import DEFAULT_LEVELS as DEFAULT_LEVELS
 from .search import Lack as Lack
-from .search import Levels as Levels
 from .search import found_beside as found_beside
 from .search import lacking as lacking
 from .search import scores_at as scores_at

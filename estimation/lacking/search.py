@@ -8,19 +8,16 @@ least to say of the others once it is taken into the model; then it is asked aga
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds import LEAST_SHARE, LEVEL
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
-from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of
 from .outliers import outliers_of
@@ -33,38 +30,6 @@ _NEGLIGIBLE_RESIDUAL = 1e-4
 _MOST = 3  # that are told
 _RIVALS, _NEARLY = 4, 0.6  # of the strongest: how many may be the name, from which share on
 _CERTAIN = 40.0  # of -log10 p: what is beyond it is as certain
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Levels:
-    """From when on a check tells something of a model.
-
-    Attributes
-    ----------
-    level : float
-        Chance that it does of a right model, over all that it looks for.
-    least_share : float
-        Part of the force, or of a parameter's value, from which it matters; what is missing does
-        too where it moves a parameter by more than its interval.
-
-    Raises
-    ------
-    UsageError
-        One of them is not between 0 and 1.
-    """
-
-    level: float = LEVEL.value
-    least_share: float = LEAST_SHARE.value
-
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            given = getattr(self, each.name)
-            if not (is_real(given) and 0 < float(given) < 1):
-                raise UsageError(
-                    f"the {each.name.replace('_', ' ')} is {quoted(given)}; give a number between "
-                    f"0 and 1, such as {each.default:g}.",
-                    code="level",
-                )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +79,6 @@ class Lack:
         return self.kind == "outlier"
 
 
-DEFAULT_LEVELS = Levels()
 #: A hypothesis and its columns.
 Prepared: TypeAlias = tuple[Hypothesis, AddedColumns]
 

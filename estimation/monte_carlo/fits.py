@@ -5,10 +5,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Levels
 from axisid.estimation.choices.outputs import fit_names, fitted_output
 from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.fitting import fit
-from axisid.estimation.lacking import Levels
 from axisid.estimation.records import Record
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.user_values import is_among, quoted

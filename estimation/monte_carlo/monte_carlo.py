@@ -6,9 +6,9 @@ from concurrent.futures import Executor
 from typing import Any, TypeAlias
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, method_names
 from axisid.estimation.identification import check_choices, requested_methods
-from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count

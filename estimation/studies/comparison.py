@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.choices.methods import STARTS, comparing, is_output_error
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
@@ -24,7 +24,6 @@ from axisid.estimation.identification import (
     weighted,
 )
 from axisid.estimation.joint import Known, Told
-from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter

@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.checks import Check, Status
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, Status
 from axisid.estimation.choices.methods import instruments_of
 from axisid.estimation.choices.outputs import OPEN_LOOP_FIT
 from axisid.estimation.estimates import NOTICEABLE, Estimate, HausmanTest, Value, parted
-from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION

@@ -26,7 +26,7 @@ from axisid.estimation.thresholds import (
     MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.modeling.declaration import ControlLaw
-from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy
 
@@ -53,7 +53,13 @@ from .sentences import (
     repair_of,
     small_fault,
 )
-from .terms import LAW_SETTLING, compared_as, compared_with_law, left_open_percent
+from .terms import (
+    LAW_SETTLING,
+    compared_as,
+    compared_with_law,
+    left_open_percent,
+    residual_percent,
+)
 from .unevenly import LawReading, is_uneven, open_for_jitter, other_readings
 
 # least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
@@ -204,7 +210,7 @@ def _compared(
     if used.sum() < MIN_SAMPLES_PER_FACTOR.value * terms.shape[1]:
         return Missing("the control is at the drive's limit, or masked, nearly all the time")
     left_open = left_open_percent(axis, record, used)
-    declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
+    declared = residual_percent(control, terms, used)
     if left_open > MAX_LAW_RESIDUAL.value and not _is_beyond(declared, left_open):
         return _too_open(law, record, left_open)
     shift = best_shift(terms.sum(axis=1), control, used)

@@ -20,7 +20,7 @@ from axisid.support.errors import ModelError
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .position_zero import position_zero, zero_note
-from .terms import at_limit, compared_with_law, law_error_percent
+from .terms import at_limit, compared_with_law, law_error_percent, residual_percent
 
 # of a factor of a law that does not fit from a round one; beyond, it is off
 MAX_FACTOR_ERROR = 0.05
@@ -298,10 +298,9 @@ def _limited(
     except ModelError:  # no dead band and no step is as large as the limit
         return None
     limited = build(declared, native=False)
-    control, terms, _ = compared_with_law(limited, law, record, settle)
+    control, terms, used = compared_with_law(limited, law, record, settle)
     cut = int(at_limit(control, terms, limit).sum())
-    few = cut < MIN_SAMPLES_PER_FACTOR.value
-    if few or law_error_percent(limited, law, record, settle) >= good:
+    if cut < MIN_SAMPLES_PER_FACTOR.value or residual_percent(control, terms, used) >= good:
         return None
     return Note(
         f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {cut} samples: "

@@ -78,7 +78,11 @@ def compared_as(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
 
 def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> float:
     """What a law leaves of the recorded control, percent."""
-    control, terms, used = compared_with_law(axis, law, record, settle)
+    return residual_percent(*compared_with_law(axis, law, record, settle))
+
+
+def residual_percent(control: Array, terms: Array, used: NDArray[np.bool_]) -> float:
+    """What a law leaves of a control, percent, as `compared_with_law` gives the two."""
     return relative_error_percent((control - terms.sum(axis=1))[used], control[used])
 
 

@@ -5,13 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, passed
-from axisid.estimation.lacking import (
-    DEFAULT_LEVELS,
-    Lack,
-    Levels,
-    sentence,
-)
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, passed
+from axisid.estimation.lacking import Lack, sentence
 from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.tables import label_unit
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE

@@ -20,34 +20,16 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.documents import (
-    comparison_document as written_comparison,
-)
-from axisid.presentation.documents import (
-    diagnosis_document as written_diagnosis,
-)
-from axisid.presentation.documents import (
-    estimate_document as written_estimate,
-)
-from axisid.presentation.documents import (
-    fit_validation_document as written_fit_validation,
-)
-from axisid.presentation.documents import (
-    identification_document as written_identification,
-)
-from axisid.presentation.documents import (
-    law_search_document as written_law_search,
-)
-from axisid.presentation.documents import (
-    output_fit_document as written_output_fit,
-)
-from axisid.presentation.documents import (
-    record_document as written_record,
-)
-from axisid.presentation.documents import (
-    sweep_document as written_sweep,
-)
-from axisid.presentation.documents import (
-    validation_document as written_validation,
+    written_comparison,
+    written_diagnosis,
+    written_estimate,
+    written_fit_validation,
+    written_identification,
+    written_law_search,
+    written_output_fit,
+    written_record,
+    written_sweep,
+    written_validation,
 )
 from axisid.presentation.formulas import axis_document
 from axisid.presentation.html import blocks_html

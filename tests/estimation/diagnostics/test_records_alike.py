@@ -8,6 +8,7 @@ import pytest
 
 from axisid import Identification, build, identify, leave_out
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.checks.check import Check
 from axisid.estimation.diagnostics.joined import joined
 from axisid.estimation.diagnostics.records_alike import (
@@ -18,7 +19,6 @@ from axisid.estimation.diagnostics.records_alike import (
     rows_alike,
 )
 from axisid.estimation.fitting.spread import Scores
-from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, as_options

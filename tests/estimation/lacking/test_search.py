@@ -29,7 +29,8 @@ from axisid import (
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.commands.main import cli
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
-from axisid.estimation.lacking import Lack, Levels, lacking, scores_at
+from axisid.estimation.checks import Levels
+from axisid.estimation.lacking import Lack, lacking, scores_at
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from tests.refusals import refuses

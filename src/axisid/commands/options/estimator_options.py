@@ -8,6 +8,7 @@ import click
 
 from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
 from axisid.estimation.choices.methods import ROW_LOSSES, is_iteration, method_names
+from axisid.estimation.thresholds import LEAST_SHARE, LEVEL
 
 from .option_checks import check_idle, with_options
 from .start_option import start_option
@@ -105,14 +106,14 @@ _LEVELS = (
     click.option(
         "--level",
         type=float,
-        default=0.01,
+        default=LEVEL.value,
         show_default=True,
         help="Chance that a check speaks against a right model, over all that it looks for.",
     ),
     click.option(
         "--least-share",
         type=float,
-        default=0.01,
+        default=LEAST_SHARE.value,
         show_default=True,
         help="Part of the force, or of a parameter, from which that matters; so does what the "
         "model lacks where it moves a parameter by more than its interval.",

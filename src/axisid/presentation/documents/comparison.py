@@ -19,24 +19,24 @@ from axisid.presentation.schema import (
 from axisid.support.remedy import as_options
 
 from .identification import (
-    estimate_document,
     left_out,
     note_text,
-    prefilter_document,
-    record_document,
+    written_estimate,
+    written_prefilter,
+    written_record,
 )
 
 
-def comparison_document(comparison: Comparison) -> WrittenComparison:
+def written_comparison(comparison: Comparison) -> WrittenComparison:
     """Every candidate, how they were told apart, and which is recommended."""
     c = comparison
     return WrittenComparison(
         belief=c.belief,
-        record=record_document(c.record),
-        records=UNSET if len(c.records) == 1 else tuple(map(record_document, c.records)),
+        record=written_record(c.record),
+        records=UNSET if len(c.records) == 1 else tuple(map(written_record, c.records)),
         known={each.name: _known(each) for each in c.known} or UNSET,
         set_aside={n: why.worded(as_options) for n, why in c.set_aside.items()} or UNSET,
-        prefilter=prefilter_document(c.data.sampling),
+        prefilter=written_prefilter(c.data.sampling),
         method=c.method,
         rows=len(c.candidates[0].estimate.y),
         held_out=WrittenHeldOutBlocks(blocks=c.blocks, gap_rows=c.gap),
@@ -62,7 +62,7 @@ def _candidate(candidate: Candidate) -> WrittenCandidate:
         axis=candidate.axis.axis.name,
         signature=candidate.axis.signature,
         left_out=left_out(candidate.axis),
-        estimate=estimate_document(candidate.estimate),
+        estimate=written_estimate(candidate.estimate),
         criteria=WrittenCriteria(**asdict(candidate.criteria)),
         held_out_equation=_held_out(candidate.equation),
         held_out_simulation=None if simulation is None else _held_out(simulation),

@@ -38,7 +38,7 @@ from .same_members import written_as
 NOT_EVALUATED = "not evaluated: "
 
 
-def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
+def written_diagnosis(diagnosis: Diagnosis) -> dict[str, Any]:
     """Everything that was measured of a result, by member."""
     members = diagnosis_members(diagnosis, [each.name for each in diagnosis.excitation])
     return {name: each for name, each in members.items() if each is not UNSET}
@@ -79,9 +79,9 @@ def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> 
     """What is measured of one record as well as of a whole result, by member of its document."""
     left = found.lack_of_fit
     return {
-        "law_check": law_document(found.law),
+        "law_check": written_law(found.law),
         "alignment": _alignment(found.alignment, names),
-        "verdict": tuple(map(check_document, found.verdict)),
+        "verdict": tuple(map(written_check, found.verdict)),
         "lack_of_fit": UNSET if left is None else written_as(WrittenLackOfFit, left),
         "measured_motion": {
             role: written_as(WrittenMotionComparison, each)
@@ -92,7 +92,7 @@ def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> 
     }
 
 
-def law_document(check: LawCheck | Missing) -> WrittenLawCheck:
+def written_law(check: LawCheck | Missing) -> WrittenLawCheck:
     """The control law's check; `passed` is None where it could not be made."""
     if isinstance(check, Missing):
         return WrittenLawCheck(
@@ -118,7 +118,7 @@ def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAli
     return written_as(WrittenAlignment, profile, sensitivity=dict(sensitivity), reason=UNSET)
 
 
-def check_document(check: Check) -> WrittenCheck:
+def written_check(check: Check) -> WrittenCheck:
     """One check; what is not finite becomes None."""
     remedy = UNSET if check.remedy is None else tuple(map(_part, check.remedy.parts))
     return written_as(WrittenCheck, check, meaning=check.note.worded(as_options), remedy=remedy)
@@ -131,7 +131,7 @@ def _part(part: str | Setting) -> str | WrittenSetting:
     return written_as(WrittenSetting, part)
 
 
-def residual_document(tests: ResidualTests) -> WrittenResidualTests:
+def written_residual(tests: ResidualTests) -> WrittenResidualTests:
     """Statistics with the data of their plots; correlations from lag 0, or from ``-lags``.
 
     Of a handful of rows some statistics do not exist; they become None.

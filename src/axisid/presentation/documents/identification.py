@@ -39,7 +39,7 @@ from axisid.support.arrays import Array, finite
 from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, as_options
 
-from .diagnosis import diagnosis_members, residual_document
+from .diagnosis import diagnosis_members, written_residual
 from .same_members import written_as
 from .several import several_members
 
@@ -50,7 +50,7 @@ _NAMED_DIRECT = frozenset({"iid", "hac"})  # the same of the direct model's para
 _NAMED_PHYSICAL = frozenset({"hac"})  # and of those that follow from known values
 
 
-def identification_document(result: Identification, draws: int = 0) -> WrittenIdentification:
+def written_identification(result: Identification, draws: int = 0) -> WrittenIdentification:
     """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
     drive = result.axis.axis.drive
@@ -64,11 +64,11 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
         drive=_response(drive, result.drive_time),
         drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
         drive_remark=drive.remark or UNSET,
-        record=record_document(result.record),
-        prefilter=prefilter_document(result.data.sampling),
-        requested=None if result.requested is None else request_document(result.requested),
+        record=written_record(result.record),
+        prefilter=written_prefilter(result.data.sampling),
+        requested=None if result.requested is None else written_request(result.requested),
         estimates=tuple(
-            estimate_document(
+            written_estimate(
                 e,
                 drawn=None if is_nothing(draws) else _drawn(e, draws),
                 physical=_physical(physical[name], e.chosen) if name in physical else UNSET,
@@ -80,8 +80,8 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
         failed={method: why.worded(as_options) for method, why in result.failed.items()},
         **several_members(
             result,
-            [record_document(record) for record in result.records],
-            [prefilter_document(data.sampling) for data in result.problem.data],
+            [written_record(record) for record in result.records],
+            [written_prefilter(data.sampling) for data in result.problem.data],
         ),
         levels=written_as(WrittenLevels, result.levels),
     )
@@ -124,7 +124,7 @@ def _signal(signal: Signal) -> WrittenSignal:
     return WrittenSignal(name=signal.name, unit=signal.unit, between=cast(Any, signal.between))
 
 
-def record_document(record: Record) -> WrittenRecord:
+def written_record(record: Record) -> WrittenRecord:
     """Provenance and size of a record."""
     return WrittenRecord(
         **origin_members(record.provenance),
@@ -168,7 +168,7 @@ def origin_members(provenance: Provenance) -> dict[str, Any]:
     }
 
 
-def prefilter_document(sampling: Sampling) -> WrittenPrefilter:
+def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
     """Settings of a prefilter; `drop` as it was applied, nothing left open."""
     prefilter = sampling.prefilter
     return WrittenPrefilter(
@@ -183,12 +183,12 @@ def prefilter_document(sampling: Sampling) -> WrittenPrefilter:
     )
 
 
-def request_document(prefilter: Prefilter) -> WrittenRequest:
+def written_request(prefilter: Prefilter) -> WrittenRequest:
     """Settings of a prefilter before what it leaves open is chosen for a record."""
     return WrittenRequest(**asdict(prefilter))
 
 
-def estimate_document(
+def written_estimate(
     estimate: Estimate,
     drawn: Mapping[str, WrittenDrawn] | Any = UNSET,
     physical: WrittenPhysical | Any = UNSET,
@@ -197,7 +197,7 @@ def estimate_document(
     direct, iterates = bool(estimate.ddm_quantities), estimate.iterates
     return WrittenEstimate(
         method=cast(Any, estimate.method),
-        parameters={name: value_document(v) for name, v in estimate.parameters.items()},
+        parameters={name: written_value(v) for name, v in estimate.parameters.items()},
         theta_ddm=_direct(estimate) if direct else None,
         covariance=matrix(estimate.covariances["iid"]),
         covariance_robust=matrix(estimate.covariances["robust"]),
@@ -226,7 +226,7 @@ def estimate_document(
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },
         freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
-        residual_tests=residual_document(estimate.residual_tests),
+        residual_tests=written_residual(estimate.residual_tests),
         remarks=tuple(remark.worded(as_options) for remark in estimate.remarks),
         drawn=drawn,
         physical=physical,
@@ -254,11 +254,11 @@ def _direct(estimate: Estimate) -> dict[str, WrittenDirectValue]:
 def _drawn(estimate: Estimate, draws: int) -> dict[str, WrittenDrawn]:
     """Every parameter over draws; None where no draw gave an axis."""
     return {
-        name: _drawn_document(estimate.propagate(name, draws=draws)) for name in estimate.parameters
+        name: _written_drawn(estimate.propagate(name, draws=draws)) for name in estimate.parameters
     }
 
 
-def _drawn_document(drawn: DrawSummary) -> WrittenDrawn:
+def _written_drawn(drawn: DrawSummary) -> WrittenDrawn:
     low, high = map(finite, drawn.interval)
     return WrittenDrawn(
         median=finite(drawn.median),
@@ -272,7 +272,7 @@ def _drawn_document(drawn: DrawSummary) -> WrittenDrawn:
 def _physical(physical: Physical, chosen: str) -> WrittenPhysical:
     base = physical.base
     return WrittenPhysical(
-        parameters={name: value_document(v) for name, v in physical.parameters.items()},
+        parameters={name: written_value(v) for name, v in physical.parameters.items()},
         covariance_hac=matrix(physical.covariances["hac"]),
         covariances=_further(physical.covariances, chosen, _NAMED_PHYSICAL),
         base={p.name: p.description for p, _ in base.combined},
@@ -306,7 +306,7 @@ def _further(
     return {name: matrix(c) for name, c in covariances.items() if name in wanted} or UNSET
 
 
-def value_document(value: Value) -> WrittenValue:
+def written_value(value: Value) -> WrittenValue:
     """A number with unit, deviations and interval."""
     return WrittenValue(**_value_members(value))
 

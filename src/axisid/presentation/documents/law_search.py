@@ -4,7 +4,7 @@ from axisid.estimation.law_search import ExplainedLaw, LawSearch
 from axisid.presentation.schema import WrittenExplainedLaw, WrittenLawSearch
 
 
-def law_search_document(search: LawSearch) -> WrittenLawSearch:
+def written_law_search(search: LawSearch) -> WrittenLawSearch:
     """What ``--json`` writes."""
     return WrittenLawSearch(
         belief=search.belief,

@@ -18,29 +18,29 @@ from axisid.support.arrays import finite
 from axisid.support.missing import Missing
 from axisid.support.remedy import as_options
 
-from .diagnosis import check_document, law_document
-from .identification import left_out, record_document
+from .diagnosis import written_check, written_law
+from .identification import left_out, written_record
 from .same_members import written_as
 
 
-def fit_validation_document(validation: FitValidation) -> WrittenFitValidation:
+def written_fit_validation(validation: FitValidation) -> WrittenFitValidation:
     """What is left of a second record, and whether the fit holds on it."""
     return written_as(
         WrittenFitValidation,
         validation,
-        record=record_document(validation.record),
-        verdict=tuple(map(check_document, validation.checks)),
+        record=written_record(validation.record),
+        verdict=tuple(map(written_check, validation.checks)),
     )
 
 
-def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
+def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
     """The parameters with all that was asked and found of each, and whether to believe them."""
     return WrittenOutputFit(
         belief=fit.belief,
         axis=fit.axis.axis.name,
         signature=fit.axis.signature,
         left_out=left_out(fit.axis),
-        records=tuple(map(record_document, fit.records)),
+        records=tuple(map(written_record, fit.records)),
         output=fit.output,
         unit=fit.unit,
         position_unit=str(fit.axis.axis.coordinate.unit),
@@ -66,8 +66,8 @@ def output_fit_document(fit: OutputFit) -> WrittenOutputFit:
         ),
         iteration_errors=tuple(step.error for step in fit.steps),
         costs=tuple(cost for cost, _ in fit.ends),
-        law_check=law_document(fit.law),
-        verdict=tuple(map(check_document, fit.checks)),
+        law_check=written_law(fit.law),
+        verdict=tuple(map(written_check, fit.checks)),
         believed=fit.believed,
         levels=written_as(WrittenLevels, fit.levels),
         remarks=tuple(note.worded(as_options) for note in fit.remarks),

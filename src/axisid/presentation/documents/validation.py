@@ -4,18 +4,18 @@ from axisid.estimation.studies import MethodValidation, Validation
 from axisid.presentation.schema import WrittenMethodValidation, WrittenValidation
 from axisid.support.arrays import finite_tree
 
-from .diagnosis import law_document
-from .identification import note_text, record_document
+from .diagnosis import written_law
+from .identification import note_text, written_record
 
 
-def validation_document(validation: Validation) -> WrittenValidation:
+def written_validation(validation: Validation) -> WrittenValidation:
     """Errors by method; what is not finite becomes None."""
     return WrittenValidation(
         belief=validation.belief,
-        record=record_document(validation.record),
+        record=written_record(validation.record),
         methods=tuple(map(_method, validation)),
         time_base=note_text(validation.time_base),
-        law_check=law_document(validation.law),
+        law_check=written_law(validation.law),
         holds=validation.holds,
     )
 

@@ -9,7 +9,7 @@ from axisid.estimation.monte_carlo import (
     declared_figures,
 )
 from axisid.estimation.twins import Chain
-from axisid.presentation.documents import request_document, written_as
+from axisid.presentation.documents import written_as, written_request
 from axisid.presentation.schema import (
     WrittenCheckFigures,
     WrittenEstimand,
@@ -46,7 +46,7 @@ def written_study(result: MonteCarlo) -> WrittenMonteCarlo:
         done=len(result),
         seed=plan.seed,
         methods=plan.methods,
-        prefilter=request_document(plan.prefilter),
+        prefilter=written_request(plan.prefilter),
         settings=dict(plan.settings),
         levels=written_as(WrittenLevels, plan.levels),
         estimands=tuple(map(_estimand, result.figures)),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import Apart, Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.estimates import (
     Excitation,
@@ -17,7 +17,6 @@ from axisid.estimation.diagnostics.estimates import (
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment, MotionComparison
 from axisid.estimation.estimates import HausmanTest
-from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.documents import NOT_EVALUATED, number, read_as

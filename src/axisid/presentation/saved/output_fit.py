@@ -10,11 +10,10 @@ import numpy as np
 from msgspec import UNSET
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import Check, Levels
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.lacking import Levels
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.text import FunctionLike
 from axisid.presentation.blocks import Document

@@ -17,7 +17,7 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
-from axisid.presentation.documents import identification_document
+from axisid.presentation.documents import written_identification
 from axisid.presentation.schema import (
     WrittenAlone,
     WrittenCheck,
@@ -354,6 +354,6 @@ def _short(value: Any) -> str:
 def _named_document(result: ComparableResult) -> tuple[str, WrittenIdentification]:
     """The file of a result as the head of a line, if there is one, and what it holds."""
     if isinstance(result, Identification):
-        return "", identification_document(result)
+        return "", written_identification(result)
     saved = result if isinstance(result, SavedIdentification) else read_identification(result)
     return f"{saved.file}: ", saved.document

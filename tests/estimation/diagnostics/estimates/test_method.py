@@ -9,7 +9,7 @@ import pytest
 from axisid import Identification, Prefilter, Record, build, identify, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd, cascade_pd_difference
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import Check, Levels
 from axisid.estimation.diagnostics import belief
 from axisid.estimation.diagnostics.estimates import (
     FORMS,
@@ -19,7 +19,6 @@ from axisid.estimation.diagnostics.estimates import (
     method_check,
 )
 from axisid.estimation.estimates import Estimate, HausmanTest
-from axisid.estimation.lacking import Levels
 from axisid.support.missing import Missing
 from axisid.support.remedy import as_options
 from benchmarks.machines import Machine, records, white
