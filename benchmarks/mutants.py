@@ -242,7 +242,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         ),
     ),
     "a reversal reaches one sample less": (
-        "estimation/signals/reversals.py",
+        "estimation/signals/sampling.py",
         "2 * reach + 1",
         "2 * reach - 1",
         (

@@ -15,6 +15,7 @@ from .law_gains import LawAlong as LawAlong
 from .law_gains import LawPoint as LawPoint
 from .law_run import applied_terms as applied_terms
 from .law_run import control_along as control_along
+from .law_run import control_at_ticks as control_at_ticks
 from .law_run import law_memory as law_memory
 from .law_run import state_at_rest as state_at_rest
 from .law_run import terms_along as terms_along
@@ -22,7 +23,6 @@ from .law_ticks import LawTicks as LawTicks
 from .law_ticks import between as between
 from .law_ticks import law_ticks as law_ticks
 from .law_ticks import measured_velocity as measured_velocity
-from .mean_control import mean_until_next as mean_until_next
 from .start import loop_starts as loop_starts
 from .start import moved_start as moved_start
 from .start_memory import START_SAMPLES as START_SAMPLES

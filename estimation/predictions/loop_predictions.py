@@ -6,12 +6,12 @@ control, position, and so on.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.freed import (
     are_starts,
     axis_at,
@@ -20,7 +20,15 @@ from axisid.estimation.freed import (
     start_sizes,
     started_at,
 )
-from axisid.estimation.loops import loop_starts, noise_along, two_clocks
+from axisid.estimation.loops import (
+    LawTicks,
+    applied_terms,
+    law_memory,
+    loop_starts,
+    noise_along,
+    state_at_rest,
+    two_clocks,
+)
 from axisid.estimation.records import Record, in_own_order
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
@@ -28,13 +36,11 @@ from axisid.estimation.simulation import LoopInputs, most_substeps, settled_subs
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import EstimationError
 
-from .added_slopes import Motion, motion_of, slopes_by_added
+from .added_slopes import Motion, injected_slopes, motion_of, slopes_by_added
 from .disturbed import changed_by_noise, slopes_by_start
 from .lanes import Lanes
-from .law_slopes import slopes_by_law
 from .measured_output import MeasuredOutput, measured_output
 from .stretch import Stretch, interleaved
-from .unrounded import unrounded
 
 _TWINS_AT_ONCE = 256
 
@@ -270,3 +276,59 @@ def _stretches(
             noise=noise_along(record.position[rows]),
             step=sensor_steps(axis, record).position,
         )
+
+
+def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping[str, Array]:
+    """Slopes of a stretch's outputs, (n,), by the gains of the term.
+
+    Parameters
+    ----------
+    stretch : Stretch
+    own : (p,) array
+        Parameters of its axis.
+    substeps : int or None
+
+    Returns
+    -------
+    mapping of str to (n,) array
+        Empty of a continuous law, and where a loop cannot be simulated.
+    """
+    law, inputs = stretch.axis.axis.control, stretch.inputs
+    if law is None or law.continuous:
+        return {}
+    alone = replace(inputs, clocks=None)
+    wanted = ("position", "velocity")
+    loop = simulate_lanes(stretch.axis, own[None, :], alone, substeps=substeps, wanted=wanted)
+    if loop.failures:
+        return {}
+    position, velocity = (loop[name][:, 0] for name in wanted)
+    ticks = LawTicks.at_samples(inputs.reference, position, velocity, inputs.signals)
+    memory = inputs.start.memory
+    # The loop's memory has the drive's behind the law's, whose terms do not depend on it.
+    own_memory = None if memory is None else np.asarray(memory)[: law_memory(stretch.axis)]
+    start = state_at_rest(stretch.axis, ticks) if own_memory is None else own_memory
+    terms = applied_terms(stretch.axis, ticks, start)
+    # They are those that are applied; what is injected is applied as late as they are.
+    terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
+    slopes = injected_slopes(stretch, own, substeps, terms)
+    if slopes is None:
+        return {}
+    names = [str(product) for product, _ in law.terms]
+    return dict(zip(names, slopes.T, strict=True))
+
+
+def unrounded(axis: GeneratedAxis) -> GeneratedAxis:
+    """The same axis, its drive without steps; itself where that has none."""
+    return _smooth(axis, native=axis.native.enabled) if axis.declared.drive.quantisation else axis
+
+
+# The records of a fit have one axis, or few, and to build one may compile its loop. Of two that are
+# equal one may be compiled and the other not.
+@lru_cache(maxsize=16)
+def _smooth(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
+    drive = axis.declared.drive
+    others = drive.delay or not replace(drive.path, quantisation=0.0).is_plain
+    # What acts of a command that nothing changes is the command.
+    logged = drive.logged if others or drive.logged != "applied" else "command"
+    smooth = replace(drive, quantisation=0.0, logged=logged)
+    return build(replace(axis.declared, drive=smooth), native=native)

@@ -4,7 +4,6 @@ In: names and arrays. Out: `Table`, `Provenance`.
 Knows nothing of file formats, axes and roles.
 """
 
-from .long_format import wide as wide
 from .parquet import parquet_bytes as parquet_bytes
 from .provenance import LogClock as LogClock
 from .provenance import Provenance as Provenance

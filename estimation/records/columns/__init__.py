@@ -4,8 +4,8 @@ In: the columns of a `Table`, what a user and an axis say of them. Out: columns 
 Knows nothing of clocks and of what may be wrong with values.
 """
 
-from .motion_role import motion_role as motion_role
 from .roles import RoleColumns as RoleColumns
+from .roles import motion_role as motion_role
 from .scaling import is_scaling as is_scaling
 from .units import expected_units as expected_units
 from .units import modulus_si as modulus_si
