@@ -5,21 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.batched.rows import (
-    Block,
-    Chosen,
-    LaneRows,
-    fitted,
-    inverse_products,
-    of_lanes,
-    put_lanes,
-    row_counts,
-    solved,
-    some_lanes,
-)
 from axisid.estimation.methods import Pace
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
+
+from .block import Block, Chosen, LaneRows
+from .regression import fitted, inverse_products, row_counts, solved
+from .workspace import of_lanes, put_lanes, some_lanes
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, is_output_error
+from axisid.estimation.choices import ROW_LOSSES, STARTS, is_output_error
 from axisid.estimation.estimates import COVARIANCES, Estimate
-from axisid.estimation.joint import Told
 from axisid.estimation.lacking import DEFAULT_LEVELS, Levels
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
+from axisid.estimation.parameters import Told
 from axisid.estimation.problems import Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError

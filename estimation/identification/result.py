@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices.methods import STARTS
+from axisid.estimation.choices import STARTS
 from axisid.estimation.diagnostics import Choice, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,

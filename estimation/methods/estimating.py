@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.estimation.estimates import COVARIANCES, Estimate, Inference, NotSimulated, few_rows
-from axisid.estimation.joint import Layout, moved_layouts
+from axisid.estimation.parameters import Layout, moved_layouts
 from axisid.estimation.problems import NoiseFree, Problem, noise_free, slopes_by_gain
 from axisid.estimation.regression import (
     Applied,

@@ -12,14 +12,6 @@ from itertools import pairwise
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.freed import (
-    are_starts,
-    axis_at,
-    gains_in,
-    inputs_at,
-    start_sizes,
-    started_at,
-)
 from axisid.estimation.loops import (
     LawTicks,
     applied_terms,
@@ -28,6 +20,14 @@ from axisid.estimation.loops import (
     noise_along,
     state_at_rest,
     two_clocks,
+)
+from axisid.estimation.parameters import (
+    are_starts,
+    axis_at,
+    gains_in,
+    inputs_at,
+    start_sizes,
+    started_at,
 )
 from axisid.estimation.records import Record, in_own_order
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
@@ -56,7 +56,7 @@ class LoopPredictions:
         By record. Their drives are simulated without rounding, see `unrounded`.
     records : sequence of Record
     outputs : str or sequence of str
-        Of `axisid.estimation.choices.outputs.OUTPUTS`.
+        Of `axisid.estimation.choices.OUTPUTS`.
 
     Raises
     ------

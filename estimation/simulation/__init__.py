@@ -18,6 +18,7 @@ from .lanes import simulate_lanes as simulate_lanes
 from .loop_start import law_of as law_of
 from .recorded import at_law as at_law
 from .recorded import lines as lines
+from .reducers import LaneBlock as LaneBlock
 from .runaway import allowed_distance as allowed_distance
 from .simulated import SIMULATED as SIMULATED
 from .simulated import Simulation as Simulation

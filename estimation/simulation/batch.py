@@ -13,15 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
-from axisid.estimation.reducers import (
-    LaneBlock,
-    Reducer,
-    check_wanted,
-    checked_reducers,
-    joined,
-    needed_signals,
-    reduced,
-)
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.real_numbers import real_array
@@ -40,6 +31,15 @@ from .lane_arguments import (
 )
 from .loop_start import lane_starts
 from .recorded import at_law, checked_signals, first_values, lines
+from .reducers import (
+    LaneBlock,
+    Reducer,
+    check_wanted,
+    checked_reducers,
+    joined,
+    needed_signals,
+    reduced,
+)
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,

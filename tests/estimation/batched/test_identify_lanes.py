@@ -9,7 +9,7 @@ import pytest
 from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
-from axisid.estimation.batched.rows import Block
+from axisid.estimation.batched import Block
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import trajectory
 

@@ -96,7 +96,7 @@ def test_one_file_and_one_row_add_a_covariance_to_the_command(tmp_path: Path) ->
         f"identify emps2015 --method idm-ls --covariance {NAME} --json result.json",
         "identify --help",
         module=MODULE,
-        table="axisid.estimation.choices.covariances",
+        table="axisid.estimation.choices",
         rows="COVARIANCE_ROWS",
     )
     assert done.returncode == 0, done.stderr

@@ -121,7 +121,7 @@ def test_one_file_and_one_row_add_a_method_to_the_command(tmp_path: Path) -> Non
         "identify --help",
         "export --help",
         module=MODULE,
-        table="axisid.estimation.choices.methods",
+        table="axisid.estimation.choices",
         rows="METHOD_ROWS",
     )
     assert done.returncode == 0, done.stderr

@@ -10,13 +10,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity
-from axisid.estimation.joint import GAIN, JointForm, drive_gain_of
-from axisid.estimation.regression import Form, InverseForm
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.regression import Form
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 from axisid.support.remedy import Remedy, Setting
+
+from .form import JointForm
+from .layout import GAIN, drive_gain_of
+from .nuisance import FormByMore
 
 _MOTIONS, _SEED = 64, 0  # on which a force is held against twice its parameters
 _SAME = 1e-9  # of the largest force
@@ -24,20 +27,17 @@ _NEXT_TO_0 = 1e-9  # of the declared gain
 
 
 @dataclass(frozen=True, slots=True)
-class FormByDriveGain(InverseForm):
-    """A form whose physical parameters have the drive's gain behind them.
+class FormByDriveGain(FormByMore):
+    """A form with the drive's gain behind it.
 
     Attributes
     ----------
-    of_model : Form
-        Of the others.
     gain : Parameter
         Its nominal value is the declared one.
     axes : tuple of GeneratedAxis
         By record.
     """
 
-    of_model: Form = field(kw_only=True)
     gain: Parameter = field(kw_only=True)
     axes: tuple[GeneratedAxis, ...] = field(kw_only=True)
 
@@ -57,20 +57,9 @@ class FormByDriveGain(InverseForm):
         return cls(axes[0], of_model=form, gain=_gain_of(axes[0]), axes=tuple(axes))
 
     @property
-    def physical_quantities(self) -> tuple[Quantity, ...]:
-        """See `Form.physical_quantities`."""
-        gain = Quantity(name=self.gain.name, unit=self.gain.unit)
-        return (*self.of_model.physical_quantities, gain)
-
-    @property
-    def declared(self) -> tuple[Parameter, ...]:
-        """See `Form.declared`."""
-        return (*self.of_model.declared, self.gain)
-
-    @property
-    def start(self) -> Array:
-        """See `Form.start`."""
-        return np.append(self.of_model.start, self.gain.nominal)
+    def more(self) -> tuple[Parameter, ...]:
+        """See `FormByMore.more`."""
+        return (self.gain,)
 
     def own(self, physical: Array, record: int) -> Array:
         """See `Form.own`; those with which the declared gain moves the axis alike."""

@@ -3,7 +3,7 @@
 import pytest
 
 from axisid import UsageError
-from axisid.estimation.joint.known import known_of, read_known
+from axisid.estimation.parameters.known import known_of, read_known
 from tests.refusals import refuses
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from axisid import UsageError, build, fix, load_axis
-from axisid.estimation.joint.known import known_of
-from axisid.estimation.joint.layout import GAIN, layout_of
+from axisid.estimation.parameters.known import known_of
+from axisid.estimation.parameters.layout import GAIN, layout_of
 from axisid.support.remedy import as_options
 from tests.axes.leaning import leaning
 from tests.axes.stage import generated, stage

@@ -8,8 +8,8 @@ import pytest
 
 from axisid import UsageError, build, load_axis
 from axisid.estimation import BatchSimulation, LaneBlock, simulate_batch
-from axisid.estimation.reducers import checked_reducers
 from axisid.estimation.simulation import batch as batch_module
+from axisid.estimation.simulation.reducers import checked_reducers
 from tests.refusals import refuses
 
 PERIOD = 1e-3

@@ -10,7 +10,7 @@ import pytest
 from axisid import Axis, Record, build, fit, load_axis, load_result, newton, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, dahl, formula_drive, voltage_drive
-from axisid.estimation.freed import FormByDriveGain
+from axisid.estimation.parameters import FormByDriveGain
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.studies import validate_fit
