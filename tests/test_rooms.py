@@ -32,7 +32,7 @@ FLOORS = (
     ("estimation.tables",),
     ("estimation.logs.text",),
     ("estimation.logs",),
-    ("estimation.records.columns", "estimation.records.faults", "estimation.records.times"),
+    ("estimation.records.columns",),
     ("estimation.records",),
     ("estimation.signals",),
     ("estimation.simulation",),

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.loops import KeptByRecord
-from axisid.estimation.records import Record
-from axisid.estimation.records.faults import quantum_of
+from axisid.estimation.records import Record, quantum_of
 from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 
 # steps in the whole range; half of one is then 0.05 %: measured on a quiet axis, 64 steps moved a

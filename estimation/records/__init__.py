@@ -5,6 +5,7 @@ In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 
 from .between import advised_between as advised_between
 from .between import samples_apart as samples_apart
+from .clipping import quantum_of as quantum_of
 from .reading import read_record as read_record
 from .record import Record as Record
 from .record import check_record as check_record

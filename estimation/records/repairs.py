@@ -8,7 +8,6 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.estimation.records.columns import expected_units, modulus_si
-from axisid.estimation.records.faults import Mask, Modulus
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis
@@ -17,7 +16,9 @@ from axisid.support.errors import UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 
 from .between import Between, checked_between
+from .clipping import Mask
 from .shifts import checked_shifts
+from .wrapping import Modulus
 
 Span = tuple[int, int]
 

@@ -3,6 +3,7 @@
 A position goes on over it, turn after turn; others lost their sign: -1 is the modulus less 1.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.tables import Repair, Samples
+from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
@@ -26,11 +28,17 @@ Places = NDArray[np.int64]
 _Move = tuple[int, int, int]
 
 #: A modulus of a turn.
-IN_DEGREES = Setting("wrap", "360:deg")
+_IN_DEGREES = Setting("wrap", "360:deg")
 #: Code of an error about a position that is not wrapped by the modulus that was given.
-OTHER_MODULUS = "other-modulus"
+_OTHER_MODULUS = "other-modulus"
 _SHOWN = 3  # pieces that are listed
 _WORDS = (8, 16, 32)  # bits
+
+_MIN_JUMP = 0.5  # of the position's range; a larger step may be a jump
+_MAX_STEP_BESIDE_JUMP = 0.1  # of a jump, for the steps beside it and the median one
+_MAX_TURN_DEVIATION = 0.05  # of a whole turn: the axis moves on during a jump
+
+_TURN = 2 * math.pi
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,14 +128,14 @@ def unwrapped(
         if float(np.ptp(values)) <= _MAX_WRAPPED_SPAN * modulus.si:
             unwrapped, places = undone(values, modulus.si)
             if role == "position":  # a reference may well step across its seam
-                _check_seams(source, unwrapped, places, long_steps(samples[role], gap), modulus)
+                _check_seams(source, unwrapped, places, _long_steps(samples[role], gap), modulus)
             repaired[role], counts[role] = replace(samples[role], values=unwrapped), len(places)
         elif role == "position":
             raise DataError(
                 f"{source}: the position spans {modulus.written(np.ptp(values))}, more than the "
                 f"modulus {modulus}, so it is not wrapped by it; ",
                 Remedy.of("give the modulus with its unit, or ", Setting("wrap", given=False), "."),
-                code=OTHER_MODULUS,
+                code=_OTHER_MODULUS,
             )
     moves: list[_Move] = []
     # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
@@ -138,7 +146,7 @@ def unwrapped(
     text = f"jumps by the modulus {modulus} undone: {counted}"
     if not any(counts.values()):
         text = f"no jumps by the modulus {modulus} found: {counted}"
-    if gaps := len(long_steps(samples["position"], gap)):
+    if gaps := len(_long_steps(samples["position"], gap)):
         across = "a gap" if gaps == 1 else f"each of {gaps} gaps"
         text += f"; across {across} the motion is taken to be less than half of it"
     text += _moves_text(moves)
@@ -166,7 +174,7 @@ def signed(
         raise DataError(
             f"{source}: the {role} reaches {modulus.written(np.abs(values).max())}, more than the "
             f"modulus {modulus}; give the modulus in the column's unit, or leave it.",
-            code=OTHER_MODULUS,
+            code=_OTHER_MODULUS,
         )
     beyond = values >= modulus.si / 2
     made = replace(samples[role], values=np.where(beyond, values - modulus.si, values))
@@ -206,7 +214,7 @@ def _lost_sign(values: Array) -> float:
     return 0.0
 
 
-def long_steps(samples: Samples, longest: float) -> Places:
+def _long_steps(samples: Samples, longest: float) -> Places:
     """Steps over missing samples: of more time than so many median ones."""
     steps = np.diff(_clock(samples))
     return np.flatnonzero(steps > longest * np.median(steps)) if len(steps) else np.zeros(0, int)
@@ -228,8 +236,8 @@ def _beside(
     """
     position, reference = samples["position"], samples["reference"]
     clock, own = _clock(position), _clock(reference)
-    after = np.searchsorted(own, clock[long_steps(position, gap) + 1])
-    starts = np.unique(np.concatenate([[0], after, long_steps(reference, gap) + 1]))
+    after = np.searchsorted(own, clock[_long_steps(position, gap) + 1])
+    starts = np.unique(np.concatenate([[0], after, _long_steps(reference, gap) + 1]))
     starts = starts[starts < len(own)]
     beside = np.minimum(np.searchsorted(clock, own[starts]), len(clock) - 1)
     turns = np.round((position.values[beside] - reference.values[starts]) / modulus)
@@ -276,7 +284,72 @@ def _check_seams(
             f"{source}: the position still jumps by {modulus.written(left)} where the modulus "
             f"{modulus} was taken out, as before data row {seams[0] + 2}; ",
             Remedy.of(
-                "give the modulus that it is wrapped by, with its unit, as in ", IN_DEGREES, "."
+                "give the modulus that it is wrapped by, with its unit, as in ", _IN_DEGREES, "."
             ),
-            code=OTHER_MODULUS,
+            code=_OTHER_MODULUS,
         )
+
+
+def _jumps(position: Array, gaps: Places) -> tuple[Places, Array]:
+    """Samples before steps of more than half the range, and their sizes, with slow motion around.
+
+    Steps over gaps are none.
+    """
+    steps = np.abs(np.diff(position))
+    steps[gaps] = 0.0
+    beside = np.pad(steps, 1)
+    large = np.flatnonzero(steps > _MIN_JUMP * np.ptp(position))
+    middle = np.median(steps) if len(steps) else 0.0
+    slow = np.maximum(np.maximum(beside[:-2], beside[2:])[large], middle)
+    places = large[slow < _MAX_STEP_BESIDE_JUMP * steps[large]]
+    return places, steps[places]
+
+
+def remaining_jumps_note(
+    source: str, position: Samples, axis: Axis | None, gap: float, modulus: Modulus | None = None
+) -> Note | None:
+    """What is said of jumps in a position, from one sample to the next; None if there are none.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    position : Samples
+        SI.
+    axis : Axis or None
+        Its coordinate says whether it turns.
+    gap : float
+        A longer step of time is a gap, in median steps.
+    modulus : Modulus, optional
+        That was asked for.
+
+    Raises
+    ------
+    DataError
+        The jumps are whole turns, or there are jumps though a modulus was given.
+    """
+    places, sizes = _jumps(position.values, _long_steps(position, gap))
+    if not len(places):
+        return None
+    size = float(np.median(sizes))
+    times = f" ({len(places)} such jumps)" if len(places) > 1 else ""
+    unit = axis.coordinate.unit if axis is not None else "(m or rad)"
+    found = f"the position jumps by {size:.4g} {unit} before data row {places[0] + 2}{times}"
+    if modulus is not None:
+        raise DataError(
+            f"{source}: {found}, which the modulus {modulus} does not undo; ",
+            Remedy.of("give the one it is wrapped by, with its unit, as in ", _IN_DEGREES, "."),
+            code=_OTHER_MODULUS,
+        )
+    turns = axis is None or axis.coordinate.unit == "rad"
+    in_degrees = Remedy.of(Setting("columns", "position=NAME:deg"), " and ")
+    for turn, more in ((_TURN, None), (360.0, in_degrees)):
+        if turns and abs(size / turn - 1) < _MAX_TURN_DEVIATION:
+            raise DataError(
+                f"{source}: {found}, as one that starts again after a turn does; it looks "
+                "wrapped: ",
+                Remedy.of("add ", more, _IN_DEGREES, "."),
+                code="wrapped",
+            )
+    given = Remedy.of("give what it is wrapped by (", Setting("wrap"), ")")
+    return Note(f"{found}: if it starts again there, ", given)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from axisid import load_axis, read_record
 from axisid.estimation import Repairs
-from axisid.estimation.records.faults.wrapping import undone
+from axisid.estimation.records.wrapping import undone
 from tests.refusals import refuses
 
 N = 400

@@ -11,7 +11,7 @@ from axisid import Record, identify, read_record, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
-from axisid.estimation.records.faults.clipping import clipped
+from axisid.estimation.records.clipping import clipped
 
 TIME = 1e-3 * np.arange(6000)
 MOTION = np.sin(TIME)

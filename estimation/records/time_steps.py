@@ -1,5 +1,6 @@
-"""Steps of a time column: which are gaps, where the clock goes back, how far the period drifts."""
+"""Steps of a time column: gaps, clocks that go back, a period that drifts, one that was stated."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -8,8 +9,10 @@ from numpy.typing import NDArray
 
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION, MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError
+from axisid.support.errors import DataError, UsageError
+from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import quoted
 
 # periods between mean steps of windows; jitter of a quarter moves one by as much
 _MAX_PERIOD_DRIFT = 0.005
@@ -23,14 +26,16 @@ UNEVEN = "uneven-time"
 #: Code of an error about times that do not increase.
 BACKWARD = "backward-time"
 #: Steps over which jitter averages out: even a quarter of a period to half a percent.
-WINDOW = 100
+_WINDOW = 100
 _SHOWN = 3
 _EVENLY = Setting("resample", "auto")
 _SPLIT = Setting("gaps", "split")
 #: What to do about a sampling period that drifts.
-RESAMPLE_EVENLY = Remedy.of("Resample the log evenly (", _EVENLY, ").")
+_RESAMPLE_EVENLY = Remedy.of("Resample the log evenly (", _EVENLY, ").")
 
 Places = NDArray[np.int64]
+
+_MAX_STATED_PERIOD_DEVIATION = 0.005  # relative difference of a given period from the time column's
 
 
 def odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
@@ -38,7 +43,7 @@ def odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
     return (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
 
 
-def is_rare(count: int, steps: int) -> bool:
+def _is_rare(count: int, steps: int) -> bool:
     """Whether so many steps of all may be faults of single samples, and no jitter."""
     return count <= max(_MAX_ODD_STEP_SHARE * steps, 1)
 
@@ -55,7 +60,7 @@ def advice_on_uneven(steps: Array, typical: float) -> Remedy:
     """
     odd = steps[odd_steps(steps, typical)]
     lost = bool(np.any(odd > MAX_UNEVEN_STEP.value * typical))
-    if not is_rare(len(odd), len(steps)):
+    if not _is_rare(len(odd), len(steps)):
         said = "That is jitter, no gaps: resample the log evenly"
         if lost:
             return Remedy.of(said, ", cut where samples are missing (", _EVENLY, _SPLIT, ").")
@@ -70,7 +75,7 @@ def advice_on_backward(time: Array, *, split: bool = False) -> Remedy:
     """What to do about times, (N,), that do not increase; `split` where that was asked for."""
     steps = np.diff(time)
     back = int(np.sum(steps <= 0))
-    if is_coarse(time):
+    if _is_coarse(time):
         return Remedy.of(
             "The stamps are too coarse: export them with more digits, or give ",
             Setting("sample-period"),
@@ -79,7 +84,7 @@ def advice_on_backward(time: Array, *, split: bool = False) -> Remedy:
     in_order = np.diff(np.sort(time))
     if np.all(in_order > 0) and not np.any(odd_steps(in_order, float(np.median(in_order)))):
         return Remedy.of("Sort the rows by their time.")
-    if not is_rare(back, len(steps)):
+    if not _is_rare(back, len(steps)):
         return Remedy.of("Sort the rows and remove repeated ones.")
     if split:
         return Remedy.of(
@@ -93,10 +98,10 @@ def advice_on_backward(time: Array, *, split: bool = False) -> Remedy:
     )
 
 
-def is_coarse(time: Array) -> bool:
+def _is_coarse(time: Array) -> bool:
     """Whether times stand still too often to be a fault of single rows: too few digits."""
     steps = np.diff(time)
-    return bool(np.all(steps >= 0)) and not is_rare(int(np.sum(steps == 0)), len(steps))
+    return bool(np.all(steps >= 0)) and not _is_rare(int(np.sum(steps == 0)), len(steps))
 
 
 def count_by_period(time: Array, period: float) -> tuple[Array, str]:
@@ -104,7 +109,7 @@ def count_by_period(time: Array, period: float) -> tuple[Array, str]:
 
     They must be those times but for their digits; what is not coarse stays as it is.
     """
-    if not (np.all(np.isfinite(time)) and is_coarse(time)):
+    if not (np.all(np.isfinite(time)) and _is_coarse(time)):
         return time, ""
     counted = time[0] + period * np.arange(len(time), dtype=np.float64)
     tick = float(np.diff(time).max())
@@ -135,7 +140,7 @@ def count_past_restarts(time: Array, *, uneven: bool) -> tuple[Array, int, str]:
     typical = float(np.median(steps)) if len(steps) else 0.0
     back = steps <= 0 if uneven else steps * MAX_EVEN_STEP.value < typical
     places = np.flatnonzero(back)
-    if not places.size or not typical > 0 or not is_rare(len(places), len(steps)):
+    if not places.size or not typical > 0 or not _is_rare(len(places), len(steps)):
         return time, 0, ""
     shifts = np.zeros(len(time))
     shifts[timed[places + 1]] = _RESTARTED_CLOCK_STEP * typical - steps[places]
@@ -157,7 +162,7 @@ def open_end(pieces: Sequence[Array]) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class ClockDrift:
+class _ClockDrift:
     """Least and largest mean step of windows of 100 samples, s."""
 
     least: float
@@ -169,7 +174,7 @@ class ClockDrift:
         if self.most > mean * (1 + apart) or self.least < mean * (1 - apart):
             raise DataError(
                 f"{source}: {self._found()}, which cannot be taken as even. ",
-                RESAMPLE_EVENLY,
+                _RESAMPLE_EVENLY,
                 code=UNEVEN,
             )
 
@@ -178,7 +183,7 @@ class ClockDrift:
 
         Jitter moves the ends of a window by a part of the `spread` of the steps, s.
         """
-        if self.most - self.least <= _MAX_PERIOD_DRIFT * mean + spread / WINDOW:
+        if self.most - self.least <= _MAX_PERIOD_DRIFT * mean + spread / _WINDOW:
             return None
         evenly = Remedy.of("resample the log evenly (", _EVENLY, ")")
         return Note(f"{self._found()} and is taken as even: ", evenly)
@@ -186,11 +191,11 @@ class ClockDrift:
     def _found(self) -> str:
         return (
             f"the sampling period drifts from {1e3 * self.least:.6g} to {1e3 * self.most:.6g} ms "
-            f"(means over {WINDOW} samples)"
+            f"(means over {_WINDOW} samples)"
         )
 
 
-def step_notes(least: float, most: float, mean: float, drift: ClockDrift) -> tuple[Note, ...]:
+def step_notes(least: float, most: float, mean: float, drift: _ClockDrift) -> tuple[Note, ...]:
     """What is said of time steps that are taken as even but are not quite; empty if they are."""
     if said := drift.remark(mean, most - least):
         return (said,)
@@ -200,7 +205,39 @@ def step_notes(least: float, most: float, mean: float, drift: ClockDrift) -> tup
     return (Note(f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each"),)
 
 
-def drift_of(pieces: Sequence[Array]) -> ClockDrift:
+def drift_of(pieces: Sequence[Array]) -> _ClockDrift:
     """Drift over segments, the times of each (n,)."""
-    means = np.concatenate([np.diff(piece[::WINDOW]) / WINDOW for piece in pieces])
-    return ClockDrift(float(means.min(initial=np.inf)), float(means.max(initial=0.0)))
+    means = np.concatenate([np.diff(piece[::_WINDOW]) / _WINDOW for piece in pieces])
+    return _ClockDrift(float(means.min(initial=np.inf)), float(means.max(initial=0.0)))
+
+
+def check_even(source: str, typical: float, mean: float, period: float | None) -> None:
+    """Refuse a median and a mean step, s, that are apart, or are not the period that was given."""
+    if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
+        raise DataError(
+            f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
+            f"{mean:.6g} s in the mean. ",
+            _RESAMPLE_EVENLY,
+            code=UNEVEN,
+        )
+    if period is not None:
+        check_stated(source, typical, period)
+
+
+def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
+    """Refuse a sampling period that was given, s, and is not the one of the time column."""
+    if not abs(stated / found - 1) < _MAX_STATED_PERIOD_DEVIATION + uncertainty:
+        raise DataError(
+            f"{source}: the sampling period is given as {stated:g} s, but the time "
+            f"column steps by {found:g} s. Correct one of them (time is in seconds).",
+            code="other-sample-period",
+        )
+
+
+def check_sample_period(period: object) -> None:
+    """Refuse what is no sampling period."""
+    if period is not None and not (is_real(period) and 0 < period < math.inf):
+        raise UsageError(
+            f"the sampling period is {quoted(period)}; give a positive number of seconds.",
+            code="bad-sample-period",
+        )
