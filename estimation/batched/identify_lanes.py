@@ -30,9 +30,9 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .block import Block, Chosen, LaneRows
-from .iteration import LaneFits, Loops, iterated, loops_of, simulated_left, unexplained
+from .iteration import LaneFits, Loops, iterated, loops_of, unexplained
 from .lanes import ALONE, FAILED, SIDE_BY_SIDE, LaneEstimates, RecordLanes
-from .regression import combined, inverse_products, lagged_products, solved
+from .regression import combined, fitted, inverse_products, lagged_products, solved
 from .served import METHOD, clearly_shown, is_served
 
 _BLOCK = 32  # lanes side by side: those that are simulated together
@@ -211,9 +211,7 @@ def _hac(model: Covariance, lagged: Array, rows: int) -> tuple[Array, Array]:
     return variances, np.minimum(found.freedom, rows - k)
 
 
-def _lane_solution(
-    block: Block, fits: LaneFits, lane: int, inverse: Array | None = None
-) -> Solution:
+def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array | None) -> Solution:
     """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1`` where they are known."""
     own = slice(None) if fits.rows is None else fits.rows[:, lane]
     places = block.template.row_numbers.astype(np.int64)[own]
@@ -274,7 +272,7 @@ def _first_fit(block: Block, excluded: Chosen | None, rows: Chosen | None) -> _F
     found = solved(block.library, measured.left, measured.regressor, measured.regressor)
     every = np.ones(len(block.lanes), dtype=bool)
     loops = loops_of(block, found.theta, every, excluded, rows)
-    error = unexplained(measured.whole, simulated_left(loops, found.theta))
+    error = unexplained(measured.whole, fitted(loops.Z, found.theta) + loops.intercept)
     return _FirstFit(
         measured=measured,
         theta=found.theta,

@@ -91,7 +91,6 @@ def simulated_lanes(
     physical: Array,
     lanes: RecordLanes,
     start: LoopStart,
-    position_noise: Array | None = None,
 ) -> tuple[dict[str, Array], NDArray[np.bool_]]:
     """Signals by name, (N, B) each, of loops with parameters (B, p), and which of them went well.
 
@@ -99,8 +98,9 @@ def simulated_lanes(
     """
     nothing = np.zeros(0)  # of recorded signals
     well = has_inertia(axis, physical, start.position, nothing)
+    shape = (len(lanes.reference), len(physical))
     if not well.any():
-        return _nowhere(len(lanes.reference), len(physical)), well
+        return {name: np.full(shape, np.nan) for name in _WANTED}, well
     # What cannot be simulated repeats a lane that can.
     physical = np.where(well[:, None], physical, physical[np.argmax(well)])
     counts = substeps_at_start(axis, physical, start.position, lanes.period, nothing)
@@ -108,7 +108,7 @@ def simulated_lanes(
     if library is None or not (
         has_constant_substeps(axis) and alike and counts[0] <= most_substeps(len(lanes.reference))
     ):
-        signals, fine = _apart(axis, physical, lanes, start, position_noise)
+        signals, fine = _apart(axis, physical, lanes, start)
         return signals, well & fine
     reach = float(np.ptp(lanes.reference))
     away = np.abs(start.position - lanes.reference[0])
@@ -118,10 +118,9 @@ def simulated_lanes(
         allowed=np.array([allowed_distance(reach, each) for each in away]),
         substeps=int(counts[0]),
     )
-    shape = (len(lanes.reference), len(physical))
     status, _, signals = library.simulate_batch(
         lanes.reference,
-        position_noise,
+        None,
         None,
         np.ascontiguousarray(physical),
         replace(start, position=np.ascontiguousarray(start.position)),
@@ -134,17 +133,11 @@ def simulated_lanes(
     return signals, well & (status == 0)
 
 
-def _nowhere(samples: int, lanes: int) -> dict[str, Array]:
-    """Signals of loops that cannot be simulated."""
-    return {name: np.full((samples, lanes), np.nan) for name in _WANTED}
-
-
 def _apart(
     axis: GeneratedAxis,
     physical: Array,
     lanes: RecordLanes,
     start: LoopStart,
-    position_noise: Array | None,
 ) -> tuple[dict[str, Array], NDArray[np.bool_]]:
     """The same where lanes take steps of their own, or fail before they begin."""
     batch = simulate_batch(
@@ -154,7 +147,6 @@ def _apart(
         lanes.period,
         start=start.position,
         start_velocity=start.velocity,
-        position_noise=position_noise,
         wanted=_WANTED,
         threads=1,
     )

@@ -174,12 +174,12 @@ def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
 def identify_problem(
     problem: Problem,
     as_given: Prefilter,
-    requested: Sequence[str] | None = None,
+    requested: Sequence[str] | None,
     *,
     lags: int | None = None,
     covariance: str = "hac",
     set_aside: Mapping[str, Note] | None = None,
-    start: str = STARTS[0],
+    start: str,
     loss: str = ROW_LOSSES[0],
     bootstrap: int = DEFAULT_COUNT,
 ) -> Identification:

@@ -247,7 +247,7 @@ def _as_sampled(
     masks: dict[str, Mask],
     period: float | None,
     repairs: Repairs,
-    windows: Sequence[Window] = (),
+    windows: Sequence[Window],
 ) -> Laid:
     """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
     time, values, masked = together(samples, masks)

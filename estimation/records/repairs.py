@@ -110,7 +110,7 @@ def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
     return Modulus(si=si, factor=si / float(number), unit=unit.strip() or usual)
 
 
-def split_at_gaps(time: Array, cuts: Sequence[int] = ()) -> tuple[Mask, tuple[Span, ...], Repair]:
+def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, tuple[Span, ...], Repair]:
     """Rows to keep, (N,), the segments that they make, and what was found.
 
     Pieces of fewer than 3 rows are left out. The rows `cuts` begin a segment of their own, whatever

@@ -29,9 +29,7 @@ _BEYOND = 2  # samples beyond them, over which the signal is to be quiet
 _SHOWN = 3
 
 
-def spike_notes(
-    samples: Mapping[str, Samples], axis: Axis | None, *, numbered: bool = True
-) -> list[Note]:
+def spike_notes(samples: Mapping[str, Samples], axis: Axis | None, *, numbered: bool) -> list[Note]:
     """What is said of spikes in the measured columns of a log.
 
     Parameters

@@ -306,7 +306,7 @@ def _jumps(position: Array, gaps: Places) -> tuple[Places, Array]:
 
 
 def remaining_jumps_note(
-    source: str, position: Samples, axis: Axis | None, gap: float, modulus: Modulus | None = None
+    source: str, position: Samples, axis: Axis | None, gap: float, modulus: Modulus | None
 ) -> Note | None:
     """What is said of jumps in a position, from one sample to the next; None if there are none.
 
@@ -320,7 +320,7 @@ def remaining_jumps_note(
         Its coordinate says whether it turns.
     gap : float
         A longer step of time is a gap, in median steps.
-    modulus : Modulus, optional
+    modulus : Modulus
         That was asked for.
 
     Raises

@@ -105,9 +105,9 @@ class FilteredRecord(Exact, Uncached):
         """The record without the samples near its reversals and rests, with a largest speed."""
         return self._without(self.sampling.turns(self.motion[1], fastest))
 
-    def turning_as(self, position: Array, velocity: Array | None = None) -> "FilteredRecord":
+    def turning_as(self, position: Array) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""
-        velocity = self.sampling.motion(position, velocity)[1]
+        velocity = self.sampling.motion(position, None)[1]
         return self._without(self.sampling.turns(velocity, self.fastest))
 
     @property

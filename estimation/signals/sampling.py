@@ -205,7 +205,7 @@ class Sampling:
         return self._clean & (self._reduced(np.ones(self.samples)) > MIN_ROW_WEIGHT.value)
 
 
-def _rest_below(velocities: Iterable[Array], beside: float = 0.0) -> float:
+def _rest_below(velocities: Iterable[Array], beside: float) -> float:
     """Speed below which an axis rests, from the stretches of its filtered velocity.
 
     `beside` is the largest speed of other records of the machine: what noise makes of a rest is

@@ -1,7 +1,7 @@
 """Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised."""
 
 import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -57,7 +57,7 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         lines, more = _plain_lines(source, lines)
         notes = (*more, *notes)
     dialect = sniff(source, lines)
-    body = without_comments(lines[dialect.first :])
+    body = [line for line in lines[dialect.first :] if not is_comment(line[1])]
     ended = text.endswith(("\n", "\r"))
     complete = complete_lines(body, dialect, ended=ended)
     whole = complete if drop_tail else len(body) - (not ended and is_cut(body, dialect))
@@ -135,11 +135,6 @@ class NoTextError(DataError):
             f"{source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8."
         )
         self.args = (source,)  # for pickle
-
-
-def without_comments(lines: Iterable[Line]) -> list[Line]:
-    """Lines without those that are for the reader's eye."""
-    return [line for line in lines if not is_comment(line[1])]
 
 
 def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, Column]:
