@@ -4,7 +4,6 @@ In: an axis, and records of one reference as lanes. Out: estimates, deviations a
 as `identify` has them. Knows nothing of diagnoses and documents.
 """
 
-from .block import Block as Block
 from .identify_lanes import identify_lanes as identify_lanes
 from .lanes import LaneEstimates as LaneEstimates
 from .lanes import RecordLanes as RecordLanes

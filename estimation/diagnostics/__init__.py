@@ -21,13 +21,11 @@ from .diagnosis import RecordDiagnosis as RecordDiagnosis
 from .joined import joined as joined
 from .preferred import Choice as Choice
 from .records_alike import RECORDS_ALIKE as RECORDS_ALIKE
-from .records_alike import Alike as Alike
 from .records_alike import Apart as Apart
 from .records_alike import Extended as Extended
 from .records_alike import OwnColumns as OwnColumns
 from .records_alike import alike_check as alike_check
 from .records_alike import records_alike as records_alike
 from .records_alike import rows_alike as rows_alike
-from .repeated_samples import Overlap as Overlap
 from .repeated_samples import overlaps as overlaps
 from .repeated_samples import repeated_check as repeated_check

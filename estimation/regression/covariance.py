@@ -249,7 +249,6 @@ class Hac(Covariance):
         if lags > looked_at:
             white = _whitened(products(lags + 1), colour)
         return LongRun(
-            power=raw[0],
             white=bartlett(white[: lags + 1]),
             colour=colour,
             lags=lags,
@@ -265,8 +264,6 @@ class LongRun:
 
     Attributes
     ----------
-    power : (k, k) array
-        Products of the scores at lag 0, for independent ones.
     white : (k, k) array
         Of the whitened scores.
     colour : (k,) array
@@ -276,7 +273,6 @@ class LongRun:
         Whether the scores were whitened, and the lags were given.
     """
 
-    power: Array
     white: Array
     colour: Array
     lags: int

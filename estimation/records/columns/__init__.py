@@ -6,7 +6,6 @@ Knows nothing of clocks and of what may be wrong with values.
 
 from .roles import RoleColumns as RoleColumns
 from .roles import motion_role as motion_role
-from .scaling import is_scaling as is_scaling
 from .units import expected_units as expected_units
 from .units import modulus_si as modulus_si
 from .written import log_content as log_content

@@ -11,7 +11,7 @@ import statsmodels.api as sm
 
 from axisid import Identification, Record, export, identify, load_result
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices import covariances
+from axisid.estimation import choices
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.covariances import ResidualModel
 from tests.recipes import commands_with, recipe_blocks
@@ -28,8 +28,8 @@ def added(monkeypatch: pytest.MonkeyPatch) -> None:
     module.__package__ = MODULE.rpartition(".")[0]
     monkeypatch.setitem(sys.modules, MODULE, module)
     exec(text, vars(module))
-    row = eval(written, dict(vars(covariances)))  # noqa: S307
-    monkeypatch.setattr(covariances, "COVARIANCE_ROWS", (*covariances.COVARIANCE_ROWS, row))
+    row = eval(written, dict(vars(choices)))  # noqa: S307
+    monkeypatch.setattr(choices, "COVARIANCE_ROWS", (*choices.COVARIANCE_ROWS, row))
     monkeypatch.setitem(COVARIANCES, NAME, ResidualModel.of(row))
 
 

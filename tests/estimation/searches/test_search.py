@@ -8,7 +8,7 @@ import pytest
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.predictions import Lanes
+from axisid.estimation.predictions.lanes import Lanes
 from axisid.estimation.searches import LOSSES, Found, Search, Weighing, deviation_by_median
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.support.arrays import Array
