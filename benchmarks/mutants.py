@@ -179,7 +179,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         (f"{_LINEAR}::test_covariance_is_the_textbook_formula",),
     ),
     "the published variance of a lane is over n": (
-        "estimation/batched/deviations.py",
+        "estimation/batched/identify_lanes.py",
         "fits.power[lane] / (n - 1)",
         "fits.power[lane] / n",
         (
@@ -242,7 +242,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         ),
     ),
     "a reversal reaches one sample less": (
-        "estimation/signals/reversals.py",
+        "estimation/signals/sampling.py",
         "2 * reach + 1",
         "2 * reach - 1",
         (

@@ -1,6 +1,6 @@
+from .batched import LaneEstimates as LaneEstimates
+from .batched import RecordLanes as RecordLanes
 from .batched import identify_lanes as identify_lanes
-from .batched.rows import LaneEstimates as LaneEstimates
-from .batched.rows import RecordLanes as RecordLanes
 from .checks import Check as Check
 from .checks import Levels as Levels
 from .diagnostics import Diagnosis as Diagnosis
@@ -31,7 +31,6 @@ from .monte_carlo import write_runs as write_runs
 from .moves import Band as Band
 from .moves import LackOfFit as LackOfFit
 from .records import Repairs as Repairs
-from .reducers import LaneBlock as LaneBlock
 from .regression import Classical as Classical
 from .regression import DrawSummary as DrawSummary
 from .regression import Hac as Hac
@@ -42,6 +41,7 @@ from .regression import delta_method as delta_method
 from .signals import FilteredRecord as FilteredRecord
 from .signals import SampledFilter as SampledFilter
 from .simulation import BatchSimulation as BatchSimulation
+from .simulation import LaneBlock as LaneBlock
 from .simulation import Simulation as Simulation
 from .simulation import simulate_batch as simulate_batch
 from .studies import Candidate as Candidate

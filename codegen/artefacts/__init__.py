@@ -4,7 +4,6 @@ In: `AxisModel`. Out: texts, `GeneratedAxis`.
 Knows nothing of records.
 """
 
-from .folder import Finding as Finding
 from .folder import check_files as check_files
 from .folder import expected_files as expected_files
 from .folder import replace_file as replace_file
@@ -16,5 +15,4 @@ from .generated_axis import as_generated as as_generated
 from .generated_axis import build as build
 from .law_functions import law_functions as law_functions
 from .texts import MANIFEST as MANIFEST
-from .texts import axis_artefacts as axis_artefacts
 from .texts import signature as signature

@@ -33,5 +33,4 @@ from .program import Input as Input
 from .program import Operation as Operation
 from .program import Output as Output
 from .program import Program as Program
-from .states import STATES as STATES
 from .switching import demanding_term as demanding_term

@@ -7,7 +7,6 @@ by row. Inputs end in an underscore and outputs in `_out`, so that no name is a 
 import re
 from collections.abc import Mapping
 from importlib import resources
-from types import MappingProxyType
 
 from axisid.codegen.lowering import (
     PROBE,
@@ -117,7 +116,7 @@ def print_c_loop(
     sizes: Mapping[str, int],
     *,
     continuous: bool,
-    response: Mapping[str, float] = MappingProxyType({}),
+    response: Mapping[str, float],
 ) -> str:
     """Return the text of the closed loop over time, for the sizes of one axis.
 

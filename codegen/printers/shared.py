@@ -113,7 +113,7 @@ def comment(text: str) -> str:
 def distinct_names(
     names: Iterable[str],
     legal: Callable[[str], str],
-    taken: Collection[str] = (),
+    taken: Collection[str],
 ) -> dict[str, str]:
     """What each name is called in a language; two never share a name, not even but for case.
 

@@ -58,11 +58,6 @@ def along_samples(function: Any, samples: int) -> Any:
     )
 
 
-def is_scalar(function: Any, index: int) -> bool:
-    """Whether an argument is one number a sample."""
-    return function.name_in(index) not in VECTORS
-
-
 @dataclass(frozen=True, slots=True)
 class FunctionShape:
     """What goes into a function and what comes out; asked of CasADi once, since asking takes long.

@@ -1,30 +1,39 @@
 """`identify` of many records of one reference, side by side."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.batched.rows import (
-    ALONE,
-    FAILED,
-    SIDE_BY_SIDE,
-    Block,
-    LaneEstimates,
-    RecordLanes,
-)
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.identification import identify
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.regression import Covariance, Hac, Solution, most_lags
+from axisid.estimation.signals import (
+    FilteredRecord,
+    Information,
+    Neighbours,
+    Prefilter,
+    losses_count,
+    searches_friction,
+)
+from axisid.estimation.thresholds import (
+    FEW_SCORES,
+    MAX_SIMULATION_ERROR,
+    MIN_INFORMATION_LEFT,
+    MIN_MOVING_SPEED,
+)
 from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
-from .deviations import lane_deviations
-from .first_fit import fitted_lanes
-from .served import METHOD, is_served
+from .block import Block, Chosen, LaneRows
+from .iteration import LaneFits, Loops, iterated, loops_of, unexplained
+from .lanes import ALONE, FAILED, SIDE_BY_SIDE, LaneEstimates, RecordLanes
+from .regression import combined, fitted, inverse_products, lagged_products, solved
+from .served import METHOD, clearly_shown, is_served
 
 _BLOCK = 32  # lanes side by side: those that are simulated together
 
@@ -119,8 +128,8 @@ class _FoundLanes:
         self, first: int, block: Block, asked: Prefilter, lags: int | None
     ) -> NDArray[np.bool_]:
         """Identify a block side by side; returns which of its lanes went well, (L,)."""
-        fits = fitted_lanes(block, asked)
-        spread = lane_deviations(block, fits, lags)
+        fits = _fitted_lanes(block, asked)
+        spread = _lane_deviations(block, fits, lags)
         well = fits.well & block.starts[1]
         lanes, made = first + np.flatnonzero(well), self._made
         made.values[lanes] = fits.theta[well]
@@ -150,3 +159,147 @@ class _FoundLanes:
                 made.freedom[name][to] = result.freedom[name]
         except AxisidError as error:
             self._how[to], self._errors[to] = FAILED, str(error)
+
+
+@dataclass(frozen=True, slots=True)
+class _LaneDeviations:
+    """By name of the covariance: deviations and degrees of freedom, (L, p) each."""
+
+    deviations: dict[str, Array]
+    freedom: dict[str, Array]
+
+
+def _lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> _LaneDeviations:
+    """Deviations of lanes that ended well; not a number for the others."""
+    names, shape = tuple(COVARIANCES), fits.theta.shape
+    found = _LaneDeviations(*({name: np.full(shape, np.nan) for name in names} for _ in range(2)))
+    inverse = inverse_products(block.library, fits.instruments)
+    scores = combined(fits.instruments, fits.mixing) * fits.residuals[:, None]
+    lagged = _lagged(block, scores, lags)
+    models = {name: COVARIANCES[name].covariance(lags) for name in names}
+    for lane in map(int, np.flatnonzero(fits.well)):
+        n, k = fits.counts[lane], shape[1]
+        by_name = {
+            "iid": (fits.power[lane] / (n - 1) * np.diagonal(inverse[lane]), n - k),
+            "robust": (n / (n - k) * lagged[0, :, lane], n - k),
+            "hac": _hac(models["hac"], lagged[:, :, lane], int(n)),
+        }
+        for name, (variances, freedom) in by_name.items():
+            found.freedom[name][lane] = freedom
+            if name == "hac" and lags is None and np.min(freedom) < FEW_SCORES.value:
+                applied = models[name].applied(_lane_solution(block, fits, lane, inverse[lane]))
+                of_few, found.freedom[name][lane] = np.diag(applied.matrix), applied.freedom
+            else:
+                of_few = variances
+            found.deviations[name][lane] = np.sqrt(np.maximum(of_few, 0.0))
+    return found
+
+
+def _lagged(block: Block, scores: Array, lags: int | None) -> Array:
+    """Products of scores (n, p, L) at as many lags as a covariance may look at."""
+    most = (most_lags(len(scores)) if lags is None else lags) + 2
+    return lagged_products(block.library, scores, min(most, len(scores) - 1))
+
+
+def _hac(model: Covariance, lagged: Array, rows: int) -> tuple[Array, Array]:
+    """Variances and degrees of freedom by a lane's scores, products (lags + 1, p) of each alone."""
+    assert isinstance(model, Hac)  # noqa: S101
+    k = lagged.shape[1]
+    alone = lagged[:, :, None] * np.eye(k)
+    found = model.long_run(lambda lags: alone[: lags + 1], rows)
+    variances = rows / (rows - k) * np.diag(found.covariance)
+    return variances, np.minimum(found.freedom, rows - k)
+
+
+def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array | None) -> Solution:
+    """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1`` where they are known."""
+    own = slice(None) if fits.rows is None else fits.rows[:, lane]
+    places = block.template.row_numbers.astype(np.int64)[own]
+    instruments = fits.instruments[own, :, lane]
+    if inverse is None:
+        inverse = np.asarray(np.linalg.inv(instruments.T @ instruments))
+    return Solution(
+        theta=fits.theta[lane],
+        residuals=np.ascontiguousarray(fits.residuals[own, lane]),
+        inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=np.float64),
+        influence=instruments @ fits.mixing[lane].T,
+        neighbours=Neighbours.of(places, block.template.prefilter.decimate),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _FirstFit:
+    """Least squares of lanes.
+
+    Attributes
+    ----------
+    measured : LaneRows
+    theta : (L, p) array
+    loops : Loops
+        Simulated with it.
+    follows : (L,) array of bool
+        Which loops move as the records do.
+    shown : (L,) array of bool
+        Which lanes show every parameter by far.
+    """
+
+    measured: LaneRows
+    theta: Array
+    loops: Loops
+    follows: Chosen
+    shown: Chosen
+
+
+def _fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
+    """Lanes from their samples to where the instruments' iteration ends."""
+    excluded = _near_reversals(block, asked)
+    shown = np.ones(len(block.lanes), dtype=bool)
+    if excluded is not None:
+        first = _first_fit(block, excluded, block.rows_of(excluded))
+        again = block.turns(block.velocity(first.loops.position))
+        # Where the loop does not follow, the record's own reversals stay.
+        excluded = np.where(first.follows & excluded.any(axis=0), again, excluded)
+        shown = first.shown
+    rows = block.rows_of(excluded)
+    first = _first_fit(block, excluded, rows)
+    active = first.follows & first.shown & shown
+    return iterated(block, first.measured, excluded, rows, first.theta, active, first.loops)
+
+
+def _first_fit(block: Block, excluded: Chosen | None, rows: Chosen | None) -> _FirstFit:
+    """Least squares of all lanes, with the samples and rows that they have."""
+    measured = block.rows(block.measured, excluded, rows)
+    found = solved(block.library, measured.left, measured.regressor, measured.regressor)
+    every = np.ones(len(block.lanes), dtype=bool)
+    loops = loops_of(block, found.theta, every, excluded, rows)
+    error = unexplained(measured.whole, fitted(loops.Z, found.theta) + loops.intercept)
+    return _FirstFit(
+        measured=measured,
+        theta=found.theta,
+        loops=loops,
+        follows=loops.well & found.sound & (error < MAX_SIMULATION_ERROR.value),
+        shown=clearly_shown(block, measured, rows, found),
+    )
+
+
+def _near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
+    """Samples near reversals and rests that lanes leave out, (N, L); None where no lane does."""
+    axis = block.axis
+    if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
+        return None
+    near = block.turns(block.measured.motion[1])
+    if asked.reversals is None and not searches_friction(axis):
+        near &= ~_show_too_little(block, near)
+    return near if near.any() else None
+
+
+def _show_too_little(block: Block, near: Chosen) -> Chosen:
+    """Which lanes hardly show a parameter without what is near reversals, (L,)."""
+    slow = MIN_MOVING_SPEED.value * np.abs(block.measured.motion[1]).max(axis=0)
+    moving, left = block.information(near, slow)
+    found = np.zeros(near.shape[1], dtype=bool)
+    for lane in range(len(found)):
+        information = Information(losses_count(block.axis))
+        information.add(moving[lane], left[lane])
+        found[lane] = information.remaining < MIN_INFORMATION_LEFT.value
+    return found

@@ -5,21 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.batched.rows import (
-    Block,
-    Chosen,
-    LaneRows,
-    fitted,
-    inverse_products,
-    of_lanes,
-    put_lanes,
-    row_counts,
-    solved,
-    some_lanes,
-)
 from axisid.estimation.methods import Pace
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
+
+from .block import Block, Chosen, LaneRows
+from .regression import inverse_products, row_counts, solved
+from .workspace import of_lanes, put_lanes, some_lanes
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
 
@@ -89,11 +81,6 @@ def unexplained(whole: Array, simulated: Array) -> Array:
     with np.errstate(all="ignore"):
         error = np.linalg.norm(whole - simulated, axis=0) / np.linalg.norm(whole, axis=0)
     return np.asarray(100 * error)
-
-
-def simulated_left(loops: Loops, physical: Array) -> Array:
-    """Left side as the loops have it, (n, L)."""
-    return fitted(loops.Z, physical) + loops.intercept
 
 
 def iterated(

@@ -6,20 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.batched.rows import (
-    Block,
-    LaneRows,
-    LaneSolutions,
-    RecordLanes,
-    lagged_products,
-    row_counts,
-)
 from axisid.estimation.problems import Reach, shown_up_to
 from axisid.estimation.records import is_same_period
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array
+
+from .block import Block, LaneRows
+from .lanes import RecordLanes
+from .regression import LaneSolutions, lagged_products, row_counts
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"

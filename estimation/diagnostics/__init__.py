@@ -26,6 +26,5 @@ from .records_alike import OwnColumns as OwnColumns
 from .records_alike import alike_check as alike_check
 from .records_alike import records_alike as records_alike
 from .records_alike import rows_alike as rows_alike
-from .repeated_samples import Overlap as Overlap
 from .repeated_samples import overlaps as overlaps
 from .repeated_samples import repeated_check as repeated_check

@@ -6,7 +6,6 @@ Knows nothing of methods, of verdicts and of how it is shown.
 
 from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
-from .estimate import alike_corrected as alike_corrected
 from .fitted import FittedParameters as FittedParameters
 from .hausman import NOTICEABLE as NOTICEABLE
 from .hausman import HausmanTest as HausmanTest
@@ -19,7 +18,6 @@ from .part import part_of as part_of
 from .physical import Physical as Physical
 from .physical import PhysicalByMethod as PhysicalByMethod
 from .physical import physical_parameters as physical_parameters
-from .solver_of import solver_of as solver_of
 from .value import CORRECTED as CORRECTED
 from .value import NamedValues as NamedValues
 from .value import Value as Value

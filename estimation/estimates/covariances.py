@@ -1,10 +1,10 @@
-"""What may be assumed of residuals, from the rows of `axisid.estimation.choices.covariances`."""
+"""What may be assumed of residuals, from the rows of `axisid.estimation.choices`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pkgutil import resolve_name
 
-from axisid.estimation.choices.covariances import COVARIANCE_ROWS, CovarianceRow
+from axisid.estimation.choices import COVARIANCE_ROWS, CovarianceRow
 from axisid.estimation.regression import Covariance
 
 

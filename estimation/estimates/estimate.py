@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.choices.methods import ROW_LOSSES, is_output_error
+from axisid.estimation.choices import ROW_LOSSES, is_output_error
 from axisid.estimation.problems import NoiseFree
 from axisid.estimation.regression import (
     Bend,

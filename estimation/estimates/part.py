@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.joint import JointForm
+from axisid.estimation.parameters import JointForm
 from axisid.estimation.problems import NoiseFree, Problem
 from axisid.estimation.regression import (
     RowCounts,

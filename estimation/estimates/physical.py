@@ -15,7 +15,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 from scipy.special import chdtrc
 
-from axisid.estimation.joint import JointForm
+from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Form, delta_method
 from axisid.modeling.derivation import BaseModel
 from axisid.modeling.quantities import Parameter

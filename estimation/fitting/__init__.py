@@ -8,5 +8,3 @@ from axisid.estimation.searches import FitStep as FitStep
 
 from .fit import fit as fit
 from .result import OutputFit as OutputFit
-from .result import RecordError as RecordError
-from .starting import StartLike as StartLike

@@ -8,12 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Value, student_interval
-from axisid.estimation.freed import are_starts
+from axisid.estimation.parameters import Unknowns, are_starts
 from axisid.estimation.predictions import (
     record_rows,
-)
-from axisid.estimation.searches import (
-    Unknowns,
 )
 from axisid.support.arrays import Array
 

@@ -18,8 +18,8 @@ from axisid.estimation.diagnostics import (
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.remainder import outliers_check, terms_check
 from axisid.estimation.estimates import few_rows
-from axisid.estimation.joint import GAIN
 from axisid.estimation.lacking import Lack
+from axisid.estimation.parameters import GAIN
 from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds import (

@@ -10,20 +10,12 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices.outputs import SQUARES
-from axisid.estimation.freed import axis_at
+from axisid.estimation.choices import SQUARES
+from axisid.estimation.parameters import Unknowns, axis_at, least_within
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, widened
-from axisid.estimation.searches import (
-    Elsewhere,
-    Found,
-    Search,
-    Unknowns,
-    Weighing,
-    least_within,
-    passed_as_low,
-)
+from axisid.estimation.searches import Elsewhere, Found, Search, Weighing, passed_as_low
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.told_by_outputs import (
     Colour,

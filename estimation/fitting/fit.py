@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices.outputs import (
+from axisid.estimation.choices import (
     FIT_STARTS,
     LOSSES,
     OPEN_LOOP,
@@ -19,9 +19,18 @@ from axisid.estimation.choices.outputs import (
     SQUARES,
 )
 from axisid.estimation.diagnostics.law import LawCheck, first_law
-from axisid.estimation.freed import FormByTime, are_starts
 from axisid.estimation.identification import records_of, shared_records
-from axisid.estimation.joint import Told, moved_layouts
+from axisid.estimation.parameters import (
+    End,
+    FormByTime,
+    Told,
+    Unknowns,
+    are_starts,
+    by_name,
+    check_enough,
+    moved_layouts,
+    unknowns_of,
+)
 from axisid.estimation.predictions import (
     LoopPredictions,
     Predictions,
@@ -34,17 +43,12 @@ from axisid.estimation.predictions import (
 from axisid.estimation.records import Record
 from axisid.estimation.searches import LOSSES as LOSS_FUNCTIONS
 from axisid.estimation.searches import (
-    End,
     Found,
     Search,
-    Unknowns,
     Weighing,
     best_of,
-    by_name,
-    check_enough,
     cost_of,
     deviation_by_median,
-    unknowns_of,
 )
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.estimation.told_by_outputs import unseen_directions
@@ -281,7 +285,7 @@ class _Asked:
         asked = (self.free, self.outputs, self.known or {}, records)
         whose = loops = with_free(searched(shared), *asked)
         if time is not None:
-            whose = replace(loops, form=FormByTime.of(loops.form, generated, time))
+            whose = replace(loops, form=FormByTime(generated, of_model=loops.form, time=time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
         predictions, horizon = self._predictions(loops, records, begins[0], horizon)

@@ -6,9 +6,9 @@ from functools import partial
 import numpy as np
 
 from axisid.estimation.checks import Check, made, passed
-from axisid.estimation.choices.outputs import POSITION
+from axisid.estimation.choices import POSITION
 from axisid.estimation.diagnostics.estimates import NOMINAL_VALUES
-from axisid.estimation.freed import START
+from axisid.estimation.parameters import START
 from axisid.estimation.searches import MOST_STEPS
 from axisid.estimation.thresholds import NOTICEABLE_BIAS
 from axisid.support.missing import Missing

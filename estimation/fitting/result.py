@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
-from axisid.estimation.choices.outputs import OPEN_LOOP
+from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value

@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from axisid.estimation.parameters import Unknowns
 from axisid.estimation.predictions import Predictions, record_rows, whole_lanes
 from axisid.estimation.records import Record
-from axisid.estimation.searches import Found, Unknowns, Weighing
+from axisid.estimation.searches import Found, Weighing
 from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.estimation.told_by_outputs import (
     Colour,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices.outputs import (
+from axisid.estimation.choices import (
     FIT_STARTS,
     FORCE,
     INSTRUMENTS_START,
@@ -15,19 +15,20 @@ from axisid.estimation.choices.outputs import (
     OPEN_LOOP,
 )
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.freed import (
+from axisid.estimation.identification import Shared, identify
+from axisid.estimation.parameters import (
+    GAIN,
     START,
     STARTS,
     FormByDriveGain,
     FormByGains,
     FormByStart,
+    JointForm,
+    Unknowns,
     least_sizes,
 )
-from axisid.estimation.identification import Shared, identify
-from axisid.estimation.joint import GAIN, JointForm
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, InverseForm
-from axisid.estimation.searches import Unknowns
 from axisid.modeling.quantities import State
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, UsageError

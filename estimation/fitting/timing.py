@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.choices.outputs import OPEN_LOOP
+from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.identification import check_time
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import HIDDEN_FROM

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices.methods import ROW_LOSSES
-from axisid.estimation.joint import Layout, Told, known_of, layout_of, prefilters_of
+from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.methods import METHODS, bound_record, scale_of
+from axisid.estimation.parameters import Layout, Told, known_of, layout_of, prefilters_of
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import (

@@ -7,10 +7,10 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, is_output_error
+from axisid.estimation.choices import ROW_LOSSES, STARTS, is_output_error
 from axisid.estimation.estimates import COVARIANCES, Estimate
-from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
+from axisid.estimation.parameters import Told
 from axisid.estimation.problems import Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
@@ -173,12 +173,12 @@ def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
 def identify_problem(
     problem: Problem,
     as_given: Prefilter,
-    requested: Sequence[str] | None = None,
+    requested: Sequence[str] | None,
     *,
     lags: int | None = None,
     covariance: str = "hac",
     set_aside: Mapping[str, Note] | None = None,
-    start: str = STARTS[0],
+    start: str,
     loss: str = ROW_LOSSES[0],
     bootstrap: int = DEFAULT_COUNT,
     levels: Levels = DEFAULT_LEVELS,

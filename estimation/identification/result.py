@@ -7,7 +7,7 @@ from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.choices.methods import STARTS
+from axisid.estimation.choices import STARTS
 from axisid.estimation.diagnostics import Choice, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,

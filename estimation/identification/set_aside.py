@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.joint import GAIN, Layout, Told, prefilters_of
+from axisid.estimation.parameters import GAIN, Layout, Told, prefilters_of
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import AxisidError, UsageError

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.joint import Layout, Told
+from axisid.estimation.parameters import Layout, Told
 from axisid.estimation.problems import check_time_known
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter

@@ -285,7 +285,6 @@ def scores_of(
     physical: Array,
     chain: Chain | None,
     free: Sequence[int],
-    count: int = DEFAULT_COUNT,
     *,
     by_loop: bool = False,
 ) -> RecordScores | Missing:
@@ -300,8 +299,6 @@ def scores_of(
         The record's noise; None where it could not be measured.
     free : sequence of int
         Which of the parameters are estimated; the others have the values that are given.
-    count : int
-        Of the twins.
     by_loop : bool
         Whether the simulated loop gives the instruments without a chain too, from which no twins
         are made then.
@@ -317,8 +314,8 @@ def scores_of(
     loops = recorded_loops(data, physical)
     quiet = noise_free_record(data, loops)
     data = _where_both_move(data, quiet)
-    twins = [] if chain is None else twins_of(data, physical, chain, count)
-    if 2 * len(twins) < count:
+    twins = [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
+    if 2 * len(twins) < DEFAULT_COUNT:
         twins = []
     velocity = np.concatenate([loop.velocity for loop in loops])
     direction = np.concatenate([loop.direction for loop in loops])

@@ -146,8 +146,8 @@ def lacking(
 def found_beside(
     scores: RecordScores,
     half_widths: Array,
-    records: int = 1,
-    levels: Levels = DEFAULT_LEVELS,
+    records: int,
+    levels: Levels,
 ) -> tuple[Lack, ...]:
     """What is found beside a model, the name that explains most first.
 

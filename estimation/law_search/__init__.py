@@ -4,8 +4,6 @@ In: an axis and its record. Out: `LawSearch`.
 Knows nothing of the axis's parameters.
 """
 
-from .forms import FORMS as FORMS
-from .forms import LawForm as LawForm
 from .result import ExplainedLaw as ExplainedLaw
 from .result import LawSearch as LawSearch
 from .search import find_law as find_law

@@ -44,22 +44,12 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
     found, objects, names = (_read_hdf5 if hdf5 else _read_mat)(file, content, room)
     how = _how_to_save(objects)
     if not found.columns:
-        raise _without_numbers(str(file), names, f" {how}" if how else "")
+        raise DataError(
+            f"{file} holds no numeric vectors; its variables are {', '.join(names) or 'none'}."
+            + (f" {how}" if how else ""),
+            code="matlab-without-numbers",
+        )
     return found.table(str(file), notes=("MATLAB v7.3",) if hdf5 else (), missing=how)
-
-
-def _without_numbers(source: str, names: list[str], how: str = "") -> DataError:
-    return DataError(
-        f"{source} holds no numeric vectors; its variables are {', '.join(names) or 'none'}.{how}",
-        code="matlab-without-numbers",
-    )
-
-
-def _damaged(source: str, error: Exception) -> DataError:
-    return DataError(
-        f"{source} cannot be read as a MATLAB v7.3 file: {one_line(error)}.",
-        code="damaged-matlab-73",
-    )
 
 
 def _how_to_save(objects: list[str]) -> str:
@@ -161,7 +151,10 @@ def _read_hdf5(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[s
         raise
     except Exception as error:
         # Damaged files lead h5py to missing nodes, wrong types and failures of its own.
-        raise _damaged(str(file), error) from error
+        raise DataError(
+            f"{file} cannot be read as a MATLAB v7.3 file: {one_line(error)}.",
+            code="damaged-matlab-73",
+        ) from error
     return visit.found, visit.objects, names
 
 

@@ -1,21 +1,27 @@
 """A log of any format as a table."""
 
 import os
-from collections.abc import Callable
+import re
+import stat
+import zipfile
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from axisid.estimation.logs.text import NoTextError, read_text
-from axisid.estimation.tables import Repair, Table, wide
+from axisid.estimation.tables import Column, Repair, Samples, Table, label_unit, loaded_column
+from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.files.memory import MEMORY, SHORTER_FILES, Room, room_for
 from axisid.support.files.unchanged import changed, digest_of, read_whole, stamps
 from axisid.support.remedy import Remedy
 
 from .columnar import read_frame
-from .file_kinds import check_kind, check_regular
-from .formats import format_endings, format_of
-from .packings import packing_of, unpacked
+from .formats import ZIP, format_by_content, format_endings, format_of
+from .packings import packing_by_content, packing_of, unpacked
 from .rosbag import bag_of, is_bag, read_bag
 
 _NO_TAIL = Repair(
@@ -23,6 +29,33 @@ _NO_TAIL = Repair(
     count=0,
     text="nothing left out at the end: that is done in delimited text alone",
 )
+
+HEAD = 4096  # bytes that tell the kind
+_ASK = "give the file the ending "
+_JSON = re.compile(rb'\s*(\{\s*"|\[\s*[\[{])')
+#: First bytes of what is no log, what such a file is, and what to do.
+_NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
+    (b"\x93NUMPY", "a NumPy array", "save the columns with numpy.savez, as .npz"),
+    (b"\xd0\xcf\x11\xe0", "an old Excel or Office file", "save its sheet as CSV"),
+    (b"%PDF", "a PDF document", "give the log itself"),
+    (b"\x89PNG", "a picture", "give the log itself"),
+    (b"\xff\xd8\xff", "a picture", "give the log itself"),
+    (b"7z\xbc\xaf", "a 7z archive", "unpack it and give the log"),
+    (b"Rar!", "a RAR archive", "unpack it and give the log"),
+    (b"BZh", "compressed by bzip2", "unpack it first"),
+    (b"\xfd7zXZ\0", "compressed by xz", "unpack it first"),
+    (b"{\\rtf", "a word processor's document", "save the table as CSV"),
+)
+
+# of the rows have the time of the row before; one half with two names, more with more
+_MIN_ROWS_AT_ONE_TIME = 0.4
+
+_NAMES = frozenset("name signal channel variable topic key tag symbol measurement field".split())
+_VALUES = frozenset(("value", "val", "values", "y", "data", "wert"))
+_UNITS = frozenset(("unit", "units", "einheit"))
+_MOST_SIGNALS = 1000
+_FEWEST_ROWS = 2  # of a signal
+_MOST_PARTS = 4  # time, name, value, unit
 
 
 def read_table(
@@ -43,10 +76,10 @@ def read_table(
 def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     """The table of a file or of a bag's folder."""
     bag = is_bag(file)
-    check_regular(file, folder=bag)
+    _check_regular(file, folder=bag)
     reader = read_bag if bag else format_of(file).read_file
     try:
-        check_kind(file)
+        _check_kind(file)
         if reader is not None:
             table, sha256 = _from_disk(reader, file, room)
         else:
@@ -102,3 +135,198 @@ def _as_text(file: Path, content: bytes, *, drop_tail: bool) -> Table:
             f"{error.problem.removesuffix('.')}, or give the file the ending of its format "
             f"({format_endings()})."
         ) from error
+
+
+def _check_regular(file: Path, *, folder: bool) -> None:
+    """Refuse what is there but is no file with an end, such as a pipe or a device.
+
+    Parameters
+    ----------
+    file : Path
+    folder : bool
+        Whether it may be a folder.
+
+    Raises
+    ------
+    DataError
+        It is not a regular file or a folder, or there is none.
+    """
+    try:
+        mode = file.stat().st_mode
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        where = "" if file.is_absolute() else f" ({Path.cwd() / file})"
+        raise DataError(
+            f"{file} cannot be read: {why}{where}. Check the path.", code="log-not-read"
+        ) from error
+    if stat.S_ISDIR(mode) and not folder:
+        raise DataError(
+            f"{file} cannot be read: it is a folder, and no ROS 2 bag. Give the file of the log.",
+            code="folder-for-log",
+        )
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise DataError(
+            f"{file} is no regular file but a pipe, a device or a socket; save the log to a file.",
+            code="log-not-a-file",
+        )
+
+
+def _check_kind(file: Path) -> None:
+    """Refuse a file whose first bytes are those of another format than its ending says.
+
+    Raises
+    ------
+    DataError
+        It says what the file is, and what to do.
+    """
+    if not file.is_file():
+        return
+    with file.open("rb") as stream:
+        head = stream.read(HEAD)
+    ending = file.suffix.lower()
+    found = _kind(file, head, ending)
+    if found is not None:
+        kind, advice = found
+        raise DataError(f"{file} is {kind} by its content; {advice}.", code="other-kind-of-file")
+
+
+def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
+    """What a file is and what to do, where that is surely not what its ending says."""
+    found = format_by_content(head)
+    if found is not None:
+        log_format, signature = found
+        advice = f"{_ASK}{log_format.endings[0]}{signature.provided}"
+        return None if ending in log_format.endings else (signature.kind, advice)
+    for start, kind, advice in _NO_LOGS:
+        if head.startswith(start):
+            return kind, advice
+    named = format_of(file)
+    if head.startswith(ZIP):
+        return None if named.start == ZIP else _archive(file)
+    packed, packing = packing_by_content(head), packing_of(file)
+    if packed is not None:
+        advice = f"{_ASK}{packed.ending}, as in .csv{packed.ending}"
+        return None if packed is packing else (f"compressed by {packed.name}", advice)
+    if packing is not None:
+        return f"not compressed by {packing.name}", f"{_ASK}of what it is"
+    if b'"axisid.' in head and _JSON.match(head):
+        return "a result of axisid in JSON", "give the log that it was found from"
+    if named.is_text:
+        return _marked_up(head)
+    return ("text", f"{_ASK}.csv") if named.is_binary and _is_text(head) else None
+
+
+def _archive(file: Path) -> tuple[str, str]:
+    try:
+        with zipfile.ZipFile(file) as archive:
+            names = archive.namelist()
+    except (zipfile.BadZipFile, OSError, ValueError):
+        names = []
+    if any(name.startswith("xl/") for name in names):
+        return "an Excel workbook", "save the sheet of the log as CSV"
+    if names and all(name.endswith(".npy") for name in names):
+        return "a NumPy archive", f"{_ASK}.npz"
+    return "a ZIP archive", "unpack it and give the log"
+
+
+def _marked_up(head: bytes) -> tuple[str, str] | None:
+    """Text that is surely no table."""
+    begin = head.removeprefix(b"\xef\xbb\xbf").lstrip()[:200].lower()
+    if begin.startswith((b"<!doctype html", b"<html")):
+        return "a page in HTML", "export the log itself as CSV"
+    if begin.startswith(b"<?xml"):
+        return "an XML document", "export the log as CSV"
+    if _JSON.match(begin):
+        return "a JSON document", f"{_ASK}.json, or .jsonl for a record in each line"
+    return None
+
+
+def _is_text(head: bytes) -> bool:
+    """Whether bytes are printable and have lines, as a table in text has."""
+    return b"\n" in head and all(byte >= 0x20 or byte in b"\t\n\r\f" for byte in head)
+
+
+def wide(table: Table) -> Table:
+    """A table as it is, or with a column for each signal of a long one.
+
+    Long is a table of one column of text, one of times and one of values, beside one of units,
+    whose headings say so (``name`` or ``signal``, ``value``), or whose rows come at the same times.
+    Each signal has a clock of its own.
+    """
+    found = _parts(table)
+    if found is None:
+        return table
+    names, times, values, units = found
+    clock, numbers = table.columns[times], table.columns[values].read().values
+    seconds = clock.read().values
+    columns: dict[str, Column] = {}
+    order = np.unique(np.asarray(names, dtype=str), return_inverse=True)
+    clocks: list[Array] = []
+    for k, name in enumerate(order[0]):
+        places = np.flatnonzero(order[1] == k)
+        own = seconds[places]
+        shared = next((each for each in clocks if np.array_equal(each, own)), own)
+        if shared is own:
+            clocks.append(own)
+        unit = units[places[0]] if units else ""
+        columns[str(name)] = loaded_column(numbers[places], unit=unit, clock=shared)
+    told = f"rows of {times}, name and {values}, made {len(columns)} columns by their names"
+    timed = _with_seconds(columns, clock.unit)
+    notes = (*table.notes, *((clock.note,) if clock.note else ()), told)
+    return replace(table, columns=timed, notes=notes, texts={})
+
+
+def _with_seconds(columns: dict[str, Column], unit: str) -> dict[str, Column]:
+    """Columns whose clocks are in seconds, where the times have a unit."""
+    found = label_unit(unit) if unit else None
+    if found is None or found[0] == 1.0:
+        return columns
+
+    def scaled(column: Column) -> Column:
+        samples = column.read()
+        assert samples.clock is not None  # noqa: S101
+        made = Samples(values=samples.values, clock=found[0] * samples.clock)
+        return replace(column, read=lambda: made)
+
+    return {name: scaled(column) for name, column in columns.items()}
+
+
+def _parts(
+    table: Table,
+) -> tuple[Sequence[str], str, str, Sequence[str]] | None:
+    """Names of the signals, row by row, the columns of times and of values, and units."""
+    texts = dict(table.texts)
+    units: Sequence[str] = ()
+    for label in [*texts]:
+        if label.lower() in _UNITS and len(texts) > 1:
+            units = texts.pop(label)
+    numeric = [name for name, c in table.columns.items() if name not in table.texts]
+    if len(texts) != 1 or len(numeric) != 2:
+        return None
+    ((label, names),) = texts.items()
+    signals = {*names}
+    enough = 2 <= len(signals) <= _MOST_SIGNALS and len(names) >= _FEWEST_ROWS * len(signals)
+    if not enough or "" in signals:
+        return None
+    values = next((name for name in numeric if name.lower() in _VALUES), numeric[1])
+    times = next(name for name in numeric if name != values)
+    said = label.lower() in _NAMES and values.lower() in _VALUES
+    # A column of numbers with a damaged one is text too, and has no names in it.
+    if not (said or (_at_one_time(table, times) and not any(map(_is_number, signals)))):
+        return None
+    return names, times, values, units
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _at_one_time(table: Table, times: str) -> bool:
+    """Whether rows share their times."""
+    seconds = table.columns[times].read().values
+    same = sum(a == b for a, b in pairwise(seconds[:10_000].tolist()))
+    return bool(same >= _MIN_ROWS_AT_ONE_TIME * min(len(seconds), 10_000))

@@ -20,7 +20,7 @@ from axisid.support.arrays import Array
 
 from .as_logged import as_logged, commands_as_logged, late_in_log, limit_in_log
 from .law_ticks import LawTicks
-from .start_memory import MIN_MEMORY_EFFECT
+from .start import MIN_MEMORY_EFFECT
 
 # of the limit: a control that near may have been cut off, as the log has a converter's noise; a
 # right law is the same with more

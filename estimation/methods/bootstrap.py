@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from axisid.estimation.choices.methods import ROW_LOSSES
+from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
 from axisid.estimation.simulation import Simulation

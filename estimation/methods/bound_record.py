@@ -8,11 +8,12 @@ is simulated with least squares turns where the axis does, and has no noise.
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.loops import mean_until_next
+from axisid.estimation.loops import control_at_ticks, law_ticks, start_of_law, two_clocks
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.regression import simulated_position
 from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .methods import METHODS
@@ -31,7 +32,7 @@ def bound_record(
         As `FilteredRecord.bind` does.
     """
     data = FilteredRecord.bind(axis, record, prefilter, fastest)
-    data = data.with_mean_control(mean_until_next(axis, record))
+    data = data.with_mean_control(_mean_until_next(axis, record))
     if data.prefilter.reversals != "leave-out" or record.reference is None:
         return data
     try:
@@ -40,3 +41,41 @@ def bound_record(
             return data.turning_as(simulated_position(fit.loops)) if fit.follows else data
     except AxisidError:
         return data  # whoever asks for an estimate is told why there is none
+
+
+def _mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
+    """By how much the mean of the control until the next sample is more than that at each, (N,).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    record : Record
+
+    Returns
+    -------
+    (N,) array or None
+        None where the law is evaluated at the samples or seldomer, where the reference is not held
+        between them, so that the control is no sawtooth, or where the law cannot be run.
+    """
+    law = axis.axis.control
+    if law is None or record.reference is None or record.control is None:
+        return None
+    pieces = [_of_segment(axis, record, span) for span in record.spans]
+    controls = [piece for piece in pieces if piece is not None]
+    return np.concatenate(controls) if len(controls) == len(pieces) else None
+
+
+def _of_segment(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Array | None:
+    clocks = two_clocks(axis, record, span)
+    if clocks is None or clocks.between != "held" or clocks.law_period > clocks.log_period:
+        return None
+    ticks = law_ticks(axis, record, span)
+    control = control_at_ticks(axis, ticks, start_of_law(axis, record, span, ticks))
+    # Each is held until the next evaluation; the last beyond the last sample.
+    edges = np.append(clocks.times, clocks.times[-1] + clocks.law_period / clocks.log_period)
+    until = np.concatenate([[0.0], np.cumsum(control * np.diff(edges))])
+    samples = np.arange(clocks.samples + 1)
+    mean = np.diff(np.interp(samples, edges, until))
+    mean[-1] = control[ticks.held[-1]]  # it goes on beyond the record
+    change = mean - control[ticks.held]
+    return np.where(np.isfinite(change), change, 0.0)

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.choices.methods import SQUARES_LOSS
+from axisid.estimation.choices import SQUARES_LOSS
 from axisid.estimation.problems import ByOutputError, Problem, Solver
 from axisid.estimation.regression import (
     Equations,

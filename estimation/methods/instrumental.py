@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.lowering import STEPS_OF_SEARCH
-from axisid.estimation.choices.methods import NOMINAL_START
+from axisid.estimation.choices import NOMINAL_START
 from axisid.estimation.estimates import Iterate
 from axisid.estimation.problems import ByInstruments, Problem, Solver
 from axisid.estimation.regression import (

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
+from axisid.estimation.choices import ROW_LOSSES, STARTS
 from axisid.estimation.estimates import Iterate, NotSimulated
 from axisid.estimation.problems import ByInstruments, Problem, Solver, by_least_squares
 from axisid.estimation.regression import Equations, Form, QrFactors, Solution

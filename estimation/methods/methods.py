@@ -1,8 +1,8 @@
-"""Every method of estimation as it is run, from the rows of `axisid.estimation.choices.methods`."""
+"""Every method of estimation as it is run, from the rows of `axisid.estimation.choices`."""
 
 from pkgutil import resolve_name
 
-from axisid.estimation.choices.methods import METHOD_ROWS, MethodRow
+from axisid.estimation.choices import METHOD_ROWS, MethodRow
 
 from .method import Method
 

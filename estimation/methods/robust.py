@@ -17,7 +17,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from axisid.estimation.choices.methods import BISQUARE_LOSS, HUBER_LOSS, SQUARES_LOSS
+from axisid.estimation.choices import BISQUARE_LOSS, HUBER_LOSS, SQUARES_LOSS
 from axisid.estimation.regression import (
     Columns,
     Form,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from axisid.estimation.choices.methods import LEAST_SQUARES_START, NOMINAL_START
+from axisid.estimation.choices import LEAST_SQUARES_START, NOMINAL_START
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Form, InverseForm, least_squares
 from axisid.estimation.simulation import Simulation

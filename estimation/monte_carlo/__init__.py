@@ -8,7 +8,6 @@ from .figures import Mean as Mean
 from .figures import Share as Share
 from .fits import COLOURED as COLOURED
 from .fits import stated_by as stated_by
-from .monte_carlo import Keep as Keep
 from .monte_carlo import monte_carlo as monte_carlo
 from .noise import declared_chain as declared_chain
 from .noise import declared_figures as declared_figures
@@ -17,13 +16,11 @@ from .plan import noise_of as noise_of
 from .plan import twin_of as twin_of
 from .result import MonteCarlo as MonteCarlo
 from .runs import DIRECT as DIRECT
-from .runs import INTERVALS as INTERVALS
 from .runs import MODEL_ERROR as MODEL_ERROR
 from .runs import PARAMETER as PARAMETER
 from .runs import PHYSICAL as PHYSICAL
 from .runs import Estimand as Estimand
 from .runs import FailedRun as FailedRun
-from .table import OUTPUT_SUFFIXES as OUTPUT_SUFFIXES
 from .table import check_output as check_output
 from .table import run_columns as run_columns
 from .table import write_runs as write_runs

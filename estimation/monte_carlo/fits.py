@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Levels
-from axisid.estimation.choices.outputs import fit_names, fitted_output
+from axisid.estimation.choices import fit_names, fitted_output
 from axisid.estimation.estimates import Value, student_interval
 from axisid.estimation.fitting import fit
 from axisid.estimation.records import Record

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from axisid.estimation.batched import identify_lanes, is_served
-from axisid.estimation.batched.rows import LaneEstimates, RecordLanes
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS
+from axisid.estimation.batched import LaneEstimates, RecordLanes, identify_lanes, is_served
+from axisid.estimation.choices import ROW_LOSSES, STARTS
 from axisid.estimation.simulation import TwinPlan, simulate_batch, twin_plan
 from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices.methods import ROW_LOSSES, STARTS, method_names
+from axisid.estimation.choices import ROW_LOSSES, STARTS, method_names
 from axisid.estimation.identification import check_choices, requested_methods
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan

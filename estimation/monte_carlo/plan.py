@@ -7,7 +7,7 @@ from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices.outputs import fitted_output
+from axisid.estimation.choices import fitted_output
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import Chain

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from axisid.estimation.choices.outputs import fitted_output
+from axisid.estimation.choices import fitted_output
 from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds import INTERVAL_LEVEL

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.batched.rows import LaneEstimates
+from axisid.estimation.batched import LaneEstimates
 from axisid.estimation.estimates import COVARIANCES, Value, student_interval
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record

@@ -8,7 +8,3 @@ from .jackknife import Band as Band
 from .jackknife import model_bands as model_bands
 from .lack_of_fit import LackOfFit as LackOfFit
 from .lack_of_fit import lack_of_fit as lack_of_fit
-from .moves import Moves as Moves
-from .moves import moves_of as moves_of
-from .repeats import Repeats as Repeats
-from .repeats import repeats_of as repeats_of

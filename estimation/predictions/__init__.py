@@ -4,14 +4,11 @@ In: axes, records, parameters. Out: `Lanes` of predicted less recorded outputs; 
 Knows nothing of how parameters are searched for.
 """
 
-from .added_slopes import Motion as Motion
 from .free_time import TimedPredictions as TimedPredictions
-from .lanes import Lanes as Lanes
 from .lanes import Predictions as Predictions
 from .lanes import record_rows as record_rows
 from .lanes import whole_lanes as whole_lanes
 from .loop_predictions import LoopPredictions as LoopPredictions
-from .measured_output import MeasuredOutput as MeasuredOutput
 from .measured_output import measured_output as measured_output
 from .slopes import Slopes as Slopes
 from .slopes import slopes_of as slopes_of

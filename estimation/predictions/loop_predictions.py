@@ -4,15 +4,27 @@ Several outputs are of one simulation, and the rows of a sample are neighbours: 
 control, position, and so on.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.freed import (
+from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.lowering import LoopStart
+from axisid.estimation.loops import (
+    LawTicks,
+    applied_terms,
+    law_memory,
+    loop_starts,
+    moved_start,
+    noise_along,
+    state_at_rest,
+    two_clocks,
+)
+from axisid.estimation.parameters import (
     are_starts,
     axis_at,
     gains_in,
@@ -20,21 +32,18 @@ from axisid.estimation.freed import (
     start_sizes,
     started_at,
 )
-from axisid.estimation.loops import loop_starts, noise_along, two_clocks
 from axisid.estimation.records import Record, in_own_order
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
 from axisid.estimation.simulation import LoopInputs, most_substeps, settled_substeps, simulate_lanes
-from axisid.support.arrays import Array, covered
+from axisid.support.arrays import Array, covered, in_few_digits
 from axisid.support.errors import EstimationError
 
-from .added_slopes import Motion, motion_of, slopes_by_added
-from .disturbed import changed_by_noise, slopes_by_start
+from .added_slopes import Motion, injected_slopes, motion_of, slopes_by_added
 from .lanes import Lanes
-from .law_slopes import slopes_by_law
 from .measured_output import MeasuredOutput, measured_output
+from .slopes import STEP
 from .stretch import Stretch, interleaved
-from .unrounded import unrounded
 
 _TWINS_AT_ONCE = 256
 
@@ -50,7 +59,7 @@ class LoopPredictions:
         By record. Their drives are simulated without rounding, see `unrounded`.
     records : sequence of Record
     outputs : str or sequence of str
-        Of `axisid.estimation.choices.outputs.OUTPUTS`.
+        Of `axisid.estimation.choices.OUTPUTS`.
 
     Raises
     ------
@@ -140,7 +149,7 @@ class LoopPredictions:
         blocks = []
         for first in range(0, count, _TWINS_AT_ONCE):
             size = min(_TWINS_AT_ONCE, count - first)
-            changed = partial(changed_by_noise, count=size, random=random, factor=factor)
+            changed = partial(_changed_by_noise, count=size, random=random, factor=factor)
             blocks.append(self._changed(physical, changed))
         return np.hstack(blocks)
 
@@ -270,3 +279,150 @@ def _stretches(
             noise=noise_along(record.position[rows]),
             step=sensor_steps(axis, record).position,
         )
+
+
+def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping[str, Array]:
+    """Slopes of a stretch's outputs, (n,), by the gains of the term.
+
+    Parameters
+    ----------
+    stretch : Stretch
+    own : (p,) array
+        Parameters of its axis.
+    substeps : int or None
+
+    Returns
+    -------
+    mapping of str to (n,) array
+        Empty of a continuous law, and where a loop cannot be simulated.
+    """
+    law, inputs = stretch.axis.axis.control, stretch.inputs
+    if law is None or law.continuous:
+        return {}
+    alone = replace(inputs, clocks=None)
+    wanted = ("position", "velocity")
+    loop = simulate_lanes(stretch.axis, own[None, :], alone, substeps=substeps, wanted=wanted)
+    if loop.failures:
+        return {}
+    position, velocity = (loop[name][:, 0] for name in wanted)
+    ticks = LawTicks.at_samples(inputs.reference, position, velocity, inputs.signals)
+    memory = inputs.start.memory
+    # The loop's memory has the drive's behind the law's, whose terms do not depend on it.
+    own_memory = None if memory is None else np.asarray(memory)[: law_memory(stretch.axis)]
+    start = state_at_rest(stretch.axis, ticks) if own_memory is None else own_memory
+    terms = applied_terms(stretch.axis, ticks, start)
+    # They are those that are applied; what is injected is applied as late as they are.
+    terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
+    slopes = injected_slopes(stretch, own, substeps, terms)
+    if slopes is None:
+        return {}
+    names = [str(product) for product, _ in law.terms]
+    return dict(zip(names, slopes.T, strict=True))
+
+
+def unrounded(axis: GeneratedAxis) -> GeneratedAxis:
+    """The same axis, its drive without steps; itself where that has none."""
+    return _smooth(axis, native=axis.native.enabled) if axis.declared.drive.quantisation else axis
+
+
+# The records of a fit have one axis, or few, and to build one may compile its loop. Of two that are
+# equal one may be compiled and the other not.
+@lru_cache(maxsize=16)
+def _smooth(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
+    drive = axis.declared.drive
+    others = drive.delay or not replace(drive.path, quantisation=0.0).is_plain
+    # What acts of a command that nothing changes is the command.
+    logged = drive.logged if others or drive.logged != "applied" else "command"
+    smooth = replace(drive, quantisation=0.0, logged=logged)
+    return build(replace(axis.declared, drive=smooth), native=native)
+
+
+def _changed_by_noise(
+    stretch: Stretch,
+    own: Array,
+    *,
+    count: int,
+    random: np.random.Generator,
+    substeps: int | None,
+    factor: float = 1.0,
+) -> Array:
+    """What errors of the measured position change in the loop, (n, B), in so many twins.
+
+    An encoder's are those of its steps, which begin anywhere: they are silent at rest, and shake
+    nothing there, as white noise of their size would. What a record has besides is white.
+
+    A simulation begins at the first position as it was measured: a twin's axis is as far from there
+    as its noise says, and its law reads that position.
+
+    Parameters
+    ----------
+    stretch : Stretch
+    own : (p,) array
+        Parameters of its axis.
+    count : int
+    random : Generator
+    substeps : int or None
+    factor : float
+        Of the noise, and of where the steps begin.
+    """
+    inputs, step = stretch.inputs, stretch.step
+    declared = stretch.axis.axis.parameters
+    # Rounding may lead a parameter at a bound beyond it, with which nothing is simulated.
+    own = np.clip(in_few_digits(own), [p.lower for p in declared], [p.upper for p in declared])
+    alone = partial(simulate_lanes, stretch.axis, substeps=substeps, wanted=stretch.outputs)
+    quiet = alone(own[None, :], inputs)
+    white = float(in_few_digits(math.sqrt(max(stretch.noise**2 - step**2 / 12, 0.0))))
+    noise = factor * random.normal(scale=white, size=(stretch.samples, count))
+    away = factor * step * random.uniform(-0.5, 0.5, size=count)
+    first = [float(values[0]) for values in inputs.signals]
+    starts = [
+        moved_start(stretch.axis, inputs.start, float(inputs.reference[0]), first, float(each))
+        for each in away
+    ]
+    start = LoopStart(
+        position=float(inputs.start.position) - noise[0],
+        velocity=inputs.start.velocity,
+        memory=None if inputs.start.memory is None else np.array([s.memory for s in starts]),
+    )
+    batch = alone(
+        np.tile(own, (count, 1)),
+        replace(inputs, reference=inputs.reference[:, None] + away, start=start),
+        position_noise=away + (noise if inputs.clocks is None else inputs.clocks.held(noise)),
+        resolution=step,
+    )
+
+    def changed(name: str) -> Array:
+        out = batch[name]
+        if name == "position":
+            out = out + noise
+            if step:
+                out = np.floor((out + away) / step + 0.5) * step - away
+        return out - quiet[name]
+
+    return np.where(stretch.counted[:, None], stretch.rows(changed), 0.0)
+
+
+def slopes_by_start(stretch: Stretch, own: Array, sizes: Array, *, substeps: int | None) -> Array:
+    """What a first position and velocity change, by themselves, (n, 2); NaN where they cannot.
+
+    Parameters
+    ----------
+    stretch, own, substeps
+        As in `_changed_by_noise`.
+    sizes : (2,) array
+        Of both, from which steps are taken.
+    """
+    start, step = stretch.inputs.start, STEP * sizes
+    there = np.array([[float(start.position)], [float(start.velocity)]])
+    moved = there + step[:, None] * np.array([[1, -1, 0, 0], [0, 0, 1, -1]])
+    batch = simulate_lanes(
+        stretch.axis,
+        np.tile(own, (4, 1)),
+        replace(stretch.inputs, start=replace(start, position=moved[0], velocity=moved[1])),
+        substeps=substeps,
+        wanted=stretch.outputs,
+    )
+    out = stretch.rows(batch.__getitem__)
+    out[:, [*batch.failures]] = np.nan
+    slopes = (out[:, ::2] - out[:, 1::2]) / (2 * step)
+    return np.where(stretch.counted[:, None], slopes, 0.0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices.outputs import CONTROL, FORCE
+from axisid.estimation.choices import CONTROL, FORCE
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
@@ -35,7 +35,7 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> Measure
     Parameters
     ----------
     output : str
-        Of `axisid.estimation.choices.outputs.OUTPUTS`.
+        Of `axisid.estimation.choices.OUTPUTS`.
     axis : GeneratedAxis
     record : Record
 

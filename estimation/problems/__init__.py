@@ -10,7 +10,6 @@ from .noise_free import noise_free as noise_free
 from .noise_free import noise_free_record as noise_free_record
 from .noise_free import slopes_by_gain as slopes_by_gain
 from .problem import Problem as Problem
-from .problem import adding as adding
 from .rounded_position import moved_by_rounding as moved_by_rounding
 from .rounded_position import position_step as position_step
 from .solver import ByInstruments as ByInstruments

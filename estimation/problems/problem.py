@@ -9,7 +9,7 @@ from itertools import accumulate
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.joint import JointForm, Layout
+from axisid.estimation.parameters import JointForm, Layout
 from axisid.estimation.records import is_same_period
 from axisid.estimation.regression import (
     Equations,

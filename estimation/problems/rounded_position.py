@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.records import Record
-from axisid.estimation.records.faults import quantum_of
+from axisid.estimation.records import Record, quantum_of
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES

@@ -7,6 +7,7 @@ from .between import Between as Between
 from .between import advised_between as advised_between
 from .between import at_times as at_times
 from .between import samples_apart as samples_apart
+from .clipping import quantum_of as quantum_of
 from .reading import read_record as read_record
 from .record import Record as Record
 from .record import check_record as check_record

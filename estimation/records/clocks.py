@@ -6,8 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.records.columns import motion_role
-from axisid.estimation.records.faults import Mask
-from axisid.estimation.records.times import drift_of, step_notes
 from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
@@ -15,12 +13,14 @@ from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .between import SELDOM_ROLES, advised_between, samples_apart
+from .clipping import Mask
 from .repairs import Span
+from .time_steps import drift_of, step_notes
 
 _RESAMPLE = Setting("resample", "auto")
 #: Codes of errors about a log without times, and about cells that hold no number.
-NO_TIME = "no-time"
-EMPTY_CELLS = "empty-cells"
+_NO_TIME = "no-time"
+_EMPTY_CELLS = "empty-cells"
 
 
 def together(
@@ -59,8 +59,8 @@ def clocked(
     if sample_period is None:
         raise DataError(
             f"{table.source}: there is no time column among {table.listed()}; ",
-            no_time(f" {table.missing}" if table.missing else ""),
-            code=NO_TIME,
+            _no_time(f" {table.missing}" if table.missing else ""),
+            code=_NO_TIME,
         )
     return {
         role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
@@ -102,7 +102,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
                 f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
                 f"({timeless.size} of {len(clock)}). ",
                 Remedy.of(_advice_on_empty(samples), _or_end(table, timeless[0], len(clock)), "."),
-                code=EMPTY_CELLS,
+                code=_EMPTY_CELLS,
             )
         empty = np.flatnonzero(~np.isfinite(samples.values))
         if empty.size:
@@ -115,7 +115,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
                     _or_end(table, empty[0], len(samples.values)),
                     ".",
                 ),
-                code=EMPTY_CELLS,
+                code=_EMPTY_CELLS,
             )
 
 
@@ -180,7 +180,7 @@ def _unequal(table: Table, lengths: Mapping[str, int], advice: Remedy | None = N
     return DataError(f"{found} " if advice else found, advice, code="different-lengths")
 
 
-def no_time(more: str = "") -> Remedy:
+def _no_time(more: str = "") -> Remedy:
     """What to do about a log without a time column, with more to say behind it."""
     named, counted = Setting("columns", "time=NAME"), Setting("sample-period")
     return Remedy.of("name it with ", named, ", or give ", counted, ".", more)

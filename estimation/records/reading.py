@@ -11,17 +11,6 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import read_table
 from axisid.estimation.records.columns import RoleColumns, motion_role
-from axisid.estimation.records.faults import (
-    Mask,
-    clipped,
-    clipping_notes,
-    remaining_jumps_note,
-    signed,
-    spike_notes,
-    unsigned_notes,
-    unwrapped,
-)
-from axisid.estimation.records.times import count_by_period, count_past_restarts, open_end
 from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Table
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
@@ -32,13 +21,16 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
 from .between import drawn_between, seldom_notes
+from .clipping import Mask, clipped, clipping_notes
 from .clocks import clocked, filled, jitter_notes, together
-from .period_checks import check_sample_period
 from .record import Record
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
 from .shifts import shifted
+from .spikes import spike_notes
+from .time_steps import check_sample_period, count_by_period, count_past_restarts, open_end
 from .windows import Window, checked_windows, edges, windows_text, within
+from .wrapping import remaining_jumps_note, signed, unsigned_notes, unwrapped
 
 _T = TypeVar("_T")
 
@@ -255,7 +247,7 @@ def _as_sampled(
     masks: dict[str, Mask],
     period: float | None,
     repairs: Repairs,
-    windows: Sequence[Window] = (),
+    windows: Sequence[Window],
 ) -> Laid:
     """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
     time, values, masked = together(samples, masks)

@@ -11,7 +11,6 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_declared, replace_file
 from axisid.estimation.records.columns import log_content
-from axisid.estimation.records.times import open_end
 from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import ROLES, Axis
@@ -22,7 +21,6 @@ from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted
 
-from .period_checks import check_sample_period
 from .record_checks import (
     check_injected,
     check_lengths,
@@ -34,6 +32,7 @@ from .record_checks import (
 )
 from .repairs import Span
 from .shifts import checked_shifts, shifted
+from .time_steps import check_sample_period, open_end
 from .windows import Window, checked_windows, samples_within, window_repair, windows_text
 
 #: What a file that a record was written to says it is.

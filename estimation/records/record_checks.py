@@ -6,14 +6,6 @@ from operator import index
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from axisid.estimation.records.times import (
-    BACKWARD,
-    UNEVEN,
-    advice_on_backward,
-    advice_on_uneven,
-    drift_of,
-    odd_steps,
-)
 from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, frozen
@@ -22,8 +14,16 @@ from axisid.support.real_numbers import real_array
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .period_checks import check_even
 from .repairs import Span
+from .time_steps import (
+    BACKWARD,
+    UNEVEN,
+    advice_on_backward,
+    advice_on_uneven,
+    check_even,
+    drift_of,
+    odd_steps,
+)
 
 
 def checked_column(source: str, role: str, values: ArrayLike) -> Array:

@@ -8,7 +8,6 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.estimation.records.columns import expected_units, modulus_si
-from axisid.estimation.records.faults import Mask, Modulus
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis
@@ -17,7 +16,9 @@ from axisid.support.errors import UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 
 from .between import Between, checked_between
+from .clipping import Mask
 from .shifts import checked_shifts
+from .wrapping import Modulus
 
 Span = tuple[int, int]
 
@@ -109,7 +110,7 @@ def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
     return Modulus(si=si, factor=si / float(number), unit=unit.strip() or usual)
 
 
-def split_at_gaps(time: Array, cuts: Sequence[int] = ()) -> tuple[Mask, tuple[Span, ...], Repair]:
+def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, tuple[Span, ...], Repair]:
     """Rows to keep, (N,), the segments that they make, and what was found.
 
     Pieces of fewer than 3 rows are left out. The rows `cuts` begin a segment of their own, whatever

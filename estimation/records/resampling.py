@@ -8,8 +8,6 @@ from typing import Literal
 import numpy as np
 
 from axisid.estimation.records.columns import motion_role
-from axisid.estimation.records.faults import Mask
-from axisid.estimation.records.times import BACKWARD, advice_on_backward, own_period
 from axisid.estimation.tables import LogClock, Repair, Samples
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
@@ -17,14 +15,25 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
 from .between import Between, at_times
-from .period_checks import check_stated
+from .clipping import Mask
 from .repairs import Span, adjoining, gaps_repair
+from .time_steps import BACKWARD, advice_on_backward, check_stated
 
 _MIN_RESAMPLING_RATE = 0.9  # of the position's rate; below, its noise would fold
 
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
 _SPLINED = ("position", "velocity", "reference")  # by cubic splines; the rest by straight lines
+
+# sum of the stamps' unit phases, by that of as many random ones, from which a rate is the
+# clock's: measured, the largest of a thousand such sums of random phases
+_MIN_PHASE_SUM = 3.5
+# of a mean time step, where nothing tells how many samples were lost
+_LOST_PERIOD_UNCERTAINTY = 0.1
+
+_FIRST, _MORE, _MOST = 1024, 4, 65_536  # samples that are looked at, at once, times, at most
+_NEAR = 0.25  # of the guess: how far the rate may be from it
+_FINE = 0.25  # of a turn over all samples: the step of the rates that are tried
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -277,3 +286,48 @@ def _told(
     taken = ", ".join(f"{r} {len(clocks[r])} rows at {hz:.6g} Hz" for r, hz in rates.items())
     text = f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})"
     return Repair(kind="resample", count=len(time), text=text)
+
+
+def own_period(clock: Array) -> tuple[float, float]:
+    """Sampling period of an uneven clock, s, and what is open of it, relative.
+
+    It is the one at which the times of the longest piece have one phase, whatever was lost of it.
+    Where jitter leaves none, it is the mean step.
+    """
+    steps = np.diff(clock)
+    typical = float(np.median(steps))
+    longest_step = MAX_UNEVEN_STEP.value * typical
+    edges = np.concatenate([[0], np.flatnonzero(steps > longest_step) + 1, [len(clock)]])
+    longest = int(np.argmax(np.diff(edges)))
+    piece = clock[edges[longest] : edges[longest + 1]]
+    period = _in_phase(piece, typical)
+    if period is not None:
+        off = np.diff(piece) / period
+        return period, float(np.ptp(off - np.round(off))) * period / float(piece[-1] - piece[0])
+    return float(np.mean(steps[steps <= longest_step])), _LOST_PERIOD_UNCERTAINTY
+
+
+def _in_phase(time: Array, guess: float) -> float | None:
+    """Period near a guess at which times have about one phase, s; None where there is none."""
+    time, count = time - time[0], min(_FIRST, len(time))
+    rate, reach = 1 / guess, _NEAR / guess
+    while True:
+        some = time[:count]
+        step = _FINE / float(some[-1])
+        rates = rate + step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
+        sums = np.abs([np.exp(2j * np.pi * r * some).sum() for r in rates])
+        if sums.max() < _MIN_PHASE_SUM * np.sqrt(count):
+            return None
+        rate, reach = float(rates[np.argmax(sums)]), 2 * step
+        if count == len(time) or count >= _MOST:
+            return 1 / (rate + _slope(some, rate))
+        count = min(_MORE * count, len(time))
+
+
+def _slope(time: Array, rate: float) -> float:
+    """How the phase of times at a rate grows, turns/s: by how much the rate is too low."""
+    turns = rate * time
+    middle = float(np.angle(np.exp(2j * np.pi * turns).sum())) / (2 * np.pi)
+    phase = turns - middle - np.round(turns - middle)
+    from_mean = time - time.mean()
+    return -float(from_mean @ phase / (from_mean @ from_mean))

@@ -41,9 +41,7 @@ from .propagation import bend as bend
 from .propagation import draw_parameters as draw_parameters
 from .propagation import summarised as summarised
 from .residual_tests import ResidualTests as ResidualTests
-from .residual_tests import excess_kurtosis as excess_kurtosis
 from .residual_tests import residual_tests as residual_tests
-from .sensor_steps import SensorSteps as SensorSteps
 from .sensor_steps import sensor_steps as sensor_steps
 from .simulated_rows import LoopDataError as LoopDataError
 from .simulated_rows import lacking_law as lacking_law

@@ -6,8 +6,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import KeptByRecord
-from axisid.estimation.records import Record
-from axisid.estimation.records.faults import quantum_of
+from axisid.estimation.records import Record, quantum_of
 from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices.outputs import OPEN_LOOP_FIT
+from axisid.estimation.choices import OPEN_LOOP_FIT
 from axisid.estimation.loops import loop_starts, two_clocks
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.signals import FilteredRecord, recorded_signals

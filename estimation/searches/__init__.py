@@ -4,9 +4,7 @@ In: predictions, unknowns, weights. Out: `Found`.
 Knows nothing of records, of drives and of how sure its end is.
 """
 
-from .losses import LOSSES as LOSSES
-from .losses import Loss as Loss
-from .losses import deviation_by_median as deviation_by_median
+from .search import LOSSES as LOSSES
 from .search import MOST_STEPS as MOST_STEPS
 from .search import Elsewhere as Elsewhere
 from .search import FitStep as FitStep
@@ -15,10 +13,5 @@ from .search import Search as Search
 from .search import Weighing as Weighing
 from .search import best_of as best_of
 from .search import cost_of as cost_of
+from .search import deviation_by_median as deviation_by_median
 from .search import passed_as_low as passed_as_low
-from .unknowns import End as End
-from .unknowns import Unknowns as Unknowns
-from .unknowns import by_name as by_name
-from .unknowns import check_enough as check_enough
-from .unknowns import least_within as least_within
-from .unknowns import unknowns_of as unknowns_of

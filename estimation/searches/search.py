@@ -12,16 +12,19 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.parameters import Unknowns
 from axisid.estimation.predictions import Predictions, Slopes, slopes_of
 from axisid.estimation.thresholds import MAX_FAR, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
-from .losses import Loss, counting_for
-from .unknowns import Unknowns
-
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
+from axisid.estimation.thresholds import MEDIAN_OF_NORMAL
 
 # deviations from a bound that the errors drive to; held there, it moves by no more
 _AT_BOUND = 0.05
@@ -31,6 +34,10 @@ _TOLERANCE = 1e-8
 _LOST = 1e3  # times the errors at the start: what a loop that cannot be simulated counts as
 _ROUNDS = 4
 _MOST_PASSED, _NEAR = 8, 0.01  # places that are asked anew, and how near their errors are
+
+#: Takes squares of errors over the loss's scale, (n,), and gives the loss with its first two
+#: derivatives, (3, n).
+Loss = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -363,3 +370,45 @@ def passed_as_low(
         if by_errors < MAX_FAR.value:
             return Elsewhere(physical=places[place], away=away[place], by_errors=by_errors)
     return None
+
+
+def _squares(z: Array) -> Array:
+    return np.array([z, np.ones_like(z), np.zeros_like(z)])
+
+
+def _soft_l1(z: Array) -> Array:
+    root = np.sqrt(1 + z)
+    return np.array([2 * (root - 1), 1 / root, -0.5 / root**3])
+
+
+def _huber(z: Array) -> Array:
+    beyond = z > 1
+    root = np.sqrt(np.where(beyond, z, 1.0))
+    return np.array(
+        [
+            np.where(beyond, 2 * root - 1, z),
+            1 / root,
+            np.where(beyond, -0.5 / root**3, 0.0),
+        ]
+    )
+
+
+LOSSES: Mapping[str, Loss] = MappingProxyType({SQUARES: _squares, SOFT_L1: _soft_l1, HUBER: _huber})
+
+
+def counting_for(loss: Loss, shares: Array) -> Loss:
+    """The same loss of errors whose weights were multiplied by the roots of shares, (n,).
+
+    An error is as large a one as it was, and counts by its share.
+    """
+
+    def shared(z: Array) -> Array:
+        value, first, second = loss(z / shares)
+        return np.array([shares * value, first, second / shares])
+
+    return shared
+
+
+def deviation_by_median(errors: Array) -> float:
+    """Standard deviation of normal errors, from the median of their distances from the median."""
+    return float(np.median(np.abs(errors - np.median(errors)))) / MEDIAN_OF_NORMAL.value

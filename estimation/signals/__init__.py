@@ -4,11 +4,9 @@ In: `Record`, `Prefilter`. Out: `FilteredRecord`: `Signals`, rows, and which sam
 Knows nothing of methods.
 """
 
-from .drive_response import Acting as Acting
 from .drive_response import DriveAlong as DriveAlong
 from .drive_response import acting_along as acting_along
 from .drive_response import acting_control as acting_control
-from .drive_response import acting_force as acting_force
 from .drive_response import through_path as through_path
 from .filtered_record import FilteredRecord as FilteredRecord
 from .filtered_record import show_too_little as show_too_little
@@ -16,7 +14,6 @@ from .motion import motion_lacks as motion_lacks
 from .motion import one_direction as one_direction
 from .motion import one_speed as one_speed
 from .motion import rests_first as rests_first
-from .neighbours import Index as Index
 from .neighbours import Neighbours as Neighbours
 from .prefilter import Prefilter as Prefilter
 from .prefilter import matching_decimation as matching_decimation
@@ -28,7 +25,6 @@ from .sampling import Sampling as Sampling
 from .signals import Signals as Signals
 from .signals import about_samples as about_samples
 from .signals import drive_force as drive_force
-from .signals import paired_with_force as paired_with_force
 from .without_turns import Information as Information
 from .without_turns import dependence as dependence
 from .without_turns import losses_count as losses_count

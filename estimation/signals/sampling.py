@@ -1,17 +1,17 @@
 """Which samples of a record count, and which rows they make under a prefilter."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.thresholds import MIN_ROW_WEIGHT
+from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array, covered, runs
 
 from .neighbours import Neighbours
 from .prefilter import Prefilter
-from .reversals import near_turns, rest_below
 from .sampled_filter import SampledFilter, Span
 
 #: Numbers that SciPy filters side by side. It gets more of them column by column, to the same last
@@ -135,7 +135,7 @@ class Sampling:
 
         `fastest` is the largest speed of other records of the machine.
         """
-        rest = rest_below((velocity[a:b] for a, b in self.spans), fastest)
+        rest = _rest_below((velocity[a:b] for a, b in self.spans), fastest)
         reach = self.filter.turn_reach
         return tuple(
             stretch
@@ -203,3 +203,33 @@ class Sampling:
         if not self.excluded:
             return self._clean
         return self._clean & (self._reduced(np.ones(self.samples)) > MIN_ROW_WEIGHT.value)
+
+
+def _rest_below(velocities: Iterable[Array], beside: float) -> float:
+    """Speed below which an axis rests, from the stretches of its filtered velocity.
+
+    `beside` is the largest speed of other records of the machine: what noise makes of a rest is
+    the same in all of them.
+    """
+    fastest = max((float(np.abs(v).max()) for v in velocities if len(v)), default=0.0)
+    return REST_SPEED.value * max(fastest, beside)
+
+
+def near_turns(velocity: Array, reach: int, rest: float) -> NDArray[np.bool_]:
+    """Which samples of a stretch are near a change of direction or a rest, (N,).
+
+    Parameters
+    ----------
+    velocity : (N,) array
+        Filtered.
+    reach : int
+        Samples to both sides that count as near.
+    rest : float
+        Speed below which the axis rests.
+    """
+    from scipy.ndimage import maximum_filter1d
+
+    direction = np.sign(velocity) * (np.abs(velocity) > rest)
+    turns = direction == 0
+    turns[1:] |= direction[1:] != direction[:-1]
+    return np.asarray(maximum_filter1d(turns.astype(np.int8), 2 * reach + 1), dtype=bool)

@@ -17,7 +17,7 @@ from .lanes import settled_substeps as settled_substeps
 from .lanes import simulate_lanes as simulate_lanes
 from .loop_start import law_of as law_of
 from .recorded import at_law as at_law
-from .recorded import lines as lines
+from .reducers import LaneBlock as LaneBlock
 from .runaway import allowed_distance as allowed_distance
 from .simulated import SIMULATED as SIMULATED
 from .simulated import Simulation as Simulation
@@ -31,7 +31,6 @@ from .steps import most_substeps as most_substeps
 from .steps import no_control_law as no_control_law
 from .steps import substeps_at_start as substeps_at_start
 from .twin import TwinPlan as TwinPlan
-from .twin import trajectory as trajectory
 from .twin import twin_plan as twin_plan
 from .twin import twin_record as twin_record
 from .two_clocks import TwoClocks as TwoClocks

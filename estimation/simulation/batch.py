@@ -13,15 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
-from axisid.estimation.reducers import (
-    LaneBlock,
-    Reducer,
-    check_wanted,
-    checked_reducers,
-    joined,
-    needed_signals,
-    reduced,
-)
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.real_numbers import real_array
@@ -35,11 +26,19 @@ from .lane_arguments import (
     in_order,
     lane_injected,
     lane_noise,
-    run_code,
     wanted_names,
 )
 from .loop_start import lane_starts
 from .recorded import at_law, checked_signals, first_values, lines
+from .reducers import (
+    LaneBlock,
+    Reducer,
+    check_wanted,
+    checked_reducers,
+    joined,
+    needed_signals,
+    reduced,
+)
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
@@ -448,7 +447,9 @@ class _Batch:
             self.wanted,
         )
         recorded = self.recorded if every else _lines_of(self.recorded, chosen)
-        code = run_code(self.axis, by_lane=self.gains is not None)
+        code = (
+            self.axis.loop if self.gains is not None and self.axis.loop is not None else self.axis
+        )
         library = code.native.library()
         if library is None:
             code.native.warn_once()
@@ -473,7 +474,13 @@ class _Batch:
 
     def _count(self) -> int:
         """Threads."""
-        return _processors() if self.threads is None else int(self.threads)
+        if self.threads is not None:
+            return int(self.threads)
+        return (
+            len(os.sched_getaffinity(0))
+            if hasattr(os, "sched_getaffinity")
+            else os.cpu_count() or 1
+        )
 
     def _theta(self, group: NDArray[np.intp] | None) -> Array:
         """Parameters of a group of lanes, or of all, behind them gains of their own."""
@@ -543,7 +550,3 @@ def _virtual_batch(
         for name in wanted:
             out[name][:, lane] = signals[name]
     return status, stopped, out
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -35,7 +35,7 @@ from .steps import (
     bounds_refusal,
     check_inertia,
     check_loop,
-    diverged,
+    failure,
     first_substeps,
     further_substeps,
     place_at,
@@ -183,7 +183,7 @@ def simulate_sampled(
     logged_noise: Array,
     injected: Array | None,
     signals: tuple[Array, ...],
-    resolution: float = 0.0,
+    resolution: float,
 ) -> Simulation:
     """Simulate a loop that is given where its law is evaluated, and sample it as a log is.
 
@@ -283,7 +283,8 @@ class _Loop:
                 _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
         if status:
             at = place_at(out, stopped, self.signals)
-            raise diverged(self.axis, self.parameters, status, stopped, self.period, at)
+            said = failure(self.axis, self.parameters, status, stopped, self.period, at)
+            raise EstimationError(said, code="loop-diverges")
         period = self.period
         if self.clocks is not None:
             period = self.clocks.log_period

@@ -100,11 +100,6 @@ class LoopCode(Protocol):
         """The same, compiled."""
 
 
-def run_code(axis: GeneratedAxis, *, by_lane: bool) -> LoopCode:
-    """The code of an axis, or that which takes gains behind the parameters."""
-    return axis.loop if by_lane and axis.loop is not None else axis
-
-
 def gains_by_lane(
     axis: GeneratedAxis, gains: Mapping[str, ArrayLike] | None, lanes: int
 ) -> Array | None:

@@ -212,9 +212,7 @@ def _often(values: Array, times: int) -> Array:
     return np.concatenate([values] * times)
 
 
-def no_inertia(
-    axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded = None
-) -> str:
+def no_inertia(axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded) -> str:
     """What to say of a parameter set that no motion starts with: it has no inertia, or no force."""
     endless = [
         f"{name} = {value}"
@@ -268,7 +266,7 @@ def _no_force(axis: GeneratedAxis, parameters: Array, position: float, recorded:
 
 
 def substeps_at_start(
-    axis: GeneratedAxis, parameters: Array, start: Array, period: float, recorded: Recorded = None
+    axis: GeneratedAxis, parameters: Array, start: Array, period: float, recorded: Recorded
 ) -> NDArray[np.int64]:
     """Runge-Kutta steps in a sample that resolve each lane's rates where it starts, (B,).
 
@@ -302,7 +300,7 @@ def substeps_along(
     parameters: Array,
     visited: Mapping[str, Array],
     period: float,
-    recorded: Sequence[Array] = (),
+    recorded: Sequence[Array],
 ) -> int:
     """Steps in a sample that resolve the rates wherever a simulation went.
 
@@ -618,19 +616,6 @@ def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array
     """Motion and recorded signals at a sample."""
     motion = (float(signals["position"][sample]), float(signals["velocity"][sample]))
     return motion, tuple(float(values[sample]) for values in recorded)
-
-
-def diverged(
-    axis: GeneratedAxis,
-    parameters: Array,
-    status: int,
-    sample: int,
-    period: float,
-    at: Place | None,
-) -> EstimationError:
-    """The error of a simulation that came to no end."""
-    said = failure(axis, parameters, status, sample, period, at)
-    return EstimationError(said, code="loop-diverges")
 
 
 def too_stiff(

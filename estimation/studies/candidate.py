@@ -9,7 +9,7 @@ from scipy.special import stdtr
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.joint import GAIN
+from axisid.estimation.parameters import GAIN
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Hac, InverseForm, Solution
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL

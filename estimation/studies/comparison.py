@@ -12,7 +12,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.choices.methods import STARTS, comparing, is_output_error
+from axisid.estimation.choices import STARTS, comparing, is_output_error
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.identification import (
@@ -23,7 +23,7 @@ from axisid.estimation.identification import (
     shared_records,
     weighted,
 )
-from axisid.estimation.joint import Known, Told
+from axisid.estimation.parameters import Known, Told
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter

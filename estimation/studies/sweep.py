@@ -13,13 +13,13 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check
-from axisid.estimation.choices.methods import STARTS, same_estimates
+from axisid.estimation.choices import STARTS, same_estimates
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
-from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS
+from axisid.estimation.parameters import Told
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.modeling.declaration import Axis

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices.methods import is_output_error
+from axisid.estimation.choices import is_output_error
 from axisid.estimation.diagnostics import overlaps
 from axisid.estimation.diagnostics.law import check_law
 from axisid.estimation.identification import Identification, OfRecord, RecordInfo

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
-from axisid.estimation.choices.outputs import OPEN_LOOP
+from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import check_law
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.freed import STARTS, by_declared_gain
-from axisid.estimation.joint import GAIN
+from axisid.estimation.parameters import GAIN, STARTS, by_declared_gain
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import InverseForm

@@ -4,7 +4,6 @@ In: errors with their slopes. Out: `Unseen`, `Colour`, `Scattering`.
 Knows nothing of how parameters are searched for.
 """
 
-from .autoregression import Autoregression as Autoregression
 from .colour import Colour as Colour
 from .colour import autoregression_of as autoregression_of
 from .uneven import Scattering as Scattering

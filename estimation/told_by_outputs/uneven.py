@@ -91,7 +91,7 @@ def uneven(
 
 
 def by_colour(
-    columns: Array, model: Colour, spans: Sequence[slice], rows: int, taken: float = 0.0
+    columns: Array, model: Colour, spans: Sequence[slice], rows: int, taken: float
 ) -> Scattering:
     """Of columns (n, k) and a record's errors that follow a model, as sure as that model is.
 
@@ -114,9 +114,7 @@ def by_colour(
     return _less_taken(matrix, whole, taken)
 
 
-def by_windows(
-    columns: Array, errors: Array, windows: Sequence[slice], taken: float = 0.0
-) -> Scattering:
+def by_windows(columns: Array, errors: Array, windows: Sequence[slice], taken: float) -> Scattering:
     """Of columns (n, k) and errors of windows that are independent of each other, by their scores.
 
     A sandwich clustered by window: what moves an axis besides its control is summed up twice in the

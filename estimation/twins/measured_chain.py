@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.problems import noise_free_record
-from axisid.estimation.records import Record
-from axisid.estimation.records.faults import quantum_of
+from axisid.estimation.records import Record, quantum_of
 from axisid.estimation.regression import InverseForm, is_measured_by_law, sensor_steps
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation

@@ -23,7 +23,7 @@ def checked_terms(
     force: sympy.Expr,
     coordinate: Coordinate,
     parameters: Iterable[Parameter],
-    signals: Iterable[Signal | State] = (),
+    signals: Iterable[Signal | State],
 ) -> tuple[str, ...]:
     """Check the unit of every term, and return the terms that could not be checked.
 

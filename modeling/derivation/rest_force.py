@@ -11,7 +11,7 @@ from axisid.modeling.quantities import at_start, with_numbers
 
 
 def forces_at_rest(
-    axis: Axis, parameters: Sequence[float], position: float, recorded: Sequence[float] = ()
+    axis: Axis, parameters: Sequence[float], position: float, recorded: Sequence[float]
 ) -> tuple[tuple[str, float], ...]:
     """The terms of the equation of motion, each with its force at rest; NaN where it has none.
 

@@ -4,9 +4,7 @@ In: figures of a motor's data sheet, or expressions. Out: `Drive`.
 Knows nothing of axes and of text.
 """
 
-from .formula import FormulaDrive as FormulaDrive
 from .formula import formula_drive as formula_drive
-from .motor import MotorDrive as MotorDrive
 from .ready import DRIVES as DRIVES
 from .ready import current_drive as current_drive
 from .ready import voltage_drive as voltage_drive

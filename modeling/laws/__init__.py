@@ -24,6 +24,5 @@ from .pid import pid_ideal as pid_ideal
 from .ready import BLOCKS as BLOCKS
 from .ready import LAWS as LAWS
 from .state_feedback import state_feedback as state_feedback
-from .velocity import VELOCITIES as VELOCITIES
 from .windup import ANTI_WINDUP as ANTI_WINDUP
 from .windup import integral as integral

@@ -24,10 +24,8 @@ from .names import fresh_name as fresh_name
 from .numbers import number as number
 from .numbers import rounded as rounded
 from .reading_order import InReadingOrder as InReadingOrder
-from .reading_order import Readable as Readable
 from .reading_order import readable as readable
 from .reading_order import written as written
-from .signal import BETWEEN as BETWEEN
 from .signal import Signal as Signal
 from .signal import SignalSymbol as SignalSymbol
 from .signal import declared_signals as declared_signals

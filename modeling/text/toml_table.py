@@ -74,19 +74,18 @@ class Table:
             if key not in self.values:
                 self.say(key, "it is missing; add it.")
 
-    def text(self, key: str, default: str = "") -> str:
+    def text(self, key: str) -> str:
         """One line of text."""
-        value = self.values.get(key, default)
+        value = self.values.get(key, "")
         if isinstance(value, str) and value.isprintable():
             return value
         self.say(key, f"it is {value!r}; give one line of text in quotes.")
-        return default
+        return ""
 
-    def number(self, key: str, default: float = 0.0, *, finite: bool = True) -> float:
+    def number(self, key: str, *, finite: bool = True) -> float:
         """A float."""
-        value = self.values.get(key, default)
-        made = self.attempt(key, lambda: number(value, "it", finite=finite))
-        return default if made is None else made
+        value = self.values.get(key, 0.0)
+        return self.attempt(key, lambda: number(value, "it", finite=finite)) or 0.0
 
     def numbers(self, key: str) -> list[float]:
         """A list of floats; one alone is a list of one."""

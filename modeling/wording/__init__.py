@@ -9,7 +9,6 @@ from .base_parameters import describe_undetermined as describe_undetermined
 from .base_parameters import describe_unidentifiable as describe_unidentifiable
 from .base_parameters import undetermined_names as undetermined_names
 from .identifiability import describe_combinations as describe_combinations
-from .identifiability import describe_direction as describe_direction
 from .identifiability import describe_loss as describe_loss
 from .sections import Section as Section
 from .sections import derived_sections as derived_sections

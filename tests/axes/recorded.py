@@ -14,7 +14,7 @@ from axisid.control import (
     gain,
 )
 from axisid.elements import Drive
-from axisid.estimation.simulation import trajectory
+from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import LIBRARY, Experiment, back_and_forth
 from axisid.support.arrays import Array
 

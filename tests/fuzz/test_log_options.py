@@ -11,8 +11,8 @@ import pytest
 
 from axisid import AxisidError, DataError, Record, read_record
 from axisid.commands.options.record_options import window_of
-from axisid.estimation.joint import known_of, read_known
 from axisid.estimation.logs import read_table
+from axisid.estimation.parameters import known_of, read_known
 from axisid.estimation.records import Repairs
 from axisid.estimation.records.columns.scaling import is_scaling, read_scaling
 from tests.fuzz.cases import Fuzz, WrongError, one_of, pieces_left_out

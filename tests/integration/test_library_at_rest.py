@@ -5,7 +5,7 @@ import pytest
 
 from axisid import build, load_axis
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation import trajectory
+from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import LIBRARY
 
 SECONDS = 5.0

@@ -12,7 +12,6 @@ from .excitation import excitation_of_several as excitation_of_several
 from .fixed_values import fixed_check as fixed_check
 from .instruments import InstrumentTests as InstrumentTests
 from .instruments import Strength as Strength
-from .instruments import instrument_tests as instrument_tests
 from .instruments import strength_check as strength_check
 from .instruments import tests_of_instruments as tests_of_instruments
 from .method import FORMS as FORMS

@@ -12,14 +12,14 @@ from axisid.support.remedy import Note, Remedy, Setting
 
 
 def within_bounds(
-    estimate: Estimate, cause: Note | None = None, held: Sequence[Held] = ()
+    estimate: Estimate, cause: Note | None, held: Sequence[Held] = ()
 ) -> Check | Missing:
     """Every parameter against the bounds that it was declared with, physical ones too.
 
     Parameters
     ----------
     estimate : Estimate
-    cause : Note, optional
+    cause : Note
         What to blame before signs and units, if anything is.
     held : sequence of Held
         Parameters that are none of the estimate, since they are held at a bound.
@@ -54,7 +54,7 @@ def within_bounds(
     )
 
 
-def bounds_note(values: Mapping[Parameter, float], cause: Note | None = None) -> Note:
+def bounds_note(values: Mapping[Parameter, float], cause: Note | None) -> Note:
     """What to say of values that are not inside the bounds of their parameters."""
     said = "; ".join(p.out_of_bounds(value) for p, value in values.items())
     return Note.of(f"{said}: ", cause or "check the signs and units of the record")

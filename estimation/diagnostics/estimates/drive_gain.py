@@ -4,7 +4,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.joint import GAIN
+from axisid.estimation.parameters import GAIN
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import Drive
 

@@ -15,8 +15,7 @@ from scipy.linalg import qr
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import LawAlong, LawPoint
-from axisid.estimation.records import Record
-from axisid.estimation.records.faults import quantum_of
+from axisid.estimation.records import Record, quantum_of
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import (

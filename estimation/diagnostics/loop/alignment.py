@@ -153,8 +153,8 @@ def alignment_check(
     *,
     late: Lack | Missing | None,
     weak: bool,
-    remedy: Remedy | None = None,
-    by_log: bool = False,
+    remedy: Remedy | None,
+    by_log: bool,
 ) -> Check | Missing:
     """The delay that fits best against the one that the hold takes; `weak` are the instruments.
 

@@ -37,7 +37,7 @@ def signals_check(
     found: Sequence[Lack] | Missing,
     axis: GeneratedAxis,
     record: Record,
-    levels: Levels = DEFAULT_LEVELS,
+    levels: Levels,
 ) -> Check | Missing | None:
     """Whether recorded signals are in time and of their size; nothing for an axis without any."""
     if not axis.axis.signals or isinstance(found, Missing):

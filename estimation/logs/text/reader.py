@@ -1,20 +1,33 @@
 """Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised."""
 
+import csv
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
-from axisid.estimation.tables import Table
+import numpy as np
+
+from axisid.estimation.tables import Column, Samples, Table, loaded_column
+from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.remedy import Remedy
 
-from .columns import text_columns, without_comments
-from .dialect import Line, sniff
-from .labview import is_labview, plain_lines
-from .tail import complete_lines, is_cut, left_out
+from .dialect import Dialect, Line, is_comment, is_number, sniff
+from .tail import DROP_TAIL, complete_lines, is_cut, left_out
+from .time_stamps import NoStampsError, is_stamp, stamp_seconds
 from .twincat import is_twincat, read_twincat
 
 _MIN_ZERO_BYTE_SHARE = 0.3  # of every second byte is zero: UTF-16 without its mark
 
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
 _CODECS = {"utf-8": "utf-8-sig"}  # a mark is no part of the text
+
+_BEGIN = "LabVIEW Measurement"
+_END = "***End_of_Header***"
+_UNITS = "Y_Unit_Label"
+_COMMENT = "Comment"
+_HEAD = 200  # lines in which the heads are looked for
+_SEPARATORS = {"Tab": "\t", "Comma": ",", "Semicolon": ";"}
 
 
 def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
@@ -40,11 +53,11 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         table = read_twincat(source, lines)
         return replace(table, notes=(*table.notes, *_encoding_note(encoding)))
     notes = _encoding_note(encoding)
-    if is_labview(lines):
-        lines, more = plain_lines(source, lines)
+    if _is_labview(lines):
+        lines, more = _plain_lines(source, lines)
         notes = (*more, *notes)
     dialect = sniff(source, lines)
-    body = without_comments(lines[dialect.first :])
+    body = [line for line in lines[dialect.first :] if not is_comment(line[1])]
     ended = text.endswith(("\n", "\r"))
     complete = complete_lines(body, dialect, ended=ended)
     whole = complete if drop_tail else len(body) - (not ended and is_cut(body, dialect))
@@ -122,3 +135,233 @@ class NoTextError(DataError):
             f"{source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8."
         )
         self.args = (source,)  # for pickle
+
+
+def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, Column]:
+    """Columns of lines of text.
+
+    An empty cell is nan. A column of time stamps counts seconds from the first; any other column
+    that holds text refuses to be read, with the place of its first such cell.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    lines : list of (int, str)
+        Line numbers and texts, without the header and without comments.
+    dialect : Dialect
+
+    Raises
+    ------
+    DataError
+        A row has not as many cells as the header names columns.
+    """
+    numeric = _numeric(dialect, lines[0][1])
+    values = _parse([line for _, line in lines], dialect, numeric)
+    if values is None:
+        return _parse_slowly(source, lines, dialect)
+    numbers = [number for number, _ in lines]
+    columns = {k: loaded_column(v) for k, v in zip(numeric, values.T, strict=True)}
+    for k in set(range(len(dialect.names))) - set(numeric):
+        cells = [_plain(line, dialect)[k] for _, line in lines]
+        columns[k] = _of_text(source, dialect, k, numbers, cells)
+    return _named(dialect, columns)
+
+
+def _numeric(dialect: Dialect, line: str) -> list[int]:
+    """Columns that hold numbers in a row, if the others hold text."""
+    try:
+        cells = dialect.cells(line)
+    except csv.Error:
+        return []
+    text = {k for k, c in enumerate(cells) if c and not is_number(c, comma=dialect.comma)}
+    return [k for k in range(len(dialect.names)) if k not in text]
+
+
+def _plain(line: str, dialect: Dialect) -> list[str]:
+    return [cell.strip() for cell in line.split(dialect.separator)]
+
+
+def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:
+    """Columns by name, with their units; one without a name is called by its number."""
+    return {
+        name or f"#{k}": replace(
+            columns[k - 1],
+            unit=columns[k - 1].unit or dialect.units[k - 1],
+            label=dialect.labels[k - 1],
+            number=k,
+        )
+        for k, name in enumerate(dialect.names, 1)
+    }
+
+
+def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | None:
+    """Some columns of rows as (n, columns) by NumPy's parser; None where it stumbles."""
+    delimiter, width = dialect.separator, len(dialect.names)
+    separators = lines[0].count(delimiter) if delimiter else width - 1
+    some = len(numeric) < width or separators == width
+    # Cells beyond those that are asked for are not looked at, so they are counted here.
+    if some and (
+        not numeric
+        or delimiter is None
+        or any('"' in line or line.count(delimiter) != separators for line in lines)
+    ):
+        return None
+    if dialect.comma:
+        if delimiter == "," or any("." in line for line in lines):
+            return None
+        lines = "\n".join(line.rstrip("\n") for line in lines).replace(",", ".").split("\n")
+    try:
+        values = np.loadtxt(
+            lines,
+            delimiter=delimiter,
+            ndmin=2,
+            comments=None,
+            quotechar='"',
+            usecols=numeric if some else None,
+        )
+    except ValueError:
+        return None
+    return values if values.shape[1] == len(numeric) else None
+
+
+def _parse_slowly(source: str, lines: list[Line], dialect: Dialect) -> dict[str, Column]:
+    """Cell by cell."""
+    width = len(dialect.names)
+    values = np.full((len(lines), width), np.nan)
+    stumbles: dict[int, int] = {}
+    texts: list[list[str]] = []
+    for number, line in lines:
+        try:
+            cells = dialect.cells(line)
+        except csv.Error as error:
+            raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
+        if len(cells) != width:
+            tail = _tail_hint(lines, number, dialect)
+            raise DataError(
+                f"{source}, line {number}: {len(cells)} cells where the header names {width} "
+                f"columns ({', '.join(dialect.names)}). ",
+                Remedy.of("Remove or mend the line", tail, "."),
+                code="broken-line",
+            )
+        for k, cell in enumerate(cells):
+            if is_number(cell, comma=dialect.comma):
+                values[len(texts), k] = float(cell.replace(",", ".") if dialect.comma else cell)
+            elif cell:
+                stumbles.setdefault(k, len(texts))
+        texts.append(cells)
+    numbers = [number for number, _ in lines]
+    columns = {}
+    for k in range(width):
+        if k in stumbles:
+            cells, row = [text[k] for text in texts], stumbles[k]
+            advice = _tail_hint(lines, numbers[row], dialect)
+            columns[k] = _of_text(source, dialect, k, numbers, cells, row, advice)
+        else:
+            columns[k] = loaded_column(values[:, k])
+    return _named(dialect, columns)
+
+
+def _of_text(
+    source: str,
+    dialect: Dialect,
+    k: int,
+    numbers: list[int],
+    cells: list[str],
+    row: int = 0,
+    advice: Remedy | None = None,
+) -> Column:
+    """A column with text in it, first in a row: time stamps, or one that refuses to be read."""
+    why = ""
+    if is_stamp(cells[row]):
+        try:
+            seconds, note = stamp_seconds(cells)
+        except NoStampsError as error:
+            row, why = error.row or row, error.why
+        else:
+            return loaded_column(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
+    where = f"{source}, line {numbers[row]}: {cells[row]!r} in column {dialect.names[k]!r}"
+    return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma), texts=cells)
+
+
+def _tail_hint(lines: list[Line], number: int, dialect: Dialect) -> Remedy | None:
+    """More to do about a line that is one of the last."""
+    count = complete_lines(lines, dialect)
+    ends = count < len(lines) and number >= lines[count][0]
+    return Remedy.of(", or leave the end of the log out with ", DROP_TAIL) if ends else None
+
+
+def _refuse(where: str, why: str, advice: Remedy | None, *, comma: bool) -> Samples:
+    if why:
+        raise DataError(
+            f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
+            "2026-02-01 12:00:00.250.",
+            code="bad-time-stamp",
+        )
+    raise DataError(
+        f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time stamp such "
+        "as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. ",
+        Remedy.of("Mend the cell, remove the line, or choose another column", advice, "."),
+        code="no-number",
+    )
+
+
+def _is_labview(lines: Sequence[Line]) -> bool:
+    """Whether filled lines begin as a LabVIEW measurement file does."""
+    return bool(lines) and lines[0][1].startswith(_BEGIN)
+
+
+def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[str, ...]]:
+    """The table of a LabVIEW measurement file without its heads, and what was assumed.
+
+    Raises
+    ------
+    DataError
+        Its heads have no end, or no names of columns follow.
+    """
+    ends = [k for k, (_, line) in enumerate(lines[:_HEAD]) if line.startswith(_END)]
+    if not ends or ends[-1] + 1 >= len(lines):
+        raise DataError(
+            f"{source}: the LabVIEW measurement file has no samples below its heads, which "
+            f"{_END} closes.",
+            code="labview-without-samples",
+        )
+    head = [line for _, line in lines[: ends[-1]]]
+    separator = _separator(head)
+    number, line = lines[ends[-1] + 1]
+    names = _cells(line, separator)
+    labels = next((_cells(x, separator) for x in head if x.startswith(_UNITS)), [])
+    units = ["", *labels[1:], *[""] * len(names)]
+    body = lines[ends[-1] + 2 :]
+    notes = ["LabVIEW measurement file, its heads passed over"]
+    if names[-1] == _COMMENT:
+        names = names[:-1]
+        body, comments = _without_comments(body, separator, len(names))
+        notes += [f"comments passed over: {comments}"] if comments else []
+    named = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
+    return [(number, separator.join(named)), *body], tuple(notes)
+
+
+def _separator(head: Sequence[str]) -> str:
+    """What separates the columns, as the first head says."""
+    for line in head:
+        for name, separator in _SEPARATORS.items():
+            if line.rstrip(f"{separator}\r\n") == f"Separator{separator}{name}":
+                return separator
+    return "\t"
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    cells = [cell.strip() for cell in line.rstrip("\r\n").split(separator)]
+    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+
+
+def _without_comments(body: Sequence[Line], separator: str, width: int) -> tuple[list[Line], int]:
+    """Lines without the cell after the last column, and how many had one."""
+    lines, comments = [], 0
+    for number, line in body:
+        cells = line.split(separator)
+        comments += len(cells) == width + 1 and bool(cells[-1].strip())
+        kept = cells[:-1] if len(cells) == width + 1 else cells
+        lines.append((number, separator.join(kept)))
+    return lines, comments

@@ -4,9 +4,8 @@ In: the columns of a `Table`, what a user and an axis say of them. Out: columns 
 Knows nothing of clocks and of what may be wrong with values.
 """
 
-from .motion_role import motion_role as motion_role
 from .roles import RoleColumns as RoleColumns
-from .scaling import is_scaling as is_scaling
+from .roles import motion_role as motion_role
 from .units import expected_units as expected_units
 from .units import modulus_si as modulus_si
 from .written import log_content as log_content

@@ -10,7 +10,6 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .motion_role import motion_role
 from .scaling import is_scaling
 from .units import assumed_units_text, check_no_counts, scaled, to_si
 
@@ -19,6 +18,9 @@ _MIN_NAME_SIMILARITY = 0.8  # by difflib, from which a column is proposed for a 
 _ON_REQUEST = ("velocity", "acceleration")  # a column that only bears the name is left out
 _CLOCKS = "the file's own clocks are taken"
 _COMPARED = 1000  # columns that a name is compared with
+
+#: What an axis may be identified from, the first that is there.
+MOTION_ROLES = ("position", "velocity")
 
 
 class RoleColumns:
@@ -329,3 +331,8 @@ def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None
                 code="column-twice",
             )
         roles[name] = role
+
+
+def motion_role(roles: Container[str]) -> str:
+    """The position, or the velocity of a log without one."""
+    return next((role for role in MOTION_ROLES if role in roles), MOTION_ROLES[0])

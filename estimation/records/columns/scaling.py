@@ -99,8 +99,6 @@ class Scaling:
 
     Attributes
     ----------
-    text : str
-        As it was given.
     of : Quantity
         What a 1 of the column is.
     offset : Quantity or None
@@ -109,7 +107,6 @@ class Scaling:
         Whether a factor has a unit, which is needed for what encoders count.
     """
 
-    text: str
     of: Quantity
     offset: Quantity | None = None
     is_scaled: bool = False
@@ -165,7 +162,7 @@ def read_scaling(text: str, own: str = "") -> Scaling:
         scaled = scaled or (quantity.unit is not None and not quantity.is_count)
     if not 1 / _LARGEST < abs(of.value) < _LARGEST:
         raise ScalingError(1, "the product of the factors is no number that can be computed with")
-    return Scaling(text=text, of=of, offset=offset, is_scaled=scaled)
+    return Scaling(of=of, offset=offset, is_scaled=scaled)
 
 
 def _check_numbers(text: str) -> None:

@@ -258,7 +258,7 @@ def _measures(unit: Unit, wanted: str) -> bool:
 
 
 def assumed_units_text(
-    roles: Mapping[str, str], axis: Axis | None, *, injected_at: str | None = None
+    roles: Mapping[str, str], axis: Axis | None, *, injected_at: str | None
 ) -> str:
     """What is said of columns, by role, whose unit nobody gave."""
     if not roles:

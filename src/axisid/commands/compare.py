@@ -26,7 +26,7 @@ from axisid.commands.options.several_options import (
     skip_bad_option,
 )
 from axisid.commands.options.start_option import start_option
-from axisid.estimation.choices.methods import comparing
+from axisid.estimation.choices import comparing
 from axisid.presentation.console import ProgressLine
 
 if TYPE_CHECKING:

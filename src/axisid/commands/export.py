@@ -5,7 +5,7 @@ import click
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import Target, check_targets, force_option, write_output
-from axisid.estimation.choices.methods import method_names
+from axisid.estimation.choices import method_names
 from axisid.exports.targets import TARGETS
 
 _NAMES = tuple(target.name for target in TARGETS)

@@ -15,6 +15,5 @@ from .encoder_document import write_encoder_study as write_encoder_study
 from .study import STUDY_FILES as STUDY_FILES
 from .study import run_study as run_study
 from .study import study_document as study_document
-from .study import study_tables as study_tables
 from .study import table_text as table_text
 from .study import write_study as write_study

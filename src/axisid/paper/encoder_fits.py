@@ -1,7 +1,7 @@
 """The paper's encoders once more, by a fit of the control (CLIE), which passes no filter."""
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices.outputs import CONTROL
+from axisid.estimation.choices import CONTROL
 from axisid.estimation.fitting import OutputFit, fit
 from axisid.estimation.monte_carlo import MonteCarloPlan, twins
 from axisid.estimation.records import Record

@@ -10,11 +10,8 @@ from .alike import Alike as Alike
 from .alike import Usual as Usual
 from .alike import alike_points as alike_points
 from .alike import limit_of_a_new_point as limit_of_a_new_point
-from .alike import of_a_new_point as of_a_new_point
 from .changes import Change as Change
 from .changes import Drift as Drift
 from .changes import change_in as change_in
-from .robust_scatter import robust_scatter as robust_scatter
 from .robust_scatter import spread_of as spread_of
-from .robust_scatter import squared_distances as squared_distances
 from .steps import Step as Step

@@ -27,15 +27,12 @@ class Usual(Exact):
     centre : array, (p,)
     between : array, (p, p)
         Scatter of the true values, less what the estimates' deviations explain.
-    within : array, (p, p)
-        Covariance of an estimate, the median over the points.
     count : int
         Points that it is of.
     """
 
     centre: Array
     between: Array
-    within: Array
     count: int
 
     def distances(self, values: Array, covariances: Array) -> Array:
@@ -133,7 +130,7 @@ def _usual(centre: Array, scatter: Array, covariances: Array) -> Usual:
     sizes, axes = np.linalg.eigh((excess + excess.T) / 2)
     turned = root @ axes
     between = turned * np.maximum(sizes, 0.0) @ turned.T
-    return Usual(centre=centre, between=between, within=within, count=len(covariances))
+    return Usual(centre=centre, between=between, count=len(covariances))
 
 
 def of_a_new_point(distance: Any, count: int, size: int) -> Any:

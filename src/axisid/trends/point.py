@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 from scipy.special import ndtri
 
-from axisid.estimation.choices.outputs import FIT
+from axisid.estimation.choices import FIT
 from axisid.estimation.estimates import Value
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.fleets import FleetRow

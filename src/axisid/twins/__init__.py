@@ -4,10 +4,7 @@ In: an axis, what its twins are. Out: logs that are read back as they are, a man
 the truth. Knows nothing of how a log is identified, and of the command line.
 """
 
-from .log_file import ENDINGS as ENDINGS
-from .log_file import MARK as MARK
 from .machines import TwinMachines as TwinMachines
-from .written import MANIFEST as MANIFEST
 from .written import twin_files as twin_files
 from .written import write_twin as write_twin
 from .written import write_twins as write_twins

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from axisid import build, load_axis, simulate
-from axisid.codegen.artefacts import GeneratedAxis, axis_artefacts
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.native import Native
 from axisid.estimation import simulate_batch
 from axisid.modeling.derivation import derive

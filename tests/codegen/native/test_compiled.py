@@ -15,7 +15,8 @@ from axisid.codegen.native.lanes import Thinning
 from axisid.codegen.native.library import LoadedLibrary, NativeLibrary
 from axisid.codegen.native.library_cache import compiled_library
 from axisid.codegen.native.trial import Trial
-from axisid.codegen.runtime import VirtualLoop, by_sample, is_continuous, is_scalar, recorded_values
+from axisid.codegen.runtime import VirtualLoop, by_sample, is_continuous, recorded_values
+from axisid.codegen.runtime.arguments import VECTORS
 from axisid.modeling import LIBRARY
 from tests.axes.recorded import UNRECORDED, recorded_axis
 from tests.axes.remembering import bristle, dahl_axis, stack
@@ -85,7 +86,9 @@ def wrong_functions(of: Compiled, samples: int = 200) -> list[str]:
             elif of_what != "sides":
                 values *= 10 ** rng.uniform(-4, 0.2, shape)
             points.append(1e-4 * np.abs(values) if of_what == "step" else values)
-        arguments = [x[0] if is_scalar(function, i) else x.T for i, x in enumerate(points)]
+        arguments = [
+            x[0] if function.name_in(i) not in VECTORS else x.T for i, x in enumerate(points)
+        ]
         results = of.library.evaluate(name, arguments)
         here, there = (function.call([x * scale for x in points]) for scale in (1.0, 1 + LITTLE))
         for result, wanted, moved in zip(results, here, there, strict=True):

@@ -9,9 +9,9 @@ import pytest
 from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
-from axisid.estimation.batched.rows import Block
+from axisid.estimation.batched.block import Block
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.simulation import trajectory
+from axisid.estimation.simulation.twin import trajectory
 
 TRUTH = np.array([100.2, 236.9, 24.8])
 PERIOD = 1e-3

@@ -5,7 +5,7 @@ from threading import Thread
 import numpy as np
 import pytest
 
-from axisid.estimation.batched.rows import workspace
+from axisid.estimation.batched import workspace
 
 
 def in_a_thread_of_its_own(check: object) -> None:

@@ -1,11 +1,12 @@
 """The rows that say what users may choose are those that are run, and cheap to look at."""
 
-from axisid.estimation.choices.covariances import covariance_names, takes_lags
-from axisid.estimation.choices.methods import (
+from axisid.estimation.choices import (
     METHOD_ROWS,
     comparing,
+    covariance_names,
     method_names,
     same_estimates,
+    takes_lags,
 )
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.methods import METHODS

@@ -11,7 +11,7 @@ import statsmodels.api as sm
 
 from axisid import Identification, Record, export, identify, load_result
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices import covariances
+from axisid.estimation import choices
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.covariances import ResidualModel
 from tests.recipes import commands_with, recipe_blocks
@@ -28,8 +28,8 @@ def added(monkeypatch: pytest.MonkeyPatch) -> None:
     module.__package__ = MODULE.rpartition(".")[0]
     monkeypatch.setitem(sys.modules, MODULE, module)
     exec(text, vars(module))
-    row = eval(written, dict(vars(covariances)))  # noqa: S307
-    monkeypatch.setattr(covariances, "COVARIANCE_ROWS", (*covariances.COVARIANCE_ROWS, row))
+    row = eval(written, dict(vars(choices)))  # noqa: S307
+    monkeypatch.setattr(choices, "COVARIANCE_ROWS", (*choices.COVARIANCE_ROWS, row))
     monkeypatch.setitem(COVARIANCES, NAME, ResidualModel.of(row))
 
 
@@ -96,7 +96,7 @@ def test_one_file_and_one_row_add_a_covariance_to_the_command(tmp_path: Path) ->
         f"identify emps2015 --method idm-ls --covariance {NAME} --json result.json",
         "identify --help",
         module=MODULE,
-        table="axisid.estimation.choices.covariances",
+        table="axisid.estimation.choices",
         rows="COVARIANCE_ROWS",
     )
     assert done.returncode == 0, done.stderr

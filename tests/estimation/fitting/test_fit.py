@@ -26,8 +26,9 @@ from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.estimates import FittedParameters, derived_value
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.lacking import Lack
+from axisid.estimation.parameters import unknowns_of
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.searches import Found, Search, unknowns_of
+from axisid.estimation.searches import Found, Search
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from tests.axes.cascaded import cascaded

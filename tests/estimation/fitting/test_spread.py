@@ -14,7 +14,8 @@ from axisid.estimation.estimates import student_interval
 from axisid.estimation.fitting.ended import cut_interval
 from axisid.estimation.fitting.spread import Scores
 from axisid.estimation.records import Record
-from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
+from axisid.estimation.told_by_outputs import autoregression_of
+from axisid.estimation.told_by_outputs.colour import Autoregression
 from axisid.support.arrays import Array
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"

@@ -16,7 +16,7 @@ from axisid import (
     validate,
 )
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.simulation import trajectory
+from axisid.estimation.simulation.twin import trajectory
 from axisid.support.errors import DataError
 from axisid.support.missing import Missing
 from tests.axes.recorded import MOVES, PERIOD_S, TRUTH, recorded_axis, recorded_values

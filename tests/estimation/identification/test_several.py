@@ -32,7 +32,7 @@ from axisid.estimation.identification import (
     shared_records,
     with_what_is_lost,
 )
-from axisid.estimation.joint import GAIN
+from axisid.estimation.parameters import GAIN
 from axisid.estimation.records.record import record_labels
 from axisid.support.remedy import Note
 from tests.axes.leaning import leaning

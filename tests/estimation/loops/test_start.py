@@ -12,9 +12,7 @@ from axisid.estimation import check_law
 from axisid.estimation.diagnostics.law.control_law import LawCheck
 from axisid.estimation.loops.law_run import control_along, state_at_rest
 from axisid.estimation.loops.law_ticks import law_ticks
-from axisid.estimation.loops.start import loop_starts
-from axisid.estimation.loops.start_memory import START_SAMPLES, first_memory
-from axisid.estimation.loops.start_velocity import first_velocity
+from axisid.estimation.loops.start import START_SAMPLES, first_memory, first_velocity, loop_starts
 from axisid.estimation.regression.simulated_rows import simulated_loops
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import LIBRARY

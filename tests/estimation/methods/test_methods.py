@@ -11,7 +11,7 @@ import statsmodels.api as sm
 
 from axisid import Prefilter, Record, compare, identify, sweep
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices import methods
+from axisid.estimation import choices
 from axisid.estimation.methods import METHODS
 from axisid.estimation.methods.methods import method_of
 from axisid.presentation.plots import sweep_plot
@@ -30,8 +30,8 @@ def added(monkeypatch: pytest.MonkeyPatch) -> None:
     module.__package__ = MODULE.rpartition(".")[0]
     exec(text, vars(module))
     monkeypatch.setitem(sys.modules, MODULE, module)
-    row = eval(written, dict(vars(methods)))  # noqa: S307
-    monkeypatch.setattr(methods, "METHOD_ROWS", (*methods.METHOD_ROWS, row))
+    row = eval(written, dict(vars(choices)))  # noqa: S307
+    monkeypatch.setattr(choices, "METHOD_ROWS", (*choices.METHOD_ROWS, row))
     monkeypatch.setitem(METHODS, NAME, method_of(row))
 
 
@@ -121,7 +121,7 @@ def test_one_file_and_one_row_add_a_method_to_the_command(tmp_path: Path) -> Non
         "identify --help",
         "export --help",
         module=MODULE,
-        table="axisid.estimation.choices.methods",
+        table="axisid.estimation.choices",
         rows="METHOD_ROWS",
     )
     assert done.returncode == 0, done.stderr

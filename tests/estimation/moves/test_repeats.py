@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.moves import Repeats, repeats_of
-from axisid.estimation.moves.repeats import _period
+from axisid.estimation.moves.repeats import Repeats, _period, repeats_of
 from axisid.support.arrays import Array
 
 

@@ -5,7 +5,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from axisid.estimation.predictions import Lanes, Motion, TimedPredictions
+from axisid.estimation.predictions import TimedPredictions
+from axisid.estimation.predictions.added_slopes import Motion
+from axisid.estimation.predictions.lanes import Lanes
 
 
 def _motion(record: int, period: float, count: int = 200) -> Motion:

@@ -5,7 +5,8 @@ import pytest
 
 from axisid import Record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.predictions import Lanes, LoopPredictions, slopes_of
+from axisid.estimation.predictions import LoopPredictions, slopes_of
+from axisid.estimation.predictions.lanes import Lanes
 from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array
 from tests.axes.complex_loop import control_of, derivative_of

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from axisid import build, load_axis
-from axisid.estimation.predictions.unrounded import unrounded
+from axisid.estimation.predictions.loop_predictions import unrounded
 
 
 @pytest.mark.parametrize("step", [0.0, 0.01])

@@ -8,7 +8,7 @@ import pytest
 from axisid import Record, UsageError, identify, load_axis, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.records.faults.clipping import clipped
+from axisid.estimation.records.clipping import clipped
 from tests.refusals import refuses
 
 N = 400

@@ -11,7 +11,7 @@ from axisid import Record, build, identify, load_axis, read_record, validate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
-from axisid.estimation.records.times.own_period import own_period
+from axisid.estimation.records.resampling import own_period
 from axisid.support.missing import Missing
 from tests.refusals import refuses
 

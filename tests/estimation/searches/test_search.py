@@ -6,16 +6,10 @@ import numpy as np
 import pytest
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.choices.outputs import HUBER, SOFT_L1, SQUARES
-from axisid.estimation.predictions import Lanes
-from axisid.estimation.searches import (
-    LOSSES,
-    Found,
-    Search,
-    Unknowns,
-    Weighing,
-    deviation_by_median,
-)
+from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
+from axisid.estimation.parameters import Unknowns
+from axisid.estimation.predictions.lanes import Lanes
+from axisid.estimation.searches import LOSSES, Found, Search, Weighing, deviation_by_median
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.support.arrays import Array
 from tests.refusals import refuses

@@ -10,7 +10,8 @@ import pytest
 from axisid import DataError, Prefilter, UsageError, build, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord, paired_with_force
+from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.signals.signals import paired_with_force
 from tests.refusals import refuses
 
 

@@ -18,7 +18,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.methods import bound_record
 from axisid.estimation.signals.filtered_record import FilteredRecord
-from axisid.estimation.signals.reversals import near_turns
+from axisid.estimation.signals.sampling import near_turns
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
 from tests.refusals import refuses
 

@@ -11,11 +11,11 @@ from axisid import Parameter, build, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive, end_stop
 from axisid.estimation.signals import through_path
-from axisid.estimation.simulation import trajectory
 from axisid.estimation.simulation.batch import simulate_batch
 from axisid.estimation.simulation.simulated import (
     mean_force,
 )
+from axisid.estimation.simulation.twin import trajectory
 from tests.axes.bodies import body, force_law, x
 from tests.axes.lagging import GAIN, PERIOD, THETA, integrated, lagging
 from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values

@@ -12,7 +12,8 @@ from axisid import Coordinate, Parameter, Signal, build, newton, simulate
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import MEASURED_POSITION, MEASURED_VELOCITY, REFERENCE, ControlLaw, gain
 from axisid.elements import TIME, Drive, coulomb
-from axisid.estimation.simulation import Simulation, simulate_batch, trajectory, twin_record
+from axisid.estimation.simulation import Simulation, simulate_batch, twin_record
+from axisid.estimation.simulation.twin import trajectory
 from axisid.support.arrays import Array
 from tests.axes.bodies import body, c, m, x
 from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values

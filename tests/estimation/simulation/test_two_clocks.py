@@ -16,8 +16,9 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import check_law, simulate_batch
 from axisid.estimation.diagnostics.law.control_law import LawCheck
-from axisid.estimation.simulation import SIMULATED, TwoClocks, lines, signals_about, twin_plan
+from axisid.estimation.simulation import SIMULATED, TwoClocks, signals_about, twin_plan
 from axisid.estimation.simulation.between import at_log_samples
+from axisid.estimation.simulation.recorded import lines
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.recorded import PERIOD_S, recorded_axis
 from tests.estimation.loops.test_two_clocks import LOG, by_events, cascade, cascade_p_pi, stage

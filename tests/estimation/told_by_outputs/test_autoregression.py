@@ -8,7 +8,7 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from axisid.estimation.told_by_outputs import autoregression_of
-from axisid.estimation.told_by_outputs.autoregression import by_durbin
+from axisid.estimation.told_by_outputs.colour import by_durbin
 
 
 @pytest.mark.parametrize("rows", [0, 1, 2, 3, 50, 501])

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.told_by_outputs.autoregression import Autoregression
-from axisid.estimation.told_by_outputs.colour import autoregression_of
-from axisid.estimation.told_by_outputs.vector_autoregression import VectorAutoregression
+from axisid.estimation.told_by_outputs.colour import (
+    Autoregression,
+    VectorAutoregression,
+    autoregression_of,
+)
 from axisid.support.arrays import Array
 
 _FIRST = np.array([[0.5, 0.3], [-0.2, 0.6]])

@@ -31,8 +31,7 @@ from axisid.commands.options.outputs import (
     write_output,
 )
 from axisid.commands.options.start_option import start_option
-from axisid.estimation.choices.methods import method_names
-from axisid.estimation.choices.outputs import fit_names, fitted_output
+from axisid.estimation.choices import fit_names, fitted_output, method_names
 from axisid.presentation.console import ProgressLine
 
 from .twin_options import (

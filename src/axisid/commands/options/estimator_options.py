@@ -6,8 +6,14 @@ from typing import Any
 
 import click
 
-from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
-from axisid.estimation.choices.methods import ROW_LOSSES, is_iteration, method_names
+from axisid.estimation.choices import (
+    ROW_LOSSES,
+    assumptions,
+    covariance_names,
+    is_iteration,
+    method_names,
+    takes_lags,
+)
 from axisid.estimation.thresholds import LEAST_SHARE, LEVEL
 
 from .option_checks import check_idle, with_options

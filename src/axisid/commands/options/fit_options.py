@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from axisid.estimation.choices.outputs import FIT_STARTS, LOSSES, OUTPUTS, RESTS
+from axisid.estimation.choices import FIT_STARTS, LOSSES, OUTPUTS, RESTS
 
 from .estimator_options import bootstrap_option, levels_options
 from .option_checks import with_options

@@ -44,7 +44,7 @@ class Sharing:
             tells_gain,
             with_what_is_lost,
         )
-        from axisid.estimation.joint import known_of
+        from axisid.estimation.parameters import known_of
 
         check_needed(("--gain",), ("--known",))
         known_of(self.known, max(logs, 1))
@@ -97,7 +97,7 @@ def sharing_options(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def collected(*, local: str | None, known: tuple[str, ...], gain: str, **others: Any) -> None:
-        from axisid.estimation.joint import read_known
+        from axisid.estimation.parameters import read_known
 
         names = names_in(local or "")
         command(sharing=Sharing(local=names, known=read_known(known), gain=gain), **others)

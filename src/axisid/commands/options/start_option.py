@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import click
 
-from axisid.estimation.choices.methods import STARTS
+from axisid.estimation.choices import STARTS
 
 
 def start_option(

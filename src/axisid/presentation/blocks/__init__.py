@@ -12,7 +12,6 @@ from .document import Document as Document
 from .document import Heading as Heading
 from .document import Interval as Interval
 from .document import Intervals as Intervals
-from .document import Kind as Kind
 from .document import Listing as Listing
 from .document import NotedText as NotedText
 from .document import Notes as Notes

@@ -4,7 +4,7 @@ from dataclasses import asdict
 
 from msgspec import UNSET
 
-from axisid.estimation.joint import Known
+from axisid.estimation.parameters import Known
 from axisid.estimation.studies import Candidate, Comparison, HeldOut
 from axisid.presentation.schema import (
     WrittenCandidate,

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from axisid.estimation.choices.outputs import fitted_output
+from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.monte_carlo import (
     COLOURED,

@@ -1,6 +1,6 @@
 """How tables and figures of a study call a method."""
 
-from axisid.estimation.choices.outputs import fitted_output
+from axisid.estimation.choices import fitted_output
 
 
 def method_title(method: str) -> str:

@@ -6,7 +6,7 @@ from itertools import chain, cycle
 
 import numpy as np
 
-from axisid.estimation.choices.methods import same_estimates
+from axisid.estimation.choices import same_estimates
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record

@@ -9,8 +9,6 @@ from .file import load_result as load_result
 from .fitted_axis import FittedAxis as FittedAxis
 from .fitted_axis import fitted_axis as fitted_axis
 from .identification import SavedIdentification as SavedIdentification
-from .identification import SavedPhysical as SavedPhysical
-from .identification import SavedRecord as SavedRecord
 from .output_fit import SavedFitValidation as SavedFitValidation
 from .output_fit import SavedOutputFit as SavedOutputFit
 from .output_fit import saved_fit_document as saved_fit_document

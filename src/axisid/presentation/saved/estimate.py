@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.choices.methods import is_output_error
+from axisid.estimation.choices import is_output_error
 from axisid.estimation.estimates import Iterate, NamedValues, Value, derived_value
 from axisid.estimation.regression import DrawSummary, ResidualTests
 from axisid.modeling.text import FunctionLike

@@ -12,7 +12,7 @@ from axisid.estimation.checks import Levels
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import NamedValues, PhysicalByMethod
 from axisid.estimation.identification import ByMethod, DriveTime, OfRecord, record_place
-from axisid.estimation.joint import JointForm, Layout, known_of, layout_of
+from axisid.estimation.parameters import JointForm, Layout, known_of, layout_of
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate

@@ -9,7 +9,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.estimates import NamedValues, value_with_interval
 from axisid.estimation.identification import OfRecord, RecordInfo
-from axisid.estimation.joint import JointForm, Layout
+from axisid.estimation.parameters import JointForm, Layout
 from axisid.estimation.regression import InverseForm, delta_method
 from axisid.estimation.signals import Prefilter
 from axisid.support.arrays import Array

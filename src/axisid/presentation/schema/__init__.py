@@ -54,7 +54,6 @@ from .reading import plain as plain
 from .reading import read_document as read_document
 from .reading import schema_of as schema_of
 from .record import WrittenDriveTime as WrittenDriveTime
-from .record import WrittenOrigin as WrittenOrigin
 from .record import WrittenPrefilter as WrittenPrefilter
 from .record import WrittenRecord as WrittenRecord
 from .record import WrittenRepair as WrittenRepair

@@ -22,8 +22,6 @@ from .record import listed_facts as listed_facts
 from .record import record_document as record_document
 from .record import record_facts as record_facts
 from .record import records_table as records_table
-from .record import set_aside_facts as set_aside_facts
-from .record import several_notes as several_notes
 from .sweep import sweep_document as sweep_document
 from .validation import fit_validation_document as fit_validation_document
 from .validation import validation_document as validation_document

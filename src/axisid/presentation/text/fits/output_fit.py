@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from axisid.estimation.choices.outputs import LOSSES, OUTPUTS, SQUARES
+from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
 from axisid.estimation.estimates import Value
 from axisid.estimation.fitting import OutputFit
 from axisid.modeling.declaration import left_out_text

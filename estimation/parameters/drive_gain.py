@@ -1,0 +1,137 @@
+"""The drive's gain, searched for with the parameters of the model.
+
+A loop by another gain g is that by the declared gain g0 with every force times g0/g: what enters
+the force linearly is searched for as it is, and simulated times that.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.regression import Form
+from axisid.modeling.quantities import Parameter
+from axisid.support.arrays import Array
+from axisid.support.errors import ModelError
+from axisid.support.remedy import Remedy, Setting
+
+from .form import JointForm
+from .layout import GAIN, drive_gain_of
+from .nuisance import FormByMore
+
+_MOTIONS, _SEED = 64, 0  # on which a force is held against twice its parameters
+_SAME = 1e-9  # of the largest force
+_NEXT_TO_0 = 1e-9  # of the declared gain
+
+
+@dataclass(frozen=True, slots=True)
+class FormByDriveGain(FormByMore):
+    """A form with the drive's gain behind it.
+
+    Attributes
+    ----------
+    gain : Parameter
+        Its nominal value is the declared one.
+    axes : tuple of GeneratedAxis
+        By record.
+    """
+
+    gain: Parameter = field(kw_only=True)
+    axes: tuple[GeneratedAxis, ...] = field(kw_only=True)
+
+    @classmethod
+    def of(cls, form: Form, axes: Sequence[GeneratedAxis]) -> Form:
+        """A form with the gain behind it; itself where a known force has it searched already.
+
+        Raises
+        ------
+        ModelError
+            The force of the drive, or of an axis, is no multiple of what would be searched.
+        """
+        if isinstance(form, JointForm) and form.layout.gain is not None:
+            return form
+        for axis in axes:
+            _check(axis, [q.name for q in form.physical_quantities])
+        return cls(axes[0], of_model=form, gain=_gain_of(axes[0]), axes=tuple(axes))
+
+    @property
+    def more(self) -> tuple[Parameter, ...]:
+        """See `FormByMore.more`."""
+        return (self.gain,)
+
+    def own(self, physical: Array, record: int) -> Array:
+        """See `Form.own`; those with which the declared gain moves the axis alike."""
+        own = self.of_model.own(physical[:-1], record)
+        return by_declared_gain(self.axes[record], own, float(physical[-1]))
+
+
+def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array:
+    """Parameters (p,) with which the declared gain moves an axis as these do with another gain."""
+    declared = float(axis.axis.drive.gain)
+    least = math.copysign(_NEXT_TO_0 * declared, declared)
+    used = max(gain, least) if declared > 0 else min(gain, least)
+    return np.where(axis.nonlinear, physical, physical * (declared / used))
+
+
+def _gain_of(axis: GeneratedAxis) -> Parameter:
+    """The gain from where it is declared; what is declared of its deviation was known before."""
+    found, drive = drive_gain_of(axis), axis.axis.drive
+    value = float(drive.gain)
+    found = replace(found, lower=0.0) if value > 0 else replace(found, upper=0.0)
+    if not drive.relative_sd:
+        return found
+    return replace(found, known=value, known_sd=abs(value) * drive.relative_sd)
+
+
+def _check(axis: GeneratedAxis, names: Sequence[str]) -> None:
+    drive, name = axis.axis.drive, axis.axis.name
+    if GAIN in names:
+        raise ModelError(
+            f"the drive gain of axis {name!r} cannot be free: a parameter of the axis has its "
+            f"name, {GAIN}; call that another.",
+            code="free-gain-name",
+        )
+    if axis.states:
+        raise ModelError(
+            f"the drive gain of axis {name!r} cannot be free: its friction remembers, and what it "
+            "remembers need not grow with its forces; give the gain as the data sheet has it.",
+            code="free-gain-states",
+        )
+    if not drive.is_times_gain:
+        raise ModelError(
+            f"the drive gain of axis {name!r} cannot be free: the force of its drive, "
+            f"{drive.force}, is no multiple of it; give it as the data sheet has it, or a drive "
+            "of another formula.",
+            code="free-gain-drive",
+        )
+    if not _is_multiple(axis):
+        raise ModelError(
+            f"the drive gain of axis {name!r} cannot be free: its equation of motion has a force "
+            "of numbers alone, such as that of a rotor's inertia, which another gain would move; "
+            "declare the number as a parameter, and say its value of the record; ",
+            Remedy.of(Setting("known", "NAME=VALUE"), "."),
+            code="free-gain-numbers",
+        )
+
+
+def _is_multiple(axis: GeneratedAxis) -> bool:
+    """Whether the force is twice as large with twice of what enters linearly."""
+    random = np.random.default_rng(_SEED)
+    motion = random.uniform(0.1, 1.0, (3, _MOTIONS))
+    recorded = random.uniform(0.1, 1.0, (len(axis.axis.signals), _MOTIONS))
+    direction = np.sign(random.uniform(-1.0, 1.0, _MOTIONS))
+    motion[1] *= direction
+    values = random.uniform(0.5, 1.5, len(axis.nominal)) * np.where(axis.nominal, axis.nominal, 1.0)
+
+    def force(physical: Array) -> Array:
+        about = () if axis.is_linear else (physical,)
+        row, rest = axis.evaluate("idm_regressor", *motion, direction, *recorded, *about)
+        return np.asarray(row @ physical + rest[:, 0])
+
+    with np.errstate(all="ignore"):
+        once, twice = force(values), force(np.where(axis.nonlinear, values, 2 * values))
+    finite = np.isfinite(once) & np.isfinite(twice)
+    off = np.abs(twice - 2 * once)[finite]
+    return bool(np.all(off <= _SAME * np.abs(once[finite]).max(initial=0.0)))

@@ -1,0 +1,243 @@
+"""Steps of a time column: gaps, clocks that go back, a period that drifts, one that was stated."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION, MAX_UNEVEN_STEP
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, UsageError
+from axisid.support.real_numbers import is_real
+from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import quoted
+
+# periods between mean steps of windows; jitter of a quarter moves one by as much
+_MAX_PERIOD_DRIFT = 0.005
+_MAX_STEP_SPREAD = 0.02  # periods between the time steps, up to which nothing is said of jitter
+_MAX_ODD_STEP_SHARE = 0.01  # of the time steps are odd: faults of single samples; more are jitter
+# periods in place of a clock that was set back: more than any gap needs, to cut there
+_RESTARTED_CLOCK_STEP = 4.0
+
+#: Code of an error about time steps that are not one sampling period.
+UNEVEN = "uneven-time"
+#: Code of an error about times that do not increase.
+BACKWARD = "backward-time"
+#: Steps over which jitter averages out: even a quarter of a period to half a percent.
+_WINDOW = 100
+_SHOWN = 3
+_EVENLY = Setting("resample", "auto")
+_SPLIT = Setting("gaps", "split")
+#: What to do about a sampling period that drifts.
+_RESAMPLE_EVENLY = Remedy.of("Resample the log evenly (", _EVENLY, ").")
+
+Places = NDArray[np.int64]
+
+_MAX_STATED_PERIOD_DEVIATION = 0.005  # relative difference of a given period from the time column's
+
+
+def odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
+    """Which steps are not about the typical one."""
+    return (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
+
+
+def _is_rare(count: int, steps: int) -> bool:
+    """Whether so many steps of all may be faults of single samples, and no jitter."""
+    return count <= max(_MAX_ODD_STEP_SHARE * steps, 1)
+
+
+def advice_on_uneven(steps: Array, typical: float) -> Remedy:
+    """What to do about steps of which some are odd.
+
+    Parameters
+    ----------
+    steps : (n,) array
+        All of them, s, positive.
+    typical : float
+        Their median, s.
+    """
+    odd = steps[odd_steps(steps, typical)]
+    lost = bool(np.any(odd > MAX_UNEVEN_STEP.value * typical))
+    if not _is_rare(len(odd), len(steps)):
+        said = "That is jitter, no gaps: resample the log evenly"
+        if lost:
+            return Remedy.of(said, ", cut where samples are missing (", _EVENLY, _SPLIT, ").")
+        return Remedy.of(said, " (", _EVENLY, ").")
+    cut = Remedy.of("Cut the log there (", _SPLIT, ")")
+    if lost or np.any(odd < typical):
+        return Remedy.of(cut, ".")
+    return Remedy.of(cut, " or resample it evenly (", _EVENLY, ").")
+
+
+def advice_on_backward(time: Array, *, split: bool = False) -> Remedy:
+    """What to do about times, (N,), that do not increase; `split` where that was asked for."""
+    steps = np.diff(time)
+    back = int(np.sum(steps <= 0))
+    if _is_coarse(time):
+        return Remedy.of(
+            "The stamps are too coarse: export them with more digits, or give ",
+            Setting("sample-period"),
+            f" to count by ({(time[-1] - time[0]) / len(steps):.6g} s in their mean).",
+        )
+    in_order = np.diff(np.sort(time))
+    if np.all(in_order > 0) and not np.any(odd_steps(in_order, float(np.median(in_order)))):
+        return Remedy.of("Sort the rows by their time.")
+    if not _is_rare(back, len(steps)):
+        return Remedy.of("Sort the rows and remove repeated ones.")
+    if split:
+        return Remedy.of(
+            "The columns have clocks of their own: cut the file there, and read one piece."
+        )
+    twice = " Remove rows that are repeated." if np.any(steps == 0) else ""
+    return Remedy.of(
+        "Where the clock was set back or another log was joined on, cut the log there (",
+        _SPLIT,
+        f").{twice}",
+    )
+
+
+def _is_coarse(time: Array) -> bool:
+    """Whether times stand still too often to be a fault of single rows: too few digits."""
+    steps = np.diff(time)
+    return bool(np.all(steps >= 0)) and not _is_rare(int(np.sum(steps == 0)), len(steps))
+
+
+def count_by_period(time: Array, period: float) -> tuple[Array, str]:
+    """Coarse times replaced by a count of the period, s, and what is said of it.
+
+    They must be those times but for their digits; what is not coarse stays as it is.
+    """
+    if not (np.all(np.isfinite(time)) and _is_coarse(time)):
+        return time, ""
+    counted = time[0] + period * np.arange(len(time), dtype=np.float64)
+    tick = float(np.diff(time).max())
+    if np.any(np.abs(time - counted) > tick + period):
+        return time, ""
+    return counted, (
+        f"time stamps that step by 0 to {1e3 * tick:.6g} ms replaced by a count of the sampling "
+        "period that was given"
+    )
+
+
+def count_past_restarts(time: Array, *, uneven: bool) -> tuple[Array, int, str]:
+    """Times that go on where the clock was set back, how often that was, and what is said of it.
+
+    There a gap is made of a few periods, so that the log is cut; how much time passed is not known.
+    Steps back that are no faults of single places are left, for whoever needs time to increase.
+
+    Parameters
+    ----------
+    time : (N,) array
+        s; what is not finite is passed over.
+    uneven : bool
+        Whether short steps may be jitter; else a rare one is a clock that was set back a little.
+    """
+    timed = np.flatnonzero(np.isfinite(time))
+    finite = time[timed]
+    steps = np.diff(finite)
+    typical = float(np.median(steps)) if len(steps) else 0.0
+    back = steps <= 0 if uneven else steps * MAX_EVEN_STEP.value < typical
+    places = np.flatnonzero(back)
+    if not places.size or not typical > 0 or not _is_rare(len(places), len(steps)):
+        return time, 0, ""
+    shifts = np.zeros(len(time))
+    shifts[timed[places + 1]] = _RESTARTED_CLOCK_STEP * typical - steps[places]
+    shown = [
+        f"before data row {timed[k + 1] + 1}, from {finite[k]:.9g} s to {finite[k + 1]:.9g} s"
+        for k in places[:_SHOWN]
+    ]
+    more = [f"{len(places) - _SHOWN} more"] if len(places) > _SHOWN else []
+    times = "once" if len(places) == 1 else f"{len(places)} times"
+    text = f"the clock is set back {times} ({'; '.join(shown + more)}): cut there, and counted on"
+    return time + np.cumsum(shifts), len(places), text
+
+
+def open_end(pieces: Sequence[Array]) -> float:
+    """What jitter leaves open of the mean step of segments, the times of each (n,), relative."""
+    steps = np.concatenate([np.diff(piece) for piece in pieces])
+    total = float(np.sum(steps)) if len(steps) else 0.0
+    return len(pieces) * float(np.ptp(steps)) / total if total > 0 else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class _ClockDrift:
+    """Least and largest mean step of windows of 100 samples, s."""
+
+    least: float
+    most: float
+
+    def check(self, source: str, mean: float) -> None:
+        """Refuse a period, s, that is not that of every part of the log."""
+        apart = MAX_MEAN_STEP_DEVIATION.value
+        if self.most > mean * (1 + apart) or self.least < mean * (1 - apart):
+            raise DataError(
+                f"{source}: {self._found()}, which cannot be taken as even. ",
+                _RESAMPLE_EVENLY,
+                code=UNEVEN,
+            )
+
+    def remark(self, mean: float, spread: float) -> Note | None:
+        """What is said of a period that drifts a little; None where it does not.
+
+        Jitter moves the ends of a window by a part of the `spread` of the steps, s.
+        """
+        if self.most - self.least <= _MAX_PERIOD_DRIFT * mean + spread / _WINDOW:
+            return None
+        evenly = Remedy.of("resample the log evenly (", _EVENLY, ")")
+        return Note(f"{self._found()} and is taken as even: ", evenly)
+
+    def _found(self) -> str:
+        return (
+            f"the sampling period drifts from {1e3 * self.least:.6g} to {1e3 * self.most:.6g} ms "
+            f"(means over {_WINDOW} samples)"
+        )
+
+
+def step_notes(least: float, most: float, mean: float, drift: _ClockDrift) -> tuple[Note, ...]:
+    """What is said of time steps that are taken as even but are not quite; empty if they are."""
+    if said := drift.remark(mean, most - least):
+        return (said,)
+    if most - least <= _MAX_STEP_SPREAD * abs(mean):
+        return ()
+    steps = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
+    return (Note(f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each"),)
+
+
+def drift_of(pieces: Sequence[Array]) -> _ClockDrift:
+    """Drift over segments, the times of each (n,)."""
+    means = np.concatenate([np.diff(piece[::_WINDOW]) / _WINDOW for piece in pieces])
+    return _ClockDrift(float(means.min(initial=np.inf)), float(means.max(initial=0.0)))
+
+
+def check_even(source: str, typical: float, mean: float, period: float | None) -> None:
+    """Refuse a median and a mean step, s, that are apart, or are not the period that was given."""
+    if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
+        raise DataError(
+            f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
+            f"{mean:.6g} s in the mean. ",
+            _RESAMPLE_EVENLY,
+            code=UNEVEN,
+        )
+    if period is not None:
+        check_stated(source, typical, period)
+
+
+def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
+    """Refuse a sampling period that was given, s, and is not the one of the time column."""
+    if not abs(stated / found - 1) < _MAX_STATED_PERIOD_DEVIATION + uncertainty:
+        raise DataError(
+            f"{source}: the sampling period is given as {stated:g} s, but the time "
+            f"column steps by {found:g} s. Correct one of them (time is in seconds).",
+            code="other-sample-period",
+        )
+
+
+def check_sample_period(period: object) -> None:
+    """Refuse what is no sampling period."""
+    if period is not None and not (is_real(period) and 0 < period < math.inf):
+        raise UsageError(
+            f"the sampling period is {quoted(period)}; give a positive number of seconds.",
+            code="bad-sample-period",
+        )

@@ -1,0 +1,188 @@
+"""The drive's gain, found with the parameters of the model."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import Axis, Record, build, fit, load_axis, load_result, newton, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.elements import CONTROL, DRIVE_GAIN, dahl, formula_drive, voltage_drive
+from axisid.estimation.parameters import FormByDriveGain
+from axisid.estimation.predictions import LoopPredictions
+from axisid.estimation.regression import InverseForm
+from axisid.estimation.studies import validate_fit
+from axisid.modeling.quantities import Constant, Parameter
+from tests.refusals import refuses
+
+OFF = 1.03
+TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
+
+
+def _off(axis: Axis, factor: float = OFF) -> GeneratedAxis:
+    """Declared with another gain."""
+    return build(replace(axis, drive=replace(axis.drive, gain=factor * axis.drive.gain)))
+
+
+AXES = {
+    "emps2015": lambda: load_axis("emps2015"),
+    "linear motor": lambda: load_axis("linear_motor"),
+    "pendulum": lambda: load_axis("pendulum"),
+    "on a voltage": lambda: _on_voltage("emps2015", 1.0),
+    "with a gear that loses": lambda: _on_voltage("emps2015", 0.7),
+}
+
+
+@pytest.mark.parametrize("name", AXES)
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, output: str) -> None:
+    """The axis is generated with either gain; what both simulate is the same to rounding."""
+    declared = build(AXES[name]())
+    other, record = _off(declared.axis), twin_record(declared)
+    truth = np.array([*record.provenance.truth.values()])
+    form = FormByDriveGain.of(InverseForm(declared), [declared])
+    by_gain = LoopPredictions(form, [declared], [record], output)
+    alone = LoopPredictions(InverseForm(other), [other], [record], output)
+    gain = float(other.axis.drive.gain)
+    found = by_gain(np.append(truth, gain)[None, :]).errors
+    expected = alone(truth[None, :]).errors
+    size = float(np.abs(by_gain.measured).max())
+    np.testing.assert_allclose(found, expected, atol=1e-9 * size)
+
+
+@pytest.mark.parametrize("output", ["control", "position", "open-loop"])
+def test_a_gain_that_is_declared_wrong_is_found_where_a_parameter_is_held(
+    emps2015: GeneratedAxis, twin: Record, output: str
+) -> None:
+    truth = {**twin.provenance.truth, "drive_gain": emps2015.axis.drive.gain}
+    found = fit(_off(emps2015.axis), twin, output, free="gain", fixed={"M": truth["M"]})
+    assert found.names == (*TRUTH, "drive_gain")
+    assert found["drive_gain"].unit == "N/V"
+    for name in found.names[1:]:
+        assert abs(found[name].value - truth[name]) < 3.5 * found[name].deviation
+    off = (OFF - 1) * emps2015.axis.drive.gain
+    assert found["drive_gain"].deviation < 0.02 * off
+    assert found.believed
+
+
+def test_with_all_forces_free_the_gain_is_said_not_to_be_shown(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    found = fit(emps2015, twin, free="gain")
+    assert not found.believed
+    said = next(c.meaning for c in found.checks if c.name == "parameters shown")
+    assert "does not show M and Fv and Fc and drive_gain apart" in said
+    assert not np.any(np.isfinite([found[name].deviation for name in found.names]))
+
+
+def test_what_the_drive_declares_of_its_gain_was_known_before(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    drive = replace(emps2015.axis.drive, relative_sd=0.01)
+    axis = build(replace(emps2015.axis, drive=drive))
+    found, alone = fit(axis, twin, free="gain"), fit(emps2015, twin)
+    relative = [found[name].deviation / found[name].value for name in found.names]
+    own = [alone[name].deviation / alone[name].value for name in alone.names]
+    np.testing.assert_allclose(relative, np.hypot([*own, 0.0], 0.01), rtol=0.02)
+    assert found.believed
+    asked = fit(axis, twin, free="drive_gain", prior={"drive_gain": (36.0, 0.01)})
+    assert asked["drive_gain"].value == pytest.approx(36.0, abs=1e-3)
+
+
+def test_a_fit_with_its_gain_is_held_against_another_record_and_saved(
+    emps2015: GeneratedAxis, twin: Record, tmp_path: Path
+) -> None:
+    other = twin_record(emps2015, seed=7)
+    found = fit(_off(emps2015.axis), twin, free="gain", fixed={"M": 100.2})
+    plain = fit(emps2015, twin)
+    assert validate_fit(found, other).error == pytest.approx(
+        validate_fit(plain, other).error, rel=1e-4
+    )
+    found.save(tmp_path / "fit.json")
+    again = load_result(tmp_path / "fit.json")
+    assert again["drive_gain"].value == found["drive_gain"].value
+
+
+def test_with_a_number_of_the_record_known_the_gain_is_that_of_all(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """A rotor that the data sheet has, declared as a parameter and known of the record."""
+    rotor = Parameter("rotor", "kg", nominal=20.0, lower=0.0)
+    q = emps2015.axis.coordinate
+    force = emps2015.axis.force + rotor.symbol * q.acceleration
+    declared = replace(
+        _off(emps2015.axis).axis,
+        parameters=(*emps2015.axis.parameters, rotor),
+        force=force,
+    )
+    held = {"M": twin.provenance.truth["M"] - 20.0}
+    found = fit(declared, twin, free="gain", known={"rotor": [20.0]}, fixed=held)
+    gain, truth = found["drive_gain"], emps2015.axis.drive.gain
+    assert abs(gain.value - truth) < 3.5 * gain.deviation
+    numbers = replace(
+        declared,
+        parameters=emps2015.axis.parameters,
+        force=force.xreplace({rotor.symbol: 20.0}),
+    )
+    with refuses("free-gain-numbers", says="known"):
+        fit(numbers, twin, free="gain")
+
+
+def _on_voltage(name: str, efficiency: float) -> Axis:
+    axis = load_axis(name)
+    drive = voltage_drive(
+        kt=float(axis.drive.gain),
+        ke=2.0,
+        resistance=1.0,
+        efficiency=efficiency,
+        limit=axis.drive.limit,
+    )
+    return replace(axis, drive=drive)
+
+
+def _braked(axis: Axis) -> Axis:
+    brake = Constant(5.0, "N/(m/s)", "brake")
+    force = DRIVE_GAIN * CONTROL - brake * axis.coordinate.velocity
+    return replace(axis, drive=formula_drive(force, gain=35.15, unit="V", limit=10.0))
+
+
+def _remembers(axis: Axis) -> Axis:
+    mass, _, level = axis.parameters
+    stiffness = Parameter("s0", "N/m", nominal=1e6, lower=0.0)
+    return newton(
+        "presliding",
+        coordinate=axis.coordinate,
+        parameters=(mass, level, stiffness),
+        inertia=mass,
+        resistance=(dahl(stiffness, axis.coordinate, coulomb=level),),
+        drive=axis.drive,
+        control=axis.control,
+    )
+
+
+def _named(axis: Axis) -> Axis:
+    offset = Parameter("drive_gain", "N")
+    return replace(axis, parameters=(*axis.parameters, offset), force=axis.force + offset.symbol)
+
+
+@pytest.mark.parametrize(
+    ("made", "code"),
+    [
+        (_braked, "free-gain-drive"),
+        (_remembers, "free-gain-states"),
+        (_named, "free-gain-name"),
+    ],
+)
+def test_a_gain_that_cannot_be_searched_is_refused_with_the_reason(
+    emps2015: GeneratedAxis, twin: Record, made: Callable[[Axis], Axis], code: str
+) -> None:
+    with refuses(code, says="cannot be free"):
+        fit(made(emps2015.axis), twin, free="gain")
+
+
+def test_a_force_column_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+    record = replace(twin, force=np.asarray(twin.control) * emps2015.axis.drive.gain)
+    with refuses("free-gain-force", says="force column"):
+        fit(emps2015, record, "force", free="gain")

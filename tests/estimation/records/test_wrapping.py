@@ -1,0 +1,237 @@
+"""Positions that start again after a turn are unwrapped on request, and recognised without one."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid import load_axis, read_record
+from axisid.estimation import Repairs
+from axisid.estimation.records.wrapping import undone
+from tests.refusals import refuses
+
+N = 400
+PERIOD = 1e-3
+TIME = PERIOD * np.arange(N)
+TURN = 2 * np.pi
+TURNING = 3 + 4 * np.sin(10 * TIME) + 2 * TIME  # rad, over the seam and back
+
+
+def log(position: np.ndarray = TURNING, **changes: Any) -> dict[str, Any]:
+    return {"time": TIME, "position": position, "control": np.cos(30 * TIME)} | changes
+
+
+@pytest.mark.slow
+@given(
+    steps=st.lists(st.floats(-0.49, 0.49), min_size=3, max_size=60),
+    start=st.floats(-20, 20),
+    modulus=st.floats(0.1, 100),
+)
+def test_unwrapping_undoes_wrapping(steps: list[float], start: float, modulus: float) -> None:
+    true = modulus * (start + np.cumsum(steps))
+    found, places = undone(np.mod(true, modulus), modulus)
+    assert np.diff(found) == pytest.approx(np.diff(true), abs=1e-9 * modulus)
+    assert len(places) == np.count_nonzero(np.diff(np.floor(true / modulus)))
+
+
+def test_position_and_reference_unwrap_onto_the_same_turn() -> None:
+    true = 3 * np.sin(8 * TIME)
+    behind = true - 0.02
+    wrapped = log(np.mod(behind, TURN), reference=np.mod(true, TURN))
+    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
+    assert record.reference - record.position == pytest.approx(0.02, abs=1e-12)
+    (repair,) = record.provenance.repairs
+    assert repair.kind == "wrap"
+    assert repair.count > 0
+    assert repair.text == (
+        "jumps by the modulus 360 deg undone: position 2, reference 1; "
+        "reference moved by whole moduli: +1 in data rows 1 to 400"
+    )
+    assert repair.count == 4
+
+
+def test_reference_far_from_a_position_that_is_not_wrapped_stays_where_it_is() -> None:
+    position = np.deg2rad(100) * np.sin(8 * TIME) ** 2
+    reference = np.deg2rad(190 + 10 * np.sin(8 * TIME))
+    record = read_record(log(position, reference=reference), repairs=Repairs(wrap="360:deg"))
+    assert np.array_equal(record.reference, reference)
+    (repair,) = record.provenance.repairs
+    assert repair.count == 0
+    assert repair.text == "no jumps by the modulus 360 deg found: position 0, reference 0"
+
+
+def test_reference_over_several_turns_keeps_its_own() -> None:
+    true = 20 * np.sin(8 * TIME) ** 2
+    reference = true + 2 * TURN
+    wrapped = log(np.mod(true, TURN), reference=reference)
+    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
+    assert np.array_equal(record.reference, reference)
+    assert "moved" not in record.provenance.repairs[0].text
+
+
+def test_reference_may_step_across_its_seam() -> None:
+    step = np.where(TIME < 0.2, 6.0, 6.6)
+    settling = 6.0 + np.where(TIME < 0.2, 0, 0.6 * (1 - np.exp(-50 * (TIME - 0.2))))
+    wrapped = log(np.mod(settling, TURN), reference=np.mod(step, TURN))
+    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
+    assert record.reference == pytest.approx(step, abs=1e-12)
+    assert record.position == pytest.approx(settling, abs=1e-12)
+
+
+def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
+    true = np.where(TIME < 0.15, 6.0, 6.0 + 0.45 * TURN) + 0.005 * np.sin(60 * TIME)
+    ahead = true + np.where(TIME < 0.15, 0.0, 0.5)  # more than half a turn on from before
+    kept = (TIME < 0.1) | (TIME > 0.2)
+    wrapped = {
+        role: values[kept]
+        for role, values in log(np.mod(true, TURN), reference=np.mod(ahead, TURN)).items()
+    }
+    for more in ({}, {"resample": 1000.0}):
+        record = read_record(wrapped, repairs=Repairs(wrap=TURN, gaps="split", **more))  # type: ignore[arg-type]
+        apart = np.asarray(record.reference) - record.position
+        assert apart[[0, -1]] == pytest.approx([0, 0.5], abs=1e-9)
+        told = next(r for r in record.provenance.repairs if r.kind == "wrap").text
+        assert "across a gap the motion is taken to be less than half of it" in told
+        assert re.search(r"reference moved by whole moduli: [+-]1 in data rows 101 to 299", told)
+
+
+def test_position_beyond_the_modulus_is_not_wrapped_by_it() -> None:
+    with refuses("other-modulus", says="1 m or rad"):
+        read_record(log(), repairs=Repairs(wrap=1.0))
+
+
+@pytest.mark.parametrize("wrap", ["400:deg", "361:deg", "6.29", "7"])
+def test_modulus_that_leaves_part_of_the_jumps_is_refused(wrap: str) -> None:
+    with refuses("other-modulus") as refused:
+        read_record(log(np.mod(TURNING, TURN)), repairs=Repairs(wrap=wrap))
+    assert refused.value.code == "other-modulus"
+    assert "360:deg" in str(refused.value.remedy)
+
+
+@pytest.mark.parametrize("wrap", ["360", "1000:deg"])
+def test_modulus_that_undoes_no_jump_is_refused(wrap: str) -> None:
+    with refuses("other-modulus", says=r"position jumps by 6\..*does not undo; .*360:deg"):
+        read_record(log(np.mod(TURNING, TURN)), repairs=Repairs(wrap=wrap))
+
+
+def test_wrapped_position_is_recognised_unasked() -> None:
+    for turn, settings in ((TURN, ["wrap"]), (360, ["columns", "wrap"])):
+        wrapped = log(np.mod(TURNING, TURN) * turn / TURN)
+        with refuses("wrapped", says=r"\(\d such jumps\)") as refused:
+            read_record(wrapped)
+        assert refused.value.code == "wrapped"
+        assert refused.value.remedy is not None
+        assert [each.name for each in refused.value.remedy.settings] == settings
+    by_range = read_record(log(np.mod(TURNING, 1.5)), load_axis("emps2015"))
+    assert any("the position jumps by 1." in note.text for note in by_range.provenance.doubts)
+
+
+def test_a_jump_beside_a_rest_that_jitters_is_told() -> None:
+    axis = replace(load_axis("emps2015"), columns={})
+    ticking = np.where(TIME < 0.05, 1e-6 * (np.arange(N) // 4 % 2), 0.0)  # a rest that jitters
+    position = ticking + 0.01 * TIME + np.where(np.arange(N) < 100, 0.0, 0.9)
+    told = read_record(log(position), axis).provenance.doubts
+    assert told[0].text.startswith("the position jumps by 0.9 m before data row 101:")
+
+
+def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:
+    outlier = TURNING.copy()
+    outlier[77] += 20
+    rest = replace(load_axis("rotary_table"), columns={})
+    for position in (TURNING, outlier, np.round(0.3 * TURNING)):
+        doubts = read_record(log(position), rest).provenance.doubts
+        assert not any("jumps" in note.text for note in doubts)
+    repairs = read_record(
+        log(np.mod(TIME, 1.0)), repairs=Repairs(wrap="360:deg")
+    ).provenance.repairs
+    assert repairs[0].text == "no jumps by the modulus 360 deg found: position 0"
+
+
+def _unsigned(control: np.ndarray, bits: int = 16) -> np.ndarray:
+    """As a logger writes signed words that it takes for unsigned ones."""
+    return np.mod(np.round(control), 2.0**bits)
+
+
+VOLTS = "control:counts*10V/32768"
+CONTROL = 9000 * np.cos(30 * TIME) + 40 * np.random.default_rng(3).standard_normal(N)
+
+
+@pytest.mark.parametrize("given", ["control=20", "control=20:V", {"control": 20.0}])
+def test_a_control_that_lost_its_sign_has_it_back(given: Any) -> None:
+    axis = load_axis("emps2015")
+    both = [
+        read_record(
+            log(0.01 * TURNING, control=control),
+            axis,
+            columns={"position": "position:m", "control": VOLTS},
+            repairs=Repairs(wrap=wrap),
+        )
+        for control, wrap in ((_unsigned(CONTROL), given), (np.round(CONTROL), None))
+    ]
+    assert both[0].control == pytest.approx(both[1].control, abs=1e-12)
+    (repair,) = both[0].provenance.repairs
+    assert repair.count == np.count_nonzero(np.round(CONTROL) < 0)
+
+
+def test_several_columns_have_moduli_of_their_own() -> None:
+    wrapped = log(np.mod(TURNING, TURN), control=_unsigned(CONTROL))
+    repairs = Repairs(wrap="position=360:deg,control=65536")
+    record = read_record(wrapped, repairs=repairs)
+    assert np.ptp(record.position) == pytest.approx(np.ptp(TURNING))
+    assert np.array_equal(record.control, np.round(CONTROL))
+
+
+@pytest.mark.parametrize("scale", [1.0, 10 / 32768])
+def test_a_lost_sign_is_told_with_the_modulus_that_gives_it_back(scale: float) -> None:
+    record = read_record(log(control=scale * _unsigned(CONTROL)))
+    assert f"control={65536 * scale:.10g}" in " ".join(map(str, record.provenance.doubts))
+    again = read_record(log(control=scale * _unsigned(CONTROL)), repairs=_repairs_of(record))
+    assert again.control == pytest.approx(scale * np.round(CONTROL), abs=1e-9)
+    assert "sign" not in " ".join(map(str, again.provenance.doubts))
+
+
+def _repairs_of(record: Any) -> Repairs:
+    (told,) = [note.remedy for note in record.provenance.doubts if "sign" in note.text]
+    (setting,) = told.settings
+    return Repairs(wrap=setting.value)
+
+
+@pytest.mark.parametrize(
+    "control",
+    [
+        np.round(CONTROL),
+        np.round(CONTROL - CONTROL.min()),
+        np.round(32768 + 3 * CONTROL),
+        65535.0 * (np.sin(90 * TIME) > 0),
+        np.round(60000 + 0.2 * CONTROL),
+        CONTROL - CONTROL.min(),
+    ],
+    ids=["signed", "from nought", "about the middle", "on and off", "positive", "no counts"],
+)
+def test_a_control_with_its_sign_is_told_nothing(control: np.ndarray) -> None:
+    told = " ".join(map(str, read_record(log(control=control)).provenance.doubts))
+    assert "sign" not in told
+
+
+@pytest.mark.parametrize(
+    ("wrap", "code"),
+    [
+        ("control=100", "other-modulus"),
+        ("torque=65536", "no-column-to-wrap"),
+        ("time=4294967296", "wrapped-role"),
+        ("control=", ""),
+        ("control=65536:mm", "other-unit"),
+    ],
+)
+def test_a_modulus_that_no_column_has_is_refused(wrap: str, code: str) -> None:
+    with refuses(code or "usage"):
+        read_record(
+            log(0.01 * TURNING, control=_unsigned(CONTROL)),
+            load_axis("emps2015"),
+            columns={"position": "position:m", "control": "control:V"},
+            repairs=Repairs(wrap=wrap),
+        )
