@@ -127,16 +127,29 @@ class Ended:
 
         Friction that remembers is not asked: noise of a dwell is not that of a swing.
         """
-        if not self.bootstrap or self.axis.states or self.horizon is not None:
+        if not self.bootstrap or self.axis.states:
             return ""
         if self.loss != SQUARES:
             return "errors count by their size, and outliers are no noise of a loop"
         form, physical = self.whose.form, self.best.physical
         axes = [axis_at(axis, form, physical) for axis in self.whose.axes]
         try:
-            return fit_twins(form, axes, self.records, physical, self.outputs, self.bootstrap)
+            return fit_twins(
+                form,
+                axes,
+                self.records,
+                physical,
+                self.predictions,
+                self.bootstrap,
+                by_instruments=self.horizon is not None,
+            )
         except (ModelError, DataError, EstimationError) as error:
             return error.problem.rstrip("; ")
+
+    @property
+    def _scattered(self) -> FitTwins | None:
+        """Twins that tell deviations; None where windows do, or nothing but the errors."""
+        return self.twins if self.horizon is None else None
 
     @property
     def errors_in_common(self) -> Array | None:
@@ -244,8 +257,8 @@ class Ended:
             "coloured": self._with_starts(self.coloured.matrix, scores),
             "iid": scores.independent(),
         }
-        if self.twins is not None:
-            by_twins = self._by_twins(scores, self.twins) + scores.by_known()
+        if self._scattered is not None:
+            by_twins = self._by_twins(scores, self._scattered) + scores.by_known()
             found["bootstrap"] = self._with_starts(by_twins, scores)
         moved = self._influence(scores) @ self._by_doubts
         return {name: matrix + moved @ moved.T for name, matrix in found.items()}
@@ -284,8 +297,8 @@ class Ended:
     def freedom(self) -> Array:
         """Degrees of freedom of each variance that is told, (P,)."""
         found, freedom = np.full(len(self.scale), np.inf), self.coloured.freedom
-        if self.twins is not None:
-            freedom = np.full(len(freedom), self.twins.count / 2)  # of pairs of opposite ones
+        if self._scattered is not None:
+            freedom = np.full(len(freedom), self._scattered.count / 2)  # of pairs of opposite ones
         found[self.unknowns.free] = freedom
         return found
 
@@ -368,7 +381,7 @@ class Ended:
     @property
     def chosen(self) -> str:
         """The covariance that is told."""
-        return "coloured" if self.twins is None else "bootstrap"
+        return "coloured" if self._scattered is None else "bootstrap"
 
     def _whole(self, matrix: Array, chosen: NDArray[np.bool_]) -> Array:
         """A covariance among all parameters; infinite variances of what is not shown."""

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.predictions import Predictions
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Form, Hac, Solution, simulated_loops
+from axisid.estimation.regression import Form, Hac, Solution, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Neighbours, Prefilter
 from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
@@ -49,8 +50,10 @@ def fit_twins(
     axes: Sequence[GeneratedAxis],
     records: Sequence[Record],
     physical: Array,
-    outputs: Sequence[str],
+    predictions: Predictions,
     count: int,
+    *,
+    by_instruments: bool,
 ) -> FitTwins:
     """Measure the noise of the records at a fit, and simulate their loops with it.
 
@@ -62,60 +65,56 @@ def fit_twins(
         By record.
     records : sequence of Record
     physical : (P,) array
-    outputs : sequence of str
-        That are followed, each a column of the records.
+    predictions : Predictions
+        Of the records, settled there.
     count : int
+    by_instruments : bool
+        Whether twins have the noise of what is measured alone, not the forces beside the control,
+        for predictions that begin anew in windows: forces move their errors in proportion, which
+        is no bias, and what their parameters scatter by is seen from window to window.
 
     Raises
     ------
     EstimationError
         More than half of the twins cannot be simulated, or no noise reaches what is followed.
     """
-    pieces: list[Array] = []
-    of_position: list[Array] = []
+    quiet: list[Record] = []
+    twins: list[list[Record]] = []
+    by_position: list[list[Record]] = []
     chains = []
     for place, (axis, record) in enumerate(zip(axes, records, strict=True)):
         data, own = FilteredRecord.bind(axis, record, Prefilter()), form.own(physical, place)
         data = data.by_position or data
-        loops = simulated_loops(axis, record, own)
+        loops = recorded_loops(data, own)
         chain = measured_chain(data, own, loops)
-        quiet = _rows(noise_free_record(data, loops).record, outputs)
         alone = replace(chain, disturbances=()) if chain.is_uneven else Chain()
-        for made, noise, several in ((pieces, chain, count), (of_position, alone, _OF_POSITION)):
-            twins = twins_of(data, own, noise, several, paired=True)
-            rows = [_rows(each.record, outputs) for each in twins]
-            if noise.is_silent:
-                rows = [quiet] * several
-            made.append((np.reshape(rows, (-1, len(quiet))) - quiet).T)
         chains.append(chain)
-    fewest = _fewest(pieces)
+        noise_of_twins = replace(chain, disturbances=()) if by_instruments else chain
+        quiet.append(noise_free_record(data, loops).record)
+        wanted = ((twins, noise_of_twins, count), (by_position, alone, _OF_POSITION))
+        for made, noise, several in wanted:
+            drawn = [each.record for each in twins_of(data, own, noise, several, paired=True)]
+            made.append([quiet[place]] * several if noise.is_silent else drawn)
+    fewest = min(map(len, twins))
     if 2 * fewest < count:
         raise EstimationError(
             f"{fewest} of {count} twins could be simulated with the noise of the records; leave "
             "the bootstrap out.",
             code="bootstrap-lost",
         )
-    changed = _stacked(pieces)
-    if not changed.any():
+    still = predictions.outputs_of(quiet, physical)
+
+    def changed(made: list[list[Record]]) -> Array:
+        """As many of each record as the one with the fewest has, (n, R)."""
+        rows = [predictions.outputs_of(each, physical) for each in zip(*made, strict=False)]
+        return np.reshape(rows, (-1, len(still))).T - still[:, None]
+
+    found = changed(twins)
+    if not found.any():
         raise EstimationError(
             "no noise that is measured reaches what is followed.", code="no-noise"
         )
-    return FitTwins(changed=changed, by_position=_stacked(of_position), chains=tuple(chains))
-
-
-def _stacked(pieces: Sequence[Array]) -> Array:
-    """As many of each record as the one with the fewest has, (n, R)."""
-    return np.concatenate([piece[:, : _fewest(pieces)] for piece in pieces])
-
-
-def _fewest(pieces: Sequence[Array]) -> int:
-    return min(int(piece.shape[1]) for piece in pieces)
-
-
-def _rows(record: Record, outputs: Sequence[str]) -> Array:
-    """Outputs sample by sample, as fits have them."""
-    columns = np.stack([getattr(record, name) for name in outputs], axis=1)
-    return np.concatenate([columns[first:last].ravel() for first, last in record.spans])
+    return FitTwins(changed=found, by_position=changed(by_position), chains=tuple(chains))
 
 
 def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Array) -> Array:

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
@@ -80,6 +81,10 @@ class TimedPredictions:
         found = self._of_model(physical[:, :-1])
         moved = np.outer(np.asarray(self._slope), physical[:, -1] - self._time)
         return Lanes(errors=found.errors + moved, failures=found.failures)
+
+    def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
+        """See `Predictions.outputs_of`."""
+        return self._of_model.outputs_of(records, physical[:-1])
 
     def by_noise(
         self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0

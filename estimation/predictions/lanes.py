@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 
 from .added_slopes import Motion
@@ -74,6 +75,12 @@ class Predictions(Protocol):
 
     def __call__(self, physical: Array) -> Lanes:
         """Errors of parameters (B, P)."""
+
+    def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
+        """Rows that the errors of other records of the same samples would have less of, (n,).
+
+        Of each the output, or how far it is from a prediction by parameters (P,) that follows it.
+        """
 
     def by_noise(
         self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0

@@ -82,6 +82,7 @@ class LoopPredictions:
             for pair in zip(axes, records, strict=True)
         ]
         self.units = tuple(each.unit for each in found[0])
+        self._signals = [each.signal for each in found[0]]
         every = enumerate(zip(map(unrounded, axes), records, found, strict=True))
         self.stretches = tuple(
             stretch for i, (a, r, m) in every for stretch in _stretches(a, r, i, m)
@@ -106,6 +107,20 @@ class LoopPredictions:
     def counted(self) -> Array:
         """See `Predictions.counted`."""
         return np.concatenate([each.counted for each in self.stretches]).astype(float)
+
+    def outputs_of(
+        self,
+        records: Sequence[Record],
+        physical: Array,  # noqa: ARG002
+    ) -> Array:
+        """See `Predictions.outputs_of`."""
+        return np.concatenate(
+            [
+                interleaved([getattr(each, signal)[first:last] for signal in self._signals])
+                for each in records
+                for first, last in each.spans
+            ]
+        )
 
     def settle(self, physical: Array) -> None:
         """See `Predictions.settle`: how many steps a sample is simulated in.

@@ -8,6 +8,7 @@ errors of their window, by a QR of the errors' slopes by them, and they follow t
 
 import math
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -87,6 +88,11 @@ class _Windows:
         """Steps of first position and velocity for slopes, (2,)."""
         reach = _STEP * max(float(np.ptp(self.position)), 1e-9)
         return np.array([reach, reach / (len(self.position) * self.period)])
+
+    def cut(self, values: Array) -> Array:
+        """Values of the record's samples, (N,), as windows have them, (N, w)."""
+        own = values[self.first : self.first + self.position.size]
+        return np.ascontiguousarray(own.reshape(self.count, -1).T)
 
     def begun(self) -> Array:
         """First positions and velocities by parabolas through the first samples, (2, w)."""
@@ -281,6 +287,30 @@ class WindowPredictions:
         found = np.concatenate(pieces)
         found[:, [*failures]] = np.nan
         return Lanes(errors=found, failures=failures)
+
+    def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
+        """See `Predictions.outputs_of`; windows start where these records ask for.
+
+        Raises
+        ------
+        EstimationError
+            A window cannot be simulated.
+        """
+        other = copy(self)
+        other._states = [replace(state) for state in self._states]
+        controls = [_control(*pair) for pair in zip(self._axes, records, strict=True)]
+        other._windows = [
+            replace(
+                w,
+                position=w.cut(records[w.record].position),
+                control=w.cut(controls[w.record]),
+            )
+            for w in self._windows
+        ]
+        lanes = other(physical[None, :])
+        if lanes.failures:
+            raise EstimationError(lanes.failures[0], code=LANE_LOST)
+        return -lanes.errors[:, 0]
 
     def steady_horizon(self, physical: Array) -> float:
         """How long windows may be at parameters (P,), s: as long as these, or a half, and so on.
