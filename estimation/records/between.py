@@ -132,7 +132,10 @@ def drawn_between(
                 f"{source}: the {role} has {len(fresh)} values, too few to draw it between them.",
                 code="few-between",
             )
-        found[role] = _thinned(samples, fresh) if uneven else _filled(samples, fresh, how)
+        found[role] = samples.taken(fresh)
+        if not uneven:
+            values = at_times(samples.times, found[role].times, found[role].values, how)
+            found[role] = replace(samples, values=values)
         count, ways = len(samples.values), {"spline": "by a cubic spline", "linear": "straight"}
         text = f"{role}: {len(fresh)} values for {count} samples, {ways.get(how, 'held')} between"
         made.append(Repair(kind="between", count=count - len(fresh), text=text))
@@ -162,20 +165,6 @@ def _fresh(samples: Samples) -> NDArray[np.intp]:
     changes = np.flatnonzero(np.diff(values)) + 1
     first = int(np.bincount(changes % apart).argmax())
     return np.arange(first, len(values), apart)
-
-
-def _thinned(samples: Samples, fresh: NDArray[np.intp]) -> Samples:
-    clock = samples.clock
-    return replace(
-        samples, values=samples.values[fresh], clock=None if clock is None else clock[fresh]
-    )
-
-
-def _filled(samples: Samples, fresh: NDArray[np.intp], how: Between) -> Samples:
-    clock = samples.clock
-    assert clock is not None  # noqa: S101  # every column has one by now
-    values = at_times(clock, clock[fresh], samples.values[fresh], how)
-    return replace(samples, values=values)
 
 
 def advised_between(role: str) -> Setting:

@@ -86,22 +86,20 @@ def filled(table: Table, columns: Mapping[str, Samples], *, uneven: bool) -> dic
 
 def _filled(samples: Samples) -> Samples:
     """The samples that have a value and a time; their number shows in what is said of them."""
-    if samples.clock is None:
-        return samples
-    there = np.isfinite(samples.values) & np.isfinite(samples.clock)
-    return Samples(values=samples.values[there], clock=samples.clock[there])
+    return samples.taken(np.isfinite(samples.values) & np.isfinite(samples.times))
 
 
 def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
     """Refuse cells without a finite number, a log's way to write a lower rate."""
     for role, samples in columns.items():
-        clock = np.zeros(0) if samples.clock is None else samples.clock
-        timeless = np.flatnonzero(~np.isfinite(clock))
+        timeless = np.flatnonzero(~np.isfinite(samples.times))
         if timeless.size:
             raise DataError(
                 f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
-                f"({timeless.size} of {len(clock)}). ",
-                Remedy.of(_advice_on_empty(samples), _or_end(table, timeless[0], len(clock)), "."),
+                f"({timeless.size} of {len(samples.times)}). ",
+                Remedy.of(
+                    _advice_on_empty(samples), _or_end(table, timeless[0], len(samples.times)), "."
+                ),
                 code=_EMPTY_CELLS,
             )
         empty = np.flatnonzero(~np.isfinite(samples.values))
@@ -128,8 +126,7 @@ def _or_drawn(role: str, samples: Samples) -> Remedy | None:
 
 def _advice_on_empty(samples: Samples) -> Remedy:
     """What to do about empty cells: few in a row are bridged, a burst of them is a gap."""
-    clock = _filled(samples).clock
-    steps = np.zeros(0) if clock is None else np.diff(clock)
+    steps = np.diff(_filled(samples).times)
     if steps.size and np.any(steps > MAX_UNEVEN_STEP.value * np.median(steps)):
         return Remedy.of(
             "More of them follow one another than can be bridged: resample what is there and cut "

@@ -132,7 +132,7 @@ def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, tuple[Span, .
     return kept, adjoining(lengths), repair
 
 
-def adjoining(lengths: list[int]) -> tuple[Span, ...]:
+def adjoining(lengths: Sequence[int]) -> tuple[Span, ...]:
     """Segments of these lengths, one after the other; none where there is one alone."""
     stops = np.cumsum(lengths)
     spans = [(int(stop - length), int(stop)) for length, stop in zip(lengths, stops, strict=True)]

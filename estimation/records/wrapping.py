@@ -216,15 +216,8 @@ def _lost_sign(values: Array) -> float:
 
 def _long_steps(samples: Samples, longest: float) -> Places:
     """Steps over missing samples: of more time than so many median ones."""
-    steps = np.diff(_clock(samples))
+    steps = np.diff(samples.times)
     return np.flatnonzero(steps > longest * np.median(steps)) if len(steps) else np.zeros(0, int)
-
-
-def _clock(samples: Samples) -> Array:
-    """Times of the samples, or their numbers."""
-    if samples.clock is not None:
-        return samples.clock
-    return np.arange(len(samples.values), dtype=np.float64)
 
 
 def _beside(
@@ -235,7 +228,7 @@ def _beside(
     It is moved at its start, unless it has a turn of its own there, and after each gap.
     """
     position, reference = samples["position"], samples["reference"]
-    clock, own = _clock(position), _clock(reference)
+    clock, own = position.times, reference.times
     after = np.searchsorted(own, clock[_long_steps(position, gap) + 1])
     starts = np.unique(np.concatenate([[0], after, _long_steps(reference, gap) + 1]))
     starts = starts[starts < len(own)]
