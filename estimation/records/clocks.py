@@ -1,46 +1,21 @@
 """The times of the roles' columns: one time column, each column's own, or an even count."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
-from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.remedy import Remedy, Setting
 
 from .between import SELDOM_ROLES, advised_between, samples_apart
-from .clipping import Mask
-from .repairs import Span
-from .time_steps import drift_of, step_notes
 
 _RESAMPLE = Setting("resample", "auto")
 #: Codes of errors about a log without times, and about cells that hold no number.
 _NO_TIME = "no-time"
 _EMPTY_CELLS = "empty-cells"
-
-
-def together(
-    samples: Mapping[str, Samples], masks: Mapping[str, Mask]
-) -> tuple[Array, dict[str, Array], Mask]:
-    """Columns of one clock: their time, their values, and where any is masked."""
-    clock = np.asarray(samples[motion_role(samples)].clock, dtype=np.float64)
-    masked = np.zeros(len(clock), dtype=bool)
-    for mask in masks.values():
-        masked |= mask
-    return clock, {role: s.values for role, s in samples.items()}, masked
-
-
-def jitter_notes(time: Array, segments: Sequence[Span]) -> tuple[Note, ...]:
-    """What is said of time steps that are taken as even but are not quite; empty if they are."""
-    pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
-    steps = np.concatenate([np.diff(piece) for piece in pieces])
-    if not steps.size:
-        return ()
-    return step_notes(steps.min(), steps.max(), steps.mean(), drift_of(pieces))
 
 
 def clocked(
@@ -150,9 +125,9 @@ def _or_end(table: Table, row: int, count: int) -> Remedy | None:
 
 
 def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
-    clocks = [(role, s.clock) for role, s in columns.items() if s.clock is not None]
-    first, shared = clocks[0]
-    for role, clock in _others(clocks):
+    first, shared = next((role, s.times) for role, s in columns.items())
+    for role, samples in columns.items():
+        clock = samples.times
         if len(clock) != len(shared):
             raise _unequal(
                 table,
@@ -161,7 +136,7 @@ def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
                     "Where they are sampled at different rates, resample them (", _RESAMPLE, ")."
                 ),
             )
-        if not np.array_equal(clock, shared, equal_nan=True):
+        if clock is not shared and not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
                 f"{table.source}: {first} and {role} are sampled at different times; ",
                 Remedy.of("resample them (", _RESAMPLE, ")."),
@@ -181,8 +156,3 @@ def _no_time(more: str = "") -> Remedy:
     """What to do about a log without a time column, with more to say behind it."""
     named, counted = Setting("columns", "time=NAME"), Setting("sample-period")
     return Remedy.of("name it with ", named, ", or give ", counted, ".", more)
-
-
-def _others(clocks: list[tuple[str, Array]]) -> Iterable[tuple[str, Array]]:
-    shared = clocks[0][1]
-    return [(role, clock) for role, clock in clocks[1:] if clock is not shared]

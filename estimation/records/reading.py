@@ -22,13 +22,19 @@ from axisid.support.user_values import quoted
 
 from .between import drawn_between, seldom_notes
 from .clipping import Mask, clipped, clipping_notes
-from .clocks import clocked, filled, jitter_notes, together
+from .clocks import clocked, filled
 from .record import Record
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
 from .shifts import shifted
 from .spikes import spike_notes
-from .time_steps import check_sample_period, count_by_period, count_past_restarts, open_end
+from .time_steps import (
+    check_sample_period,
+    count_by_period,
+    count_past_restarts,
+    open_end,
+    step_notes,
+)
 from .windows import Window, checked_windows, edges, windows_text, within
 from .wrapping import remaining_jumps_note, signed, unsigned_notes, unwrapped
 
@@ -149,7 +155,7 @@ def _record(
     samples, masks, made, jumps = _repaired(name, samples, axis, repairs)
     seldom = seldom_notes({r: s for r, s in samples.items() if r not in repairs.between})
     spiky = spike_notes(samples, axis, numbered=not (empty or windows or moved))
-    cut = [] if repairs.mask is not None else clipping_notes(*_by_role(samples, axis))
+    cut = [] if repairs.mask is not None else clipping_notes(samples, axis)
     if repairs.resample is None:
         laid = _as_sampled(samples, masks, sample_period, repairs, windows)
     else:
@@ -166,7 +172,7 @@ def _record(
             edges=edges(windows),
             held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
-    jitter = jitter_notes(laid.time, laid.segments)
+    jitter = step_notes(laid.pieces)
     raw = None
     if repairs.resample is not None:
         raw = _rows_before(samples, masks, repairs, windows)
@@ -250,7 +256,9 @@ def _as_sampled(
     windows: Sequence[Window],
 ) -> Laid:
     """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
-    time, values, masked = together(samples, masks)
+    time = np.asarray(samples[motion_role(samples)].times, dtype=np.float64)
+    values = {role: s.values for role, s in samples.items()}
+    masked = np.any([np.zeros(len(time), dtype=bool), *masks.values()], axis=0)
     cuts = [int(row) for row in np.searchsorted(time, edges(windows), side="right")]
     segments: tuple[Span, ...] = tuple(pairwise([0, *cuts, len(time)])) if cuts else ()
     made: tuple[Repair, ...] = ()
@@ -258,18 +266,18 @@ def _as_sampled(
         kept, segments, repair = split_at_gaps(time, cuts)
         time, masked, made = time[kept], masked[kept], (repair,)
         values = {role: v[kept] for role, v in values.items()}
-    pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
-    return Laid(
+    laid = Laid(
         time=time,
         columns=values,
         masked=masked,
         segments=segments,
         period=period,
         repairs=made,
-        clock=LogClock(
-            uncertainty=open_end(pieces) if period is None else 0.0, stated=period is not None
-        ),
+        clock=LogClock(stated=period is not None),
     )
+    if period is not None:
+        return laid
+    return replace(laid, clock=LogClock(uncertainty=open_end(laid.pieces)))
 
 
 def _retimed(
@@ -312,14 +320,6 @@ def _dropped_rows(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Re
     return [Repair(kind="empty", count=sum(lost.values()), text=text)]
 
 
-def _by_role(
-    samples: dict[str, Samples], axis: Axis | None
-) -> tuple[dict[str, Array], Axis | None, dict[str, Array]]:
-    """Values, axis and clocks, as what looks for clipped samples takes them."""
-    clocks = {role: s.clock for role, s in samples.items() if s.clock is not None}
-    return {role: s.values for role, s in samples.items()}, axis, clocks
-
-
 def _repaired(
     source: str, samples: dict[str, Samples], axis: Axis | None, repairs: Repairs
 ) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[Note]]:
@@ -342,6 +342,6 @@ def _repaired(
     if position is not None:
         jumps = remaining_jumps_note(source, position, axis, gap, moduli.get("position"))
     if repairs.mask is not None:
-        masks, repair = clipped(*_by_role(samples, axis))
+        masks, repair = clipped(samples, axis)
         made.append(repair)
     return samples, masks, made, [*([] if jumps is None else [jumps]), *unsigned_notes(samples)]

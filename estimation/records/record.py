@@ -24,14 +24,13 @@ from .record_checks import (
     check_injected,
     check_lengths,
     check_spans,
-    check_time,
     check_varies,
     checked_column,
     checked_spans,
 )
 from .repairs import Span, adjoining
 from .shifts import Rows, check_movable, checked_shifts, moved_rows
-from .time_steps import check_sample_period, open_end
+from .time_steps import check_sample_period, check_time, open_end
 from .windows import Window, checked_windows, samples_within, window_repair, windows_text
 
 #: What a file that a record was written to says it is.

@@ -17,7 +17,7 @@ from axisid.support.remedy import Remedy, Setting
 from .between import Between, at_times
 from .clipping import Mask
 from .repairs import Span, adjoining, gaps_repair
-from .time_steps import BACKWARD, advice_on_backward, check_stated
+from .time_steps import check_increases, check_stated
 
 _MIN_RESAMPLING_RATE = 0.9  # of the position's rate; below, its noise would fold
 
@@ -63,6 +63,11 @@ class Laid:
     period: float | None
     repairs: tuple[Repair, ...]
     clock: LogClock
+
+    @property
+    def pieces(self) -> list[Array]:
+        """The times of each segment, or of all where there is one."""
+        return [self.time[a:b] for a, b in self.segments or ((0, len(self.time)),)]
 
 
 def resample(
@@ -209,15 +214,7 @@ def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
             f"{source}: the {role} has too few rows, or no times, to be resampled.",
             code="too-few-to-resample",
         )
-    back = np.flatnonzero(~(np.diff(clock) > 0))
-    if back.size:
-        row = back[0] + 1
-        raise DataError(
-            f"{source}: the time of the {role} does not increase in data row {row + 1}: after "
-            f"{clock[row - 1]:.9g} s comes {clock[row]:.9g} s. ",
-            advice_on_backward(clock, split=split),
-            code=BACKWARD,
-        )
+    check_increases(source, f"the time of the {role}", clock, split=split)
     return clock
 
 
