@@ -11,10 +11,10 @@ from axisid.support.errors import DataError
 from axisid.support.remedy import Remedy, Setting
 
 from .between import SELDOM_ROLES, advised_between, samples_apart
+from .time_steps import long_steps
 
 _RESAMPLE = Setting("resample", "auto")
-#: Codes of errors about a log without times, and about cells that hold no number.
-_NO_TIME = "no-time"
+#: Code of an error about cells that hold no number.
 _EMPTY_CELLS = "empty-cells"
 
 
@@ -34,8 +34,15 @@ def clocked(
     if sample_period is None:
         raise DataError(
             f"{table.source}: there is no time column among {table.listed()}; ",
-            _no_time(f" {table.missing}" if table.missing else ""),
-            code=_NO_TIME,
+            Remedy.of(
+                "name it with ",
+                Setting("columns", "time=NAME"),
+                ", or give ",
+                Setting("sample-period"),
+                ".",
+                f" {table.missing}" if table.missing else "",
+            ),
+            code="no-time",
         )
     return {
         role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
@@ -101,8 +108,7 @@ def _or_drawn(role: str, samples: Samples) -> Remedy | None:
 
 def _advice_on_empty(samples: Samples) -> Remedy:
     """What to do about empty cells: few in a row are bridged, a burst of them is a gap."""
-    steps = np.diff(_filled(samples).times)
-    if steps.size and np.any(steps > MAX_UNEVEN_STEP.value * np.median(steps)):
+    if long_steps(_filled(samples).times, MAX_UNEVEN_STEP.value).size:
         return Remedy.of(
             "More of them follow one another than can be bridged: resample what is there and cut "
             "where it is missing (",
@@ -150,9 +156,3 @@ def _unequal(table: Table, lengths: Mapping[str, int], advice: Remedy | None = N
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
     found = f"{table.source}: the columns differ in length: {listed}{why}."
     return DataError(f"{found} " if advice else found, advice, code="different-lengths")
-
-
-def _no_time(more: str = "") -> Remedy:
-    """What to do about a log without a time column, with more to say behind it."""
-    named, counted = Setting("columns", "time=NAME"), Setting("sample-period")
-    return Remedy.of("name it with ", named, ", or give ", counted, ".", more)

@@ -1,10 +1,11 @@
 """From the columns of a log to a record: roles, repairs, one clock."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -37,8 +38,6 @@ from .time_steps import (
 )
 from .windows import Window, checked_windows, edges, windows_text, within
 from .wrapping import remaining_jumps_note, signed, unsigned_notes, unwrapped
-
-_T = TypeVar("_T")
 
 
 def read_record(
@@ -173,9 +172,6 @@ def _record(
             held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
     jitter = step_notes(laid.pieces)
-    raw = None
-    if repairs.resample is not None:
-        raw = _rows_before(samples, masks, repairs, windows)
     signals = {signal.name for signal in axis.signals} if axis is not None else set()
 
     def record(of: Laid, *repaired: Repair, **besides: Any) -> Record:
@@ -188,64 +184,34 @@ def _record(
             segments=of.segments,
             masked=runs(of.masked),
             windows=windows,
-            provenance=_provenance(
-                table,
-                found,
+            provenance=Provenance(
+                source=Path(table.source).name,
+                sha256=table.sha256,
+                given=table.source if table.path else "",
+                path=table.path,
+                columns=found.names,
+                assumed=found.notes,
                 doubts=(*jumps, *spiky, *cut, *seldom, *jitter),
-                repairs=(*retimed, *drawn, *moved, *taken, *made, *empty, *repaired),
+                repairs=(
+                    *table.repairs,
+                    *retimed,
+                    *drawn,
+                    *moved,
+                    *taken,
+                    *made,
+                    *empty,
+                    *repaired,
+                ),
                 clock=replace(of.clock, counted=counted),
             ),
             **besides,
         )
 
-    return record(
-        laid,
-        *laid.repairs,
-        around=whole if windows else {},
-        sampled=_if_even(lambda: record(raw)) if raw is not None else None,
-    )
-
-
-def _rows_before(
-    samples: dict[str, Samples], masks: dict[str, Mask], repairs: Repairs, windows: Sequence[Window]
-) -> Laid | None:
-    """Columns before they are resampled, where all have one clock without gaps."""
-    clock = samples[motion_role(samples)].clock
-    if clock is None or not _share(samples, clock):
-        return None
-    return _if_even(
-        lambda: _as_sampled(samples, masks, None, replace(repairs, resample=None), windows)
-    )
-
-
-def _if_even(make: Callable[[], _T]) -> _T | None:
-    """What is made of columns of one clock, or nothing where their times are too uneven for it."""
-    try:
-        return make()
-    except DataError:
-        return None
-
-
-def _provenance(
-    table: Table,
-    found: RoleColumns,
-    *,
-    doubts: tuple[Note, ...],
-    repairs: tuple[Repair, ...],
-    clock: LogClock,
-) -> Provenance:
-    """Where a record comes from, after what is said of its table."""
-    return Provenance(
-        source=Path(table.source).name,
-        sha256=table.sha256,
-        given=table.source if table.path else "",
-        path=table.path,
-        columns=found.names,
-        assumed=found.notes,
-        doubts=doubts,
-        repairs=(*table.repairs, *repairs),
-        clock=clock,
-    )
+    sampled = None
+    if repairs.resample is not None and _share(samples, samples[motion_role(samples)].times):
+        with suppress(DataError):  # times too uneven for a record
+            sampled = record(_as_sampled(samples, masks, None, repairs, windows))
+    return record(laid, *laid.repairs, around=whole if windows else {}, sampled=sampled)
 
 
 def _as_sampled(

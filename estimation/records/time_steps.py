@@ -35,6 +35,12 @@ Places = NDArray[np.int64]
 _MAX_STATED_PERIOD_DEVIATION = 0.005  # relative difference of a given period from the time column's
 
 
+def long_steps(time: Array, most: float) -> NDArray[np.intp]:
+    """Steps of a time, (N,), that are longer than so many median ones."""
+    steps = np.diff(time)
+    return np.flatnonzero(steps > most * np.median(steps)) if len(steps) else np.zeros(0, np.intp)
+
+
 def _odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
     """Which steps are not about the typical one."""
     return (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)

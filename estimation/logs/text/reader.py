@@ -324,11 +324,13 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
 
 def _separator(head: Sequence[str]) -> str:
     """What separates the columns, as the first head says."""
-    for line in head:
-        for name, separator in _SEPARATORS.items():
-            if line.rstrip(f"{separator}\r\n") == f"Separator{separator}{name}":
-                return separator
-    return "\t"
+    said = (
+        separator
+        for line in head
+        for name, separator in _SEPARATORS.items()
+        if line.rstrip(f"{separator}\r\n") == f"Separator{separator}{name}"
+    )
+    return next(said, "\t")
 
 
 def _cells(line: str, separator: str) -> list[str]:
