@@ -183,9 +183,7 @@ def _check_kind(file: Path) -> None:
         return
     with file.open("rb") as stream:
         head = stream.read(HEAD)
-    ending = file.suffix.lower()
-    found = _kind(file, head, ending)
-    if found is not None:
+    if found := _kind(file, head, file.suffix.lower()):
         kind, advice = found
         raise DataError(f"{file} is {kind} by its content; {advice}.", code="other-kind-of-file")
 

@@ -1,7 +1,7 @@
 """ROS bags (rosbags): the joints of JointState messages, all counted from one origin."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -137,15 +137,11 @@ def _add_joints(
         # Counted in integers first, or a double would lose the nanoseconds.
         since = [np.nan if time is None else (time - origin) * _NANOSECOND for time, *_ in places]
         for kind in _KINDS:
-            entries = [_entry(getattr(m, kind), k) for _, m, k in places]
-            if any(entry is not None for entry in entries):
-                values = np.array(entries, dtype=float)  # none is nan
+            lists = [(getattr(m, kind), k) for _, m, k in places]  # which may be empty
+            if any(k < len(entries) for entries, k in lists):
+                values = np.array(
+                    [entries[k] if k < len(entries) else np.nan for entries, k in lists]
+                )
                 name = f"{before}{joint}.{kind}"
                 found.add(name, values, clock=np.array(since))
                 yield name
-
-
-def _entry(values: Iterable[float], index: int) -> float | None:
-    """A joint's entry of a list, which may be empty."""
-    listed = [*values]
-    return float(listed[index]) if index < len(listed) else None

@@ -66,17 +66,25 @@ def samples_apart(values: Array) -> int:
     values : (N,) array
         Empty cells, or the last value again, where nothing was written.
     """
-    written = np.isfinite(values)
-    fresh = np.flatnonzero(written)
-    if written.all():
-        fresh = np.flatnonzero(np.diff(values)) + 1
-    if len(fresh) < _MIN_SELDOM_CHANGES:
-        return 1
-    apart = int(np.median(np.diff(fresh)))
-    if apart < 2:
-        return 1
-    same = np.bincount(fresh % apart).max() / len(fresh)
-    return apart if same >= _MIN_SAME_PHASE else 1
+    return _written(values)[1]
+
+
+def _written(values: Array) -> tuple[NDArray[np.intp], int]:
+    """Samples in which a value was written, and how far one is from the next.
+
+    Of a column without empty cells these are the samples at an even distance in which most of its
+    changes are; every sample where there is no such distance.
+    """
+    filled = np.isfinite(values)
+    rows = np.flatnonzero(filled) if not filled.all() else np.flatnonzero(np.diff(values)) + 1
+    apart, first = 1, 0
+    if len(rows) >= _MIN_SELDOM_CHANGES:
+        apart = int(np.median(np.diff(rows)))
+        phases = np.bincount(rows % apart)
+        first = int(phases.argmax())
+        if phases[first] < _MIN_SAME_PHASE * len(rows):
+            apart, first = 1, 0
+    return np.arange(first, len(values), apart) if filled.all() else rows, apart
 
 
 def seldom_notes(samples: Mapping[str, Samples]) -> list[Note]:
@@ -126,7 +134,7 @@ def drawn_between(
                 code="nothing-between",
             )
         samples = columns[role]
-        fresh = _fresh(samples)
+        fresh, _ = _written(samples.values)
         if len(fresh) < _MIN_SELDOM_CHANGES:
             raise DataError(
                 f"{source}: the {role} has {len(fresh)} values, too few to draw it between them.",
@@ -151,20 +159,6 @@ def at_times(times: Array, clock: Array, values: Array, how: Between) -> Array:
     from scipy.interpolate import CubicSpline
 
     return np.asarray(CubicSpline(clock, values)(np.clip(times, clock[0], clock[-1])), dtype=float)
-
-
-def _fresh(samples: Samples) -> NDArray[np.intp]:
-    """Samples in which a value was written."""
-    values = samples.values
-    written = np.isfinite(values)
-    if not written.all():
-        return np.flatnonzero(written)
-    apart = samples_apart(values)
-    if apart == 1:
-        return np.arange(len(values))
-    changes = np.flatnonzero(np.diff(values)) + 1
-    first = int(np.bincount(changes % apart).argmax())
-    return np.arange(first, len(values), apart)
 
 
 def advised_between(role: str) -> Setting:

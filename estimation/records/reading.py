@@ -171,7 +171,8 @@ def _record(
             edges=edges(windows),
             held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
-    jitter = step_notes(laid.pieces)
+    spans = laid.segments or ((0, len(laid.time)),)
+    jitter = step_notes([laid.time[start:stop] for start, stop in spans])
     signals = {signal.name for signal in axis.signals} if axis is not None else set()
 
     def record(of: Laid, *repaired: Repair, **besides: Any) -> Record:
@@ -232,18 +233,17 @@ def _as_sampled(
         kept, segments, repair = split_at_gaps(time, cuts)
         time, masked, made = time[kept], masked[kept], (repair,)
         values = {role: v[kept] for role, v in values.items()}
-    laid = Laid(
+    spans = segments or ((0, len(time)),)
+    jitter = open_end([time[start:stop] for start, stop in spans])
+    return Laid(
         time=time,
         columns=values,
         masked=masked,
         segments=segments,
         period=period,
         repairs=made,
-        clock=LogClock(stated=period is not None),
+        clock=LogClock(uncertainty=jitter if period is None else 0.0, stated=period is not None),
     )
-    if period is not None:
-        return laid
-    return replace(laid, clock=LogClock(uncertainty=open_end(laid.pieces)))
 
 
 def _retimed(

@@ -64,11 +64,6 @@ class Laid:
     repairs: tuple[Repair, ...]
     clock: LogClock
 
-    @property
-    def pieces(self) -> list[Array]:
-        """The times of each segment, or of all where there is one."""
-        return [self.time[a:b] for a, b in self.segments or ((0, len(self.time)),)]
-
 
 def resample(
     source: str,
