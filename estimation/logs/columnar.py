@@ -113,7 +113,7 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
     DataError
         It is damaged, unfolds to more than there is room for, or pyarrow is not installed.
     """
-    arrow, parquet = _pyarrow(file)
+    arrow, parquet = (library(name, "parquet", file) for name in ("pyarrow", "pyarrow.parquet"))
     batches, schema = [], None
     try:
         with parquet.ParquetFile(io.BytesIO(content)) as opened:
@@ -128,21 +128,13 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
         raise DataError(
             f"{file} cannot be read as a Parquet file: {one_line(error)}.", code="damaged-parquet"
         ) from error
-    return arrow_columns(table, TableBuilder(room=room)).table(str(file))
-
-
-def _pyarrow(file: Path) -> tuple[Any, Any]:
-    return library("pyarrow", "parquet", file), library("pyarrow.parquet", "parquet", file)
-
-
-def arrow_columns(table: Any, found: TableBuilder) -> TableBuilder:
-    """Gather the columns of an Arrow table, times in s."""
+    found = TableBuilder(room=room)
     split = split_labels(table.schema.names)
     for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):
         metadata = field.metadata or {}
-        told_unit = next((metadata[k].decode() for k in _UNIT_KEYS if k in metadata), unit)
-        found.add(name, values.to_numpy(), unit=told_unit, label=field.name)
-    return found
+        own = next((metadata[k].decode() for k in _UNIT_KEYS if k in metadata), unit)
+        found.add(name, values.to_numpy(), unit=own, label=field.name)
+    return found.table(str(file))
 
 
 def read_frame(frame: object) -> Table:

@@ -127,21 +127,12 @@ def _flat(record: Mapping[str, Any], above: str = "", depth: int = 0) -> dict[st
 def _of_lists(lists: Sequence[Any]) -> dict[str, tuple[Sequence[Any], str]]:
     """Columns of rows of cells, whose first may be their names."""
     first = lists[0] if isinstance(lists[0], list) else []
-    named = _names_of_rows(first)
+    named = bool(first) and all(isinstance(c, str) and not is_stamp(c) for c in first)
     names = first if named else [f"#{k}" for k in range(1, len(first) + 1)]
     body = lists[1:] if named else lists
     if not all(isinstance(row, list) and len(row) == len(names) for row in body):
         return {}
     return {name: ([row[k] for row in body], "") for k, name in enumerate(names)}
-
-
-def _names_of_rows(first: Any) -> bool:
-    """Whether a row has the names of the others."""
-    return (
-        isinstance(first, list)
-        and bool(first)
-        and all(isinstance(cell, str) and not is_stamp(cell) for cell in first)
-    )
 
 
 def _table(file: Path, columns: Mapping[str, tuple[Sequence[Any], str]], room: Room) -> Table:

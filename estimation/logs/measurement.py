@@ -149,45 +149,25 @@ def _increment(channel: Any) -> float:
     return float(channel.properties.get("wf_increment", 0.0))
 
 
-def _waveform_offset(channel: Any, origin: np.datetime64 | None) -> tuple[float, float, str]:
-    """When a waveform begins, its period, s, and what is assumed of it.
-
-    The period is 0 of any other channel. Times are since the first of all waveforms began.
-    """
-    if not _increment(channel) > 0:
-        return 0.0, 0.0, ""
-    offset, start, note = (
-        float(channel.properties.get("wf_start_offset", 0.0)),
-        _tdms_start(channel),
-        "",
-    )
-    if start is not None and origin is not None:
-        offset += (start - origin) / np.timedelta64(1, "s")
-    elif origin is not None:
-        note = f"{channel.name}: no wf_start_time, taken to begin with the first waveform"
-    return offset, _increment(channel), note
-
-
-def _unit_of(channel: Any) -> str:
-    """As its properties write it."""
-    return next((str(channel.properties[k]) for k in _UNITS if k in channel.properties), "")
-
-
 def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None) -> None:
     """Take a channel, with its times since the first of all waveforms began."""
-    clock, note = None, ""
-    if len(channel):
-        offset, step, note = _waveform_offset(channel, origin)
-        if step > 0:
-            clock = offset + step * np.arange(len(channel), dtype=np.float64)
     name = f"{channel.group_name}.{channel.name}"
     try:
         values = channel[:]
     except Exception as error:
         found.passed_over[name] = f"what npTDMS cannot read ({one_line(error)})"
         return
-    found.add(name, values, unit=_unit_of(channel), clock=clock)
-    found.note(name, note)
+    clock, start, step = None, _tdms_start(channel), _increment(channel)
+    if step > 0 and len(channel):
+        begin = float(channel.properties.get("wf_start_offset", 0.0))
+        if start is not None and origin is not None:
+            begin += (start - origin) / np.timedelta64(1, "s")
+        clock = begin + step * np.arange(len(channel), dtype=np.float64)
+    unit = next((str(channel.properties[k]) for k in _UNITS if k in channel.properties), "")
+    found.add(name, values, unit=unit, clock=clock)
+    if clock is not None and start is None and origin is not None:
+        said = "no wf_start_time, taken to begin with the first waveform"
+        found.note(name, f"{channel.name}: {said}")
 
 
 @contextmanager

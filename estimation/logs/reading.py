@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.logs.text import NoTextError, read_text
-from axisid.estimation.tables import Column, Repair, Samples, Table, label_unit, loaded_column
+from axisid.estimation.logs.text import NoTextError, is_number, read_text
+from axisid.estimation.tables import Column, Repair, Table, label_unit, loaded_column
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.files.memory import MEMORY, SHORTER_FILES, Room, room_for
@@ -183,9 +183,7 @@ def _check_kind(file: Path) -> None:
         return
     with file.open("rb") as stream:
         head = stream.read(HEAD)
-    ending = file.suffix.lower()
-    found = _kind(file, head, ending)
-    if found is not None:
+    if found := _kind(file, head, file.suffix.lower()):
         kind, advice = found
         raise DataError(f"{file} is {kind} by its content; {advice}.", code="other-kind-of-file")
 
@@ -258,7 +256,8 @@ def wide(table: Table) -> Table:
         return table
     names, times, values, units = found
     clock, numbers = table.columns[times], table.columns[values].read().values
-    seconds = clock.read().values
+    factor, _ = (label_unit(clock.unit) if clock.unit else None) or (1.0, None)
+    seconds = factor * clock.read().values
     columns: dict[str, Column] = {}
     order = np.unique(np.asarray(names, dtype=str), return_inverse=True)
     clocks: list[Array] = []
@@ -271,24 +270,8 @@ def wide(table: Table) -> Table:
         unit = units[places[0]] if units else ""
         columns[str(name)] = loaded_column(numbers[places], unit=unit, clock=shared)
     told = f"rows of {times}, name and {values}, made {len(columns)} columns by their names"
-    timed = _with_seconds(columns, clock.unit)
     notes = (*table.notes, *((clock.note,) if clock.note else ()), told)
-    return replace(table, columns=timed, notes=notes, texts={})
-
-
-def _with_seconds(columns: dict[str, Column], unit: str) -> dict[str, Column]:
-    """Columns whose clocks are in seconds, where the times have a unit."""
-    found = label_unit(unit) if unit else None
-    if found is None or found[0] == 1.0:
-        return columns
-
-    def scaled(column: Column) -> Column:
-        samples = column.read()
-        assert samples.clock is not None  # noqa: S101
-        made = Samples(values=samples.values, clock=found[0] * samples.clock)
-        return replace(column, read=lambda: made)
-
-    return {name: scaled(column) for name, column in columns.items()}
+    return replace(table, columns=columns, notes=notes, texts={})
 
 
 def _parts(
@@ -312,17 +295,9 @@ def _parts(
     times = next(name for name in numeric if name != values)
     said = label.lower() in _NAMES and values.lower() in _VALUES
     # A column of numbers with a damaged one is text too, and has no names in it.
-    if not (said or (_at_one_time(table, times) and not any(map(_is_number, signals)))):
+    if not (said or (_at_one_time(table, times) and not any(map(is_number, signals)))):
         return None
     return names, times, values, units
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _at_one_time(table: Table, times: str) -> bool:

@@ -1,8 +1,7 @@
 """ROS bags (rosbags): the joints of JointState messages, all counted from one origin."""
 
 import os
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -23,19 +22,8 @@ _METADATA = "metadata.yaml"
 _HELD = 1500  # bytes that a message takes beside its own
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Message:
-    """A JointState.
-
-    Attributes
-    ----------
-    time : int or None
-        ns, by the topic's clock; None of a message that does not give it.
-    content : object
-    """
-
-    time: int | None
-    content: Any
+#: Time in ns by the topic's clock, None where the message does not give it; and the JointState.
+_Message = tuple[int | None, Any]
 
 
 def read_bag(path: Path, room: Room) -> Table:
@@ -52,7 +40,7 @@ def read_bag(path: Path, room: Room) -> Table:
         installed.
     """
     topics, others = _read(path, room)
-    times = [m.time for messages, _ in topics.values() for m in messages if m.time is not None]
+    times = [time for messages, _ in topics.values() for time, _ in messages if time is not None]
     origin = min(times, default=0)
     found = TableBuilder(room=room)
     for topic, (messages, note) in topics.items():
@@ -127,7 +115,7 @@ def _messages(reader: Any, topic: str, room: Room) -> tuple[list[_Message], str]
     early = sum(time < latest for time, latest in zip(order, accumulate(order, max), strict=True))
     note += f"; {early} of {len(order)} came after later ones and were sorted" if early else ""
     ranked = sorted(range(len(found)), key=lambda k: order[k])
-    return [_Message(time=times[k], content=found[k]) for k in ranked], note
+    return [(times[k], found[k]) for k in ranked], note
 
 
 def _stamped(stamps: list[int]) -> tuple[list[int | None], int]:
@@ -143,27 +131,17 @@ def _add_joints(
     found: TableBuilder, before: str, messages: list[_Message], origin: int
 ) -> Iterator[str]:
     """Take the joints of a topic, and name them."""
-    joints = dict.fromkeys(name for m in messages for name in m.content.name)
+    joints = dict.fromkeys(name for _, state in messages for name in state.name)
     for joint in joints:
-        places = [
-            (m, list(m.content.name).index(joint)) for m in messages if joint in m.content.name
-        ]
-        clock = np.array([_since(origin, m.time) for m, _ in places])
+        places = [(t, m, list(m.name).index(joint)) for t, m in messages if joint in m.name]
+        # Counted in integers first, or a double would lose the nanoseconds.
+        since = [np.nan if time is None else (time - origin) * _NANOSECOND for time, *_ in places]
         for kind in _KINDS:
-            entries = [_entry(getattr(m.content, kind), k) for m, k in places]
-            if any(entry is not None for entry in entries):
-                values = np.array(entries, dtype=float)  # none is nan
+            lists = [(getattr(m, kind), k) for _, m, k in places]  # which may be empty
+            if any(k < len(entries) for entries, k in lists):
+                values = np.array(
+                    [entries[k] if k < len(entries) else np.nan for entries, k in lists]
+                )
                 name = f"{before}{joint}.{kind}"
-                found.add(name, values, clock=clock)
+                found.add(name, values, clock=np.array(since))
                 yield name
-
-
-def _since(origin: int, time: int | None) -> float:
-    """Counted in integers first, or a double would lose the nanoseconds."""
-    return float("nan") if time is None else (time - origin) * _NANOSECOND
-
-
-def _entry(values: Iterable[float], index: int) -> float | None:
-    """A joint's entry of a list, which may be empty."""
-    listed = [*values]
-    return float(listed[index]) if index < len(listed) else None

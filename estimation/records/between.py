@@ -66,17 +66,25 @@ def samples_apart(values: Array) -> int:
     values : (N,) array
         Empty cells, or the last value again, where nothing was written.
     """
-    written = np.isfinite(values)
-    fresh = np.flatnonzero(written)
-    if written.all():
-        fresh = np.flatnonzero(np.diff(values)) + 1
-    if len(fresh) < _MIN_SELDOM_CHANGES:
-        return 1
-    apart = int(np.median(np.diff(fresh)))
-    if apart < 2:
-        return 1
-    same = np.bincount(fresh % apart).max() / len(fresh)
-    return apart if same >= _MIN_SAME_PHASE else 1
+    return _written(values)[1]
+
+
+def _written(values: Array) -> tuple[NDArray[np.intp], int]:
+    """Samples in which a value was written, and how far one is from the next.
+
+    Of a column without empty cells these are the samples at an even distance in which most of its
+    changes are; every sample where there is no such distance.
+    """
+    filled = np.isfinite(values)
+    rows = np.flatnonzero(filled) if not filled.all() else np.flatnonzero(np.diff(values)) + 1
+    apart, first = 1, 0
+    if len(rows) >= _MIN_SELDOM_CHANGES:
+        apart = int(np.median(np.diff(rows)))
+        phases = np.bincount(rows % apart)
+        first = int(phases.argmax())
+        if phases[first] < _MIN_SAME_PHASE * len(rows):
+            apart, first = 1, 0
+    return np.arange(first, len(values), apart) if filled.all() else rows, apart
 
 
 def seldom_notes(samples: Mapping[str, Samples]) -> list[Note]:
@@ -126,13 +134,16 @@ def drawn_between(
                 code="nothing-between",
             )
         samples = columns[role]
-        fresh = _fresh(samples)
+        fresh, _ = _written(samples.values)
         if len(fresh) < _MIN_SELDOM_CHANGES:
             raise DataError(
                 f"{source}: the {role} has {len(fresh)} values, too few to draw it between them.",
                 code="few-between",
             )
-        found[role] = _thinned(samples, fresh) if uneven else _filled(samples, fresh, how)
+        found[role] = samples.taken(fresh)
+        if not uneven:
+            values = at_times(samples.times, found[role].times, found[role].values, how)
+            found[role] = replace(samples, values=values)
         count, ways = len(samples.values), {"spline": "by a cubic spline", "linear": "straight"}
         text = f"{role}: {len(fresh)} values for {count} samples, {ways.get(how, 'held')} between"
         made.append(Repair(kind="between", count=count - len(fresh), text=text))
@@ -148,34 +159,6 @@ def at_times(times: Array, clock: Array, values: Array, how: Between) -> Array:
     from scipy.interpolate import CubicSpline
 
     return np.asarray(CubicSpline(clock, values)(np.clip(times, clock[0], clock[-1])), dtype=float)
-
-
-def _fresh(samples: Samples) -> NDArray[np.intp]:
-    """Samples in which a value was written."""
-    values = samples.values
-    written = np.isfinite(values)
-    if not written.all():
-        return np.flatnonzero(written)
-    apart = samples_apart(values)
-    if apart == 1:
-        return np.arange(len(values))
-    changes = np.flatnonzero(np.diff(values)) + 1
-    first = int(np.bincount(changes % apart).argmax())
-    return np.arange(first, len(values), apart)
-
-
-def _thinned(samples: Samples, fresh: NDArray[np.intp]) -> Samples:
-    clock = samples.clock
-    return replace(
-        samples, values=samples.values[fresh], clock=None if clock is None else clock[fresh]
-    )
-
-
-def _filled(samples: Samples, fresh: NDArray[np.intp], how: Between) -> Samples:
-    clock = samples.clock
-    assert clock is not None  # noqa: S101  # every column has one by now
-    values = at_times(clock, clock[fresh], samples.values[fresh], how)
-    return replace(samples, values=values)
 
 
 def advised_between(role: str) -> Setting:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.tables import Repair
+from axisid.estimation.tables import Repair, Samples
 from axisid.estimation.thresholds import LIMIT_TOLERANCE, MAX_SMOOTH_STEP
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, runs
@@ -37,11 +37,7 @@ Mask = NDArray[np.bool_]
 _ROUNDING = 8 * float(np.finfo(float).eps)
 
 
-def clipped(
-    columns: Mapping[str, Array],
-    axis: Axis | None,
-    clocks: Mapping[str, Array] | None = None,
-) -> tuple[dict[str, Mask], Repair]:
+def clipped(samples: Mapping[str, Samples], axis: Axis | None) -> tuple[dict[str, Mask], Repair]:
     """Samples that are cut off, by role.
 
     The control at the drive's limit; a control or a force that is cut off at its extreme; a
@@ -49,46 +45,38 @@ def clipped(
 
     Parameters
     ----------
-    columns : mapping of str to (N,) array
-        By role, SI.
+    samples : mapping of str to Samples
+        By role, SI, each with its clock.
     axis : Axis or None
         With the drive's limit.
-    clocks : mapping of str to (N,) array, optional
-        Times of the columns, s, where they differ.
     """
     found: dict[str, Mask] = {}
-    if "position" in columns:
-        found["position"] = _flat_extremes(columns["position"])
-    role = "force" if "force" in columns else "control"
-    if role in columns:
-        values = columns[role]
-        found[role] = _flat_tops(values, _still(columns, role, clocks))
-        if role == "control" and axis is not None and math.isfinite(axis.drive.limit):
-            found[role] |= np.abs(values) >= axis.drive.limit * (1 - LIMIT_TOLERANCE.value)
+    if "position" in samples:
+        found["position"] = _flat_extremes(samples["position"].values)
+    role = _driven(samples)
+    if role in samples:
+        values = samples[role].values
+        found[role] = _flat_tops(values, _position_at(samples, samples[role].times))
+        found[role] |= np.abs(values) >= _limit(role, axis) * (1 - LIMIT_TOLERANCE.value)
     counts = {role: int(mask.sum()) for role, mask in found.items()}
     counted = ", ".join(
-        f"{role} {count}{_at(columns[role], found[role])}" for role, count in counts.items()
+        f"{role} {count}{_at(samples[role].values, found[role])}" for role, count in counts.items()
     )
     text = f"clipped samples masked, with the rows whose filters reach them: {counted or 'none'}"
     return found, Repair(kind="clipped", count=sum(counts.values()), text=text)
 
 
-def clipping_notes(
-    columns: Mapping[str, Array],
-    axis: Axis | None,
-    clocks: Mapping[str, Array] | None = None,
-) -> list[Note]:
+def clipping_notes(samples: Mapping[str, Samples], axis: Axis | None) -> list[Note]:
     """What is said of a control or a force that is cut off, but for a control at the limit.
 
     Parameters as of `clipped`.
     """
-    role = "force" if "force" in columns else "control"
-    if role not in columns:
+    role = _driven(samples)
+    if role not in samples:
         return []
-    values = columns[role]
-    cut = _flat_tops(values, _still(columns, role, clocks))
-    if role == "control" and axis is not None and math.isfinite(axis.drive.limit):
-        cut &= np.abs(values) < axis.drive.limit * (1 - _MAX_LIMIT_EXCESS_AT_TOP)
+    values = samples[role].values
+    cut = _flat_tops(values, _position_at(samples, samples[role].times))
+    cut &= np.abs(values) < _limit(role, axis) * (1 - _MAX_LIMIT_EXCESS_AT_TOP)
     if not cut.any():
         return []
     said = (
@@ -117,14 +105,20 @@ def _flat_extremes(values: Array) -> Mask:
     return mask
 
 
-def _still(
-    columns: Mapping[str, Array], role: str, clocks: Mapping[str, Array] | None
-) -> Array | None:
-    """The position at the times of a column; None where it is not known."""
-    position = columns.get("position")
-    if position is None or clocks is None:
-        return position if position is not None and len(position) == len(columns[role]) else None
-    return np.interp(clocks[role], clocks["position"], position)
+def _driven(samples: Mapping[str, Samples]) -> str:
+    """The role of what moves the axis."""
+    return "force" if "force" in samples else "control"
+
+
+def _limit(role: str, axis: Axis | None) -> float:
+    """The drive's limit of a role's values; infinite where there is none."""
+    return axis.drive.limit if role == "control" and axis is not None else math.inf
+
+
+def _position_at(samples: Mapping[str, Samples], times: Array) -> Array | None:
+    """The position at other times; None where it is not known."""
+    position = samples.get("position")
+    return None if position is None else np.interp(times, position.times, position.values)
 
 
 def _flat_tops(values: Array, position: Array | None) -> Mask:

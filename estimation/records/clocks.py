@@ -1,46 +1,21 @@
 """The times of the roles' columns: one time column, each column's own, or an even count."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
-from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.remedy import Remedy, Setting
 
 from .between import SELDOM_ROLES, advised_between, samples_apart
-from .clipping import Mask
-from .repairs import Span
-from .time_steps import drift_of, step_notes
+from .time_steps import long_steps
 
 _RESAMPLE = Setting("resample", "auto")
-#: Codes of errors about a log without times, and about cells that hold no number.
-_NO_TIME = "no-time"
+#: Code of an error about cells that hold no number.
 _EMPTY_CELLS = "empty-cells"
-
-
-def together(
-    samples: Mapping[str, Samples], masks: Mapping[str, Mask]
-) -> tuple[Array, dict[str, Array], Mask]:
-    """Columns of one clock: their time, their values, and where any is masked."""
-    clock = np.asarray(samples[motion_role(samples)].clock, dtype=np.float64)
-    masked = np.zeros(len(clock), dtype=bool)
-    for mask in masks.values():
-        masked |= mask
-    return clock, {role: s.values for role, s in samples.items()}, masked
-
-
-def jitter_notes(time: Array, segments: Sequence[Span]) -> tuple[Note, ...]:
-    """What is said of time steps that are taken as even but are not quite; empty if they are."""
-    pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
-    steps = np.concatenate([np.diff(piece) for piece in pieces])
-    if not steps.size:
-        return ()
-    return step_notes(steps.min(), steps.max(), steps.mean(), drift_of(pieces))
 
 
 def clocked(
@@ -59,8 +34,15 @@ def clocked(
     if sample_period is None:
         raise DataError(
             f"{table.source}: there is no time column among {table.listed()}; ",
-            _no_time(f" {table.missing}" if table.missing else ""),
-            code=_NO_TIME,
+            Remedy.of(
+                "name it with ",
+                Setting("columns", "time=NAME"),
+                ", or give ",
+                Setting("sample-period"),
+                ".",
+                f" {table.missing}" if table.missing else "",
+            ),
+            code="no-time",
         )
     return {
         role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
@@ -86,22 +68,20 @@ def filled(table: Table, columns: Mapping[str, Samples], *, uneven: bool) -> dic
 
 def _filled(samples: Samples) -> Samples:
     """The samples that have a value and a time; their number shows in what is said of them."""
-    if samples.clock is None:
-        return samples
-    there = np.isfinite(samples.values) & np.isfinite(samples.clock)
-    return Samples(values=samples.values[there], clock=samples.clock[there])
+    return samples.taken(np.isfinite(samples.values) & np.isfinite(samples.times))
 
 
 def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
     """Refuse cells without a finite number, a log's way to write a lower rate."""
     for role, samples in columns.items():
-        clock = np.zeros(0) if samples.clock is None else samples.clock
-        timeless = np.flatnonzero(~np.isfinite(clock))
+        timeless = np.flatnonzero(~np.isfinite(samples.times))
         if timeless.size:
             raise DataError(
                 f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
-                f"({timeless.size} of {len(clock)}). ",
-                Remedy.of(_advice_on_empty(samples), _or_end(table, timeless[0], len(clock)), "."),
+                f"({timeless.size} of {len(samples.times)}). ",
+                Remedy.of(
+                    _advice_on_empty(samples), _or_end(table, timeless[0], len(samples.times)), "."
+                ),
                 code=_EMPTY_CELLS,
             )
         empty = np.flatnonzero(~np.isfinite(samples.values))
@@ -128,9 +108,7 @@ def _or_drawn(role: str, samples: Samples) -> Remedy | None:
 
 def _advice_on_empty(samples: Samples) -> Remedy:
     """What to do about empty cells: few in a row are bridged, a burst of them is a gap."""
-    clock = _filled(samples).clock
-    steps = np.zeros(0) if clock is None else np.diff(clock)
-    if steps.size and np.any(steps > MAX_UNEVEN_STEP.value * np.median(steps)):
+    if long_steps(_filled(samples).times, MAX_UNEVEN_STEP.value).size:
         return Remedy.of(
             "More of them follow one another than can be bridged: resample what is there and cut "
             "where it is missing (",
@@ -153,9 +131,9 @@ def _or_end(table: Table, row: int, count: int) -> Remedy | None:
 
 
 def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
-    clocks = [(role, s.clock) for role, s in columns.items() if s.clock is not None]
-    first, shared = clocks[0]
-    for role, clock in _others(clocks):
+    first, shared = next((role, s.times) for role, s in columns.items())
+    for role, samples in columns.items():
+        clock = samples.times
         if len(clock) != len(shared):
             raise _unequal(
                 table,
@@ -164,7 +142,7 @@ def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
                     "Where they are sampled at different rates, resample them (", _RESAMPLE, ")."
                 ),
             )
-        if not np.array_equal(clock, shared, equal_nan=True):
+        if clock is not shared and not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
                 f"{table.source}: {first} and {role} are sampled at different times; ",
                 Remedy.of("resample them (", _RESAMPLE, ")."),
@@ -178,14 +156,3 @@ def _unequal(table: Table, lengths: Mapping[str, int], advice: Remedy | None = N
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
     found = f"{table.source}: the columns differ in length: {listed}{why}."
     return DataError(f"{found} " if advice else found, advice, code="different-lengths")
-
-
-def _no_time(more: str = "") -> Remedy:
-    """What to do about a log without a time column, with more to say behind it."""
-    named, counted = Setting("columns", "time=NAME"), Setting("sample-period")
-    return Remedy.of("name it with ", named, ", or give ", counted, ".", more)
-
-
-def _others(clocks: list[tuple[str, Array]]) -> Iterable[tuple[str, Array]]:
-    shared = clocks[0][1]
-    return [(role, clock) for role, clock in clocks[1:] if clock is not shared]

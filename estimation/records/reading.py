@@ -1,10 +1,11 @@
 """From the columns of a log to a record: roles, repairs, one clock."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -22,17 +23,21 @@ from axisid.support.user_values import quoted
 
 from .between import drawn_between, seldom_notes
 from .clipping import Mask, clipped, clipping_notes
-from .clocks import clocked, filled, jitter_notes, together
+from .clocks import clocked, filled
 from .record import Record
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
 from .shifts import shifted
 from .spikes import spike_notes
-from .time_steps import check_sample_period, count_by_period, count_past_restarts, open_end
+from .time_steps import (
+    check_sample_period,
+    count_by_period,
+    count_past_restarts,
+    open_end,
+    step_notes,
+)
 from .windows import Window, checked_windows, edges, windows_text, within
 from .wrapping import remaining_jumps_note, signed, unsigned_notes, unwrapped
-
-_T = TypeVar("_T")
 
 
 def read_record(
@@ -149,7 +154,7 @@ def _record(
     samples, masks, made, jumps = _repaired(name, samples, axis, repairs)
     seldom = seldom_notes({r: s for r, s in samples.items() if r not in repairs.between})
     spiky = spike_notes(samples, axis, numbered=not (empty or windows or moved))
-    cut = [] if repairs.mask is not None else clipping_notes(*_by_role(samples, axis))
+    cut = [] if repairs.mask is not None else clipping_notes(samples, axis)
     if repairs.resample is None:
         laid = _as_sampled(samples, masks, sample_period, repairs, windows)
     else:
@@ -166,10 +171,8 @@ def _record(
             edges=edges(windows),
             held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
-    jitter = jitter_notes(laid.time, laid.segments)
-    raw = None
-    if repairs.resample is not None:
-        raw = _rows_before(samples, masks, repairs, windows)
+    spans = laid.segments or ((0, len(laid.time)),)
+    jitter = step_notes([laid.time[start:stop] for start, stop in spans])
     signals = {signal.name for signal in axis.signals} if axis is not None else set()
 
     def record(of: Laid, *repaired: Repair, **besides: Any) -> Record:
@@ -182,64 +185,34 @@ def _record(
             segments=of.segments,
             masked=runs(of.masked),
             windows=windows,
-            provenance=_provenance(
-                table,
-                found,
+            provenance=Provenance(
+                source=Path(table.source).name,
+                sha256=table.sha256,
+                given=table.source if table.path else "",
+                path=table.path,
+                columns=found.names,
+                assumed=found.notes,
                 doubts=(*jumps, *spiky, *cut, *seldom, *jitter),
-                repairs=(*retimed, *drawn, *moved, *taken, *made, *empty, *repaired),
+                repairs=(
+                    *table.repairs,
+                    *retimed,
+                    *drawn,
+                    *moved,
+                    *taken,
+                    *made,
+                    *empty,
+                    *repaired,
+                ),
                 clock=replace(of.clock, counted=counted),
             ),
             **besides,
         )
 
-    return record(
-        laid,
-        *laid.repairs,
-        around=whole if windows else {},
-        sampled=_if_even(lambda: record(raw)) if raw is not None else None,
-    )
-
-
-def _rows_before(
-    samples: dict[str, Samples], masks: dict[str, Mask], repairs: Repairs, windows: Sequence[Window]
-) -> Laid | None:
-    """Columns before they are resampled, where all have one clock without gaps."""
-    clock = samples[motion_role(samples)].clock
-    if clock is None or not _share(samples, clock):
-        return None
-    return _if_even(
-        lambda: _as_sampled(samples, masks, None, replace(repairs, resample=None), windows)
-    )
-
-
-def _if_even(make: Callable[[], _T]) -> _T | None:
-    """What is made of columns of one clock, or nothing where their times are too uneven for it."""
-    try:
-        return make()
-    except DataError:
-        return None
-
-
-def _provenance(
-    table: Table,
-    found: RoleColumns,
-    *,
-    doubts: tuple[Note, ...],
-    repairs: tuple[Repair, ...],
-    clock: LogClock,
-) -> Provenance:
-    """Where a record comes from, after what is said of its table."""
-    return Provenance(
-        source=Path(table.source).name,
-        sha256=table.sha256,
-        given=table.source if table.path else "",
-        path=table.path,
-        columns=found.names,
-        assumed=found.notes,
-        doubts=doubts,
-        repairs=(*table.repairs, *repairs),
-        clock=clock,
-    )
+    sampled = None
+    if repairs.resample is not None and _share(samples, samples[motion_role(samples)].times):
+        with suppress(DataError):  # times too uneven for a record
+            sampled = record(_as_sampled(samples, masks, None, repairs, windows))
+    return record(laid, *laid.repairs, around=whole if windows else {}, sampled=sampled)
 
 
 def _as_sampled(
@@ -250,7 +223,9 @@ def _as_sampled(
     windows: Sequence[Window],
 ) -> Laid:
     """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
-    time, values, masked = together(samples, masks)
+    time = np.asarray(samples[motion_role(samples)].times, dtype=np.float64)
+    values = {role: s.values for role, s in samples.items()}
+    masked = np.any([np.zeros(len(time), dtype=bool), *masks.values()], axis=0)
     cuts = [int(row) for row in np.searchsorted(time, edges(windows), side="right")]
     segments: tuple[Span, ...] = tuple(pairwise([0, *cuts, len(time)])) if cuts else ()
     made: tuple[Repair, ...] = ()
@@ -258,7 +233,8 @@ def _as_sampled(
         kept, segments, repair = split_at_gaps(time, cuts)
         time, masked, made = time[kept], masked[kept], (repair,)
         values = {role: v[kept] for role, v in values.items()}
-    pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
+    spans = segments or ((0, len(time)),)
+    jitter = open_end([time[start:stop] for start, stop in spans])
     return Laid(
         time=time,
         columns=values,
@@ -266,9 +242,7 @@ def _as_sampled(
         segments=segments,
         period=period,
         repairs=made,
-        clock=LogClock(
-            uncertainty=open_end(pieces) if period is None else 0.0, stated=period is not None
-        ),
+        clock=LogClock(uncertainty=jitter if period is None else 0.0, stated=period is not None),
     )
 
 
@@ -312,14 +286,6 @@ def _dropped_rows(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Re
     return [Repair(kind="empty", count=sum(lost.values()), text=text)]
 
 
-def _by_role(
-    samples: dict[str, Samples], axis: Axis | None
-) -> tuple[dict[str, Array], Axis | None, dict[str, Array]]:
-    """Values, axis and clocks, as what looks for clipped samples takes them."""
-    clocks = {role: s.clock for role, s in samples.items() if s.clock is not None}
-    return {role: s.values for role, s in samples.items()}, axis, clocks
-
-
 def _repaired(
     source: str, samples: dict[str, Samples], axis: Axis | None, repairs: Repairs
 ) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[Note]]:
@@ -342,6 +308,6 @@ def _repaired(
     if position is not None:
         jumps = remaining_jumps_note(source, position, axis, gap, moduli.get("position"))
     if repairs.mask is not None:
-        masks, repair = clipped(*_by_role(samples, axis))
+        masks, repair = clipped(samples, axis)
         made.append(repair)
     return samples, masks, made, [*([] if jumps is None else [jumps]), *unsigned_notes(samples)]

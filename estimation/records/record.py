@@ -3,7 +3,6 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,19 +24,17 @@ from .record_checks import (
     check_injected,
     check_lengths,
     check_spans,
-    check_time,
     check_varies,
     checked_column,
     checked_spans,
 )
-from .repairs import Span
-from .shifts import checked_shifts, shifted
-from .time_steps import check_sample_period, open_end
+from .repairs import Span, adjoining
+from .shifts import Rows, check_movable, checked_shifts, moved_rows
+from .time_steps import check_sample_period, check_time, open_end
 from .windows import Window, checked_windows, samples_within, window_repair, windows_text
 
 #: What a file that a record was written to says it is.
 MARK = "axisid.record/1"
-_PLACE = "row"  # of a sample, beside the columns while some are moved
 
 
 def _nothing() -> Array:
@@ -259,33 +256,10 @@ class Record(Presentable, Exact):
             A role cannot be moved, or the amount is no whole number of samples.
         """
         wanted = checked_shifts(shifts)  # of roles, and of signals by name
-        columns = {
-            role: Samples(values=v, clock=self.time)
-            for role, v in (*self.channels().items(), (_PLACE, np.arange(float(len(self)))))
-            if role != "time"
-        }
-        masked = covered(self.masked, len(self)).astype(float)
-        columns |= {
-            f"{role} {_PLACE}": replace(columns[role], values=masked)
-            for role in wanted
-            if role in columns
-        }
-        moves = {**wanted, **{f"{role} {_PLACE}": shift for role, shift in wanted.items()}}
-        found, said = shifted(self._name(), columns, moves, uneven=False)
-        kept = found.pop(_PLACE).values.astype(int)
-        hidden = masked[kept] > 0
-        for role in wanted:
-            hidden |= found.pop(f"{role} {_PLACE}").values > 0
+        check_movable(self._name(), self.channels(), wanted)
+        kept, moved, said = moved_rows(self._name(), self.time, wanted)
         lengths = [int(np.sum((kept >= a) & (kept < b))) for a, b in self.spans]
-        joined = [0, *accumulate(lengths)]
-        moved = {role: s.values for role, s in found.items()}
-        moved.setdefault("position", _nothing())
-        return self.with_channels(
-            {"time": self.time[kept], **moved},
-            segments=tuple(pairwise(joined)) if self.segments else (),
-            masked=runs(hidden),
-            provenance=self._repaired(*said[: len(wanted)]),
-        )
+        return self._taken(kept, lengths, moved, provenance=self._repaired(*said))
 
     def write(self, file: str | Path, axis: Axis | GeneratedAxis) -> Path:
         """Write the record as a log that `read_record` reads back as it is.
@@ -335,16 +309,20 @@ class Record(Presentable, Exact):
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
         """These samples of it, as segments."""
-        cut = {
-            role: np.concatenate([v[a:b] for a, b in pieces]) for role, v in self.channels().items()
-        }
-        cut.setdefault("position", _nothing())
-        joined = [0, *accumulate(b - a for a, b in pieces)]
-        taken = np.concatenate([np.arange(a, b) for a, b in pieces])
+        rows = np.flatnonzero(covered(pieces, len(self)))
+        return self._taken(rows, [b - a for a, b in pieces], {}, **changed)
+
+    def _taken(
+        self, rows: Rows, lengths: Sequence[int], moved: Mapping[str, Rows], **changed: Any
+    ) -> "Record":
+        """These samples of it in segments of such lengths, of the moved columns others."""
+        columns = {role: v[moved.get(role, rows)] for role, v in self.channels().items()}
+        masked = covered(self.masked, len(self))
+        hidden = np.any([masked[places] for places in (rows, *moved.values())], axis=0)
         return self.with_channels(
-            cut,
-            segments=tuple(pairwise(joined)) if len(pieces) > 1 else (),
-            masked=runs(covered(self.masked, len(self))[taken]),
+            {"position": _nothing(), **columns},
+            segments=adjoining(lengths),
+            masked=runs(hidden),
             **changed,
         )
 

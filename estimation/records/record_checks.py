@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from operator import index
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS
@@ -15,15 +15,6 @@ from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .repairs import Span
-from .time_steps import (
-    BACKWARD,
-    UNEVEN,
-    advice_on_backward,
-    advice_on_uneven,
-    check_even,
-    drift_of,
-    odd_steps,
-)
 
 
 def checked_column(source: str, role: str, values: ArrayLike) -> Array:
@@ -114,39 +105,6 @@ def check_spans(
             f"{source}: the segments {segments} and masked rows {masked} are no parts of {samples} "
             f"rows; segments follow one another, with {fewest} rows or more each.",
             code="record-spans",
-        )
-
-
-def check_time(source: str, time: Array, spans: tuple[Span, ...], period: float | None) -> None:
-    """Refuse a time that does not increase evenly within the segments, or by another period, s."""
-    back = np.flatnonzero(np.diff(time) <= 0)
-    if back.size:
-        row = back[0] + 2
-        raise DataError(
-            f"{source}: time does not increase in data row {row}: after {time[row - 2]:.9g} s "
-            f"comes {time[row - 1]:.9g} s. ",
-            advice_on_backward(time),
-            code=BACKWARD,
-        )
-    inside = np.ones(len(time) - 1, dtype=bool)
-    inside[[start - 1 for start, _ in spans[1:]]] = False
-    steps = np.diff(time)
-    _check_steps(source, steps, inside)
-    mean = float(np.mean(steps[inside]))
-    check_even(source, float(np.median(steps[inside])), mean, period)
-    drift_of([time[a:b] for a, b in spans]).check(source, mean)
-
-
-def _check_steps(source: str, steps: Array, inside: NDArray[np.bool_]) -> None:
-    """Refuse single steps inside the segments that are not the usual one."""
-    typical = float(np.median(steps[inside]))
-    gaps = np.flatnonzero(odd_steps(steps, typical) & inside)
-    if gaps.size:
-        raise DataError(
-            f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} s, "
-            f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). ",
-            advice_on_uneven(steps[inside], typical),
-            code=UNEVEN,
         )
 
 

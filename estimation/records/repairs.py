@@ -18,6 +18,7 @@ from axisid.support.frozen_mapping import FrozenMapping
 from .between import Between, checked_between
 from .clipping import Mask
 from .shifts import checked_shifts
+from .time_steps import long_steps
 from .wrapping import Modulus
 
 Span = tuple[int, int]
@@ -117,22 +118,19 @@ def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, tuple[Span, .
     the time before them.
     """
     steps = np.diff(time)
-    typical = float(np.median(steps)) if len(steps) else 0.0
-    long = steps > MAX_EVEN_STEP.value * typical
-    long[[row - 1 for row in cuts]] = False
-    gaps = np.flatnonzero(long)
+    gaps = np.setdiff1d(long_steps(time, MAX_EVEN_STEP.value), [row - 1 for row in cuts])
     begins = sorted({*(gaps + 1).tolist(), *cuts})
     pieces = [*zip([0, *begins], [*begins, len(time)], strict=True)]
     kept = np.zeros(len(time), dtype=bool)
     lengths = [b - a for a, b in pieces if b - a >= MIN_RECORD_SAMPLES.value]
     for a, b in pieces:
         kept[a:b] = b - a >= MIN_RECORD_SAMPLES.value
-    lost = float(np.sum(steps[gaps]) - len(gaps) * typical)
+    lost = float(np.sum(steps[gaps] - np.median(steps))) if len(gaps) else 0.0
     repair = gaps_repair(len(gaps), lost, len(lengths), int(np.sum(~kept)))
     return kept, adjoining(lengths), repair
 
 
-def adjoining(lengths: list[int]) -> tuple[Span, ...]:
+def adjoining(lengths: Sequence[int]) -> tuple[Span, ...]:
     """Segments of these lengths, one after the other; none where there is one alone."""
     stops = np.cumsum(lengths)
     spans = [(int(stop - length), int(stop)) for length, stop in zip(lengths, stops, strict=True)]

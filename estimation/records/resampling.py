@@ -17,7 +17,7 @@ from axisid.support.remedy import Remedy, Setting
 from .between import Between, at_times
 from .clipping import Mask
 from .repairs import Span, adjoining, gaps_repair
-from .time_steps import BACKWARD, advice_on_backward, check_stated
+from .time_steps import check_increases, check_stated, long_steps
 
 _MIN_RESAMPLING_RATE = 0.9  # of the position's rate; below, its noise would fold
 
@@ -128,9 +128,15 @@ def resample(
             f"{source}: the columns have no time in common; check their clocks.",
             code="no-common-time",
         )
-    gaps = [(a[1], b[0]) for a, b in pairwise(covered) if not _between(edges, a[1], b[0])]
-    if not split:
-        _check_gaps(source, len(covered) - 1 - len(edges), gaps)
+    between_pieces = [(a[1], b[0]) for a, b in pairwise(covered)]
+    gaps = [(a, b) for a, b in between_pieces if not any(a <= edge <= b for edge in edges)]
+    if gaps and not split:
+        raise DataError(
+            f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s; "
+            "resampling would invent the motion there. ",
+            Remedy.of("Add ", Setting("gaps", "split"), "."),
+            code="gaps",
+        )
     hows = {role: (between or {}).get(role, _way(role, splined, held)) for role in samples}
     columns = {
         role: np.concatenate(
@@ -143,8 +149,7 @@ def resample(
     if split:
         lost = sum(after - before - 1 / own for before, after in gaps)
         out = sum(len(g) for g in grids) - len(time)
-        count = max(len(covered) - 1 - len(edges), 0)
-        repairs.append(gaps_repair(count, lost, len(kept), out))
+        repairs.append(gaps_repair(len(gaps), lost, len(kept), out))
     return Laid(
         time=time,
         columns=columns,
@@ -191,17 +196,6 @@ def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Arr
         )
 
 
-def _check_gaps(source: str, count: int, gaps: Sequence[tuple[float, float]]) -> None:
-    """Refuse gaps in a log that is not to be cut at them."""
-    if count > 0:
-        raise DataError(
-            f"{source}: time has {count} gaps, the first after {gaps[0][0]:.9g} s; "
-            "resampling would invent the motion there. ",
-            Remedy.of("Add ", Setting("gaps", "split"), "."),
-            code="gaps",
-        )
-
-
 def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
     clock = samples.clock
     if clock is None or len(clock) < _FEWEST:
@@ -209,30 +203,15 @@ def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
             f"{source}: the {role} has too few rows, or no times, to be resampled.",
             code="too-few-to-resample",
         )
-    back = np.flatnonzero(~(np.diff(clock) > 0))
-    if back.size:
-        row = back[0] + 1
-        raise DataError(
-            f"{source}: the time of the {role} does not increase in data row {row + 1}: after "
-            f"{clock[row - 1]:.9g} s comes {clock[row]:.9g} s. ",
-            advice_on_backward(clock, split=split),
-            code=BACKWARD,
-        )
+    check_increases(source, f"the time of the {role}", clock, split=split)
     return clock
-
-
-def _between(edges: Sequence[float] | Array, end: float, begin: float) -> bool:
-    """Whether a window ends between two times."""
-    return any(end <= edge <= begin for edge in edges)
 
 
 def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, float]]:
     """First and last time of each piece of a clock without gaps, cut where windows end."""
-    steps = np.diff(clock)
-    long = steps > MAX_UNEVEN_STEP.value * np.median(steps)
     ends = np.searchsorted(clock, edges, side="right") - 1
-    long[ends[(ends >= 0) & (ends < len(steps))]] = True
-    gaps = np.flatnonzero(long)
+    ends = ends[(ends >= 0) & (ends < len(clock) - 1)]
+    gaps = np.union1d(long_steps(clock, MAX_UNEVEN_STEP.value), ends).astype(int)
     return [
         (float(clock[a]), float(clock[b]))
         for a, b in zip([0, *(gaps + 1)], [*gaps, len(clock) - 1], strict=True)

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,8 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
+
+Rows = NDArray[np.intp]
 
 _MAX_PART_OF_A_SAMPLE = 0.01  # samples from a whole number: a time that is written with two digits
 
@@ -110,6 +112,27 @@ def _parts(amount: object) -> tuple[float, str]:
     return (float(match[1]), match[2]) if match else (math.nan, "")
 
 
+def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) -> None:
+    """Refuse to move a column that there is not.
+
+    Raises
+    ------
+    DataError
+        It is a role's.
+    UsageError
+        It is neither a role nor a signal.
+    """
+    for role in shifts:
+        if role not in columns and role not in ROLES:
+            raise _unmovable(role, (name for name in columns if name.isidentifier()))
+        if role not in columns:
+            raise DataError(
+                f"{source}: the {role} is to be shifted, and there is no such column; ",
+                Remedy.of("name it with ", Setting("columns", f"{role}=NAME"), "."),
+                code="nothing-to-shift",
+            )
+
+
 def shifted(
     source: str, columns: Mapping[str, Samples], shifts: Mapping[str, Shift], *, uneven: bool
 ) -> tuple[dict[str, Samples], list[Repair]]:
@@ -127,48 +150,63 @@ def shifted(
 
     Raises
     ------
-    DataError
-        There is no such column.
+    DataError, UsageError
+        As `check_movable` and `moved_rows`.
+    """
+    check_movable(source, columns, shifts)
+    made, said = dict(columns), []
+    if uneven:
+        for role, shift in shifts.items():
+            own, step = columns[role], _step(columns[role].times)
+            made[role] = replace(own, clock=own.times + shift.seconds(step))
+            said.append(_shift_repair(role, step, shift, len(own.values), 0))
+        return made, said
+    clock = columns[motion_role(columns)].times
+    if not shifts or any(len(s.values) != len(clock) for s in columns.values()):
+        return made, []  # whose lengths are refused next
+    kept, moved, said = moved_rows(source, clock, shifts)
+    for role, own in columns.items():
+        made[role] = replace(own.taken(kept), values=own.values[moved.get(role, kept)])
+    return made, said
+
+
+def moved_rows(
+    source: str, clock: Array, shifts: Mapping[str, Shift]
+) -> tuple[Rows, dict[str, Rows], list[Repair]]:
+    """Rows that keep a partner in every moved column, and the moved columns' rows beside them.
+
+    Across a gap a row has no partner.
+
+    Parameters
+    ----------
+    source : str
+        For messages.
+    clock : (N,) array
+        s, of all columns.
+    shifts : mapping of str to Shift
+
+    Returns
+    -------
+    (n,) array of int
+    dict of str to (n,) array of int
+    list of Repair
+
+    Raises
+    ------
     UsageError
-        It is neither a role nor a signal.
         The amount is no whole number of samples, or more than there are.
     """
-    for role in shifts:
-        if role not in columns and role not in ROLES:
-            raise _unmovable(role, (name for name in columns if name.isidentifier()))
-        if role not in columns:
-            raise DataError(
-                f"{source}: the {role} is to be shifted, and there is no such column; ",
-                Remedy.of("name it with ", Setting("columns", f"{role}=NAME"), "."),
-                code="nothing-to-shift",
-            )
-    if uneven:
-        moved = {role: _later(columns[role], shift) for role, shift in shifts.items()}
-        return {**columns, **{role: m for role, (m, _) in moved.items()}}, [
-            _shift_repair(role, step, shifts[role], len(columns[role].values), 0)
-            for role, (_, step) in moved.items()
-        ]
-    clock = columns[motion_role(columns)].clock
-    assert clock is not None  # noqa: S101  # every column has one by now
-    step = _step(clock)
-    samples = {
-        role: whole_samples(source, role, shift, step, len(clock)) for role, shift in shifts.items()
-    }
-    if any(len(s.values) != len(clock) for s in columns.values()):
-        return dict(columns), []  # whose lengths are refused next
-    partners, kept = _partners(clock, samples, step)
-    made = {
-        role: replace(
-            s,
-            values=s.values[partners[role][kept]] if role in partners else s.values[kept],
-            clock=None if s.clock is None else s.clock[kept],
-        )
-        for role, s in columns.items()
-    }
+    step, rows = _step(clock), np.arange(len(clock))
+    kept, beside = np.ones(len(clock), dtype=bool), {}
+    for role, shift in shifts.items():
+        count = _whole_samples(source, role, shift, step, len(clock))
+        beside[role] = np.clip(rows - count, 0, len(clock) - 1)
+        off = np.abs(clock - clock[beside[role]] - count * step)
+        # a sample without a time is refused by its name later
+        kept &= (beside[role] == rows - count) & ~(off > step / 2)
     lost = len(clock) - int(kept.sum())
-    return made, [
-        _shift_repair(role, step, shift, len(clock) - lost, lost) for role, shift in shifts.items()
-    ]
+    said = [_shift_repair(r, step, shift, len(clock) - lost, lost) for r, shift in shifts.items()]
+    return rows[kept], {role: own[kept] for role, own in beside.items()}, said
 
 
 def _step(clock: Array) -> float:
@@ -176,15 +214,7 @@ def _step(clock: Array) -> float:
     return float(np.median(np.diff(finite))) if finite.size > 1 else 0.0
 
 
-def _later(samples: Samples, shift: Shift) -> tuple[Samples, float]:
-    """Samples with a later clock, and the step of their own."""
-    clock = samples.clock
-    assert clock is not None  # noqa: S101
-    step = _step(clock)
-    return replace(samples, clock=clock + shift.seconds(step)), step
-
-
-def whole_samples(source: str, role: str, shift: Shift, step: float, length: int) -> int:
+def _whole_samples(source: str, role: str, shift: Shift, step: float, length: int) -> int:
     """A shift in samples, where it is a whole number of them."""
     samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
     if not abs(samples) < length:
@@ -204,25 +234,6 @@ def whole_samples(source: str, role: str, shift: Shift, step: float, length: int
             code="part-of-a-sample",
         )
     return whole
-
-
-def _partners(
-    clock: Array, samples: Mapping[str, int], step: float
-) -> tuple[dict[str, NDArray[np.int64]], NDArray[np.bool_]]:
-    """For each moved column the samples that come to stand at each one, and which have all.
-
-    Across a gap a sample has no partner.
-    """
-    places = np.arange(len(clock))
-    kept = np.ones(len(clock), dtype=bool)
-    partners = {}
-    for role, count in samples.items():
-        wanted = places - count
-        there = (wanted >= 0) & (wanted < len(clock))
-        partners[role] = np.clip(wanted, 0, len(clock) - 1)
-        off = np.abs(clock - clock[partners[role]] - count * step)
-        kept &= there & ~(off > step / 2)  # a sample without a time is refused by its name later
-    return partners, kept
 
 
 def _shift_repair(role: str, step: float, shift: Shift, moved: int, lost: int) -> Repair:

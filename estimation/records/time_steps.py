@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +21,7 @@ _MAX_ODD_STEP_SHARE = 0.01  # of the time steps are odd: faults of single sample
 _RESTARTED_CLOCK_STEP = 4.0
 
 #: Code of an error about time steps that are not one sampling period.
-UNEVEN = "uneven-time"
-#: Code of an error about times that do not increase.
-BACKWARD = "backward-time"
+_UNEVEN = "uneven-time"
 #: Steps over which jitter averages out: even a quarter of a period to half a percent.
 _WINDOW = 100
 _SHOWN = 3
@@ -38,7 +35,13 @@ Places = NDArray[np.int64]
 _MAX_STATED_PERIOD_DEVIATION = 0.005  # relative difference of a given period from the time column's
 
 
-def odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
+def long_steps(time: Array, most: float) -> NDArray[np.intp]:
+    """Steps of a time, (N,), that are longer than so many median ones."""
+    steps = np.diff(time)
+    return np.flatnonzero(steps > most * np.median(steps)) if len(steps) else np.zeros(0, np.intp)
+
+
+def _odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
     """Which steps are not about the typical one."""
     return (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
 
@@ -48,7 +51,7 @@ def _is_rare(count: int, steps: int) -> bool:
     return count <= max(_MAX_ODD_STEP_SHARE * steps, 1)
 
 
-def advice_on_uneven(steps: Array, typical: float) -> Remedy:
+def _advice_on_uneven(steps: Array, typical: float) -> Remedy:
     """What to do about steps of which some are odd.
 
     Parameters
@@ -58,7 +61,7 @@ def advice_on_uneven(steps: Array, typical: float) -> Remedy:
     typical : float
         Their median, s.
     """
-    odd = steps[odd_steps(steps, typical)]
+    odd = steps[_odd_steps(steps, typical)]
     lost = bool(np.any(odd > MAX_UNEVEN_STEP.value * typical))
     if not _is_rare(len(odd), len(steps)):
         said = "That is jitter, no gaps: resample the log evenly"
@@ -71,7 +74,7 @@ def advice_on_uneven(steps: Array, typical: float) -> Remedy:
     return Remedy.of(cut, " or resample it evenly (", _EVENLY, ").")
 
 
-def advice_on_backward(time: Array, *, split: bool = False) -> Remedy:
+def _advice_on_backward(time: Array, *, split: bool) -> Remedy:
     """What to do about times, (N,), that do not increase; `split` where that was asked for."""
     steps = np.diff(time)
     back = int(np.sum(steps <= 0))
@@ -82,7 +85,7 @@ def advice_on_backward(time: Array, *, split: bool = False) -> Remedy:
             f" to count by ({(time[-1] - time[0]) / len(steps):.6g} s in their mean).",
         )
     in_order = np.diff(np.sort(time))
-    if np.all(in_order > 0) and not np.any(odd_steps(in_order, float(np.median(in_order)))):
+    if np.all(in_order > 0) and not np.any(_odd_steps(in_order, float(np.median(in_order)))):
         return Remedy.of("Sort the rows by their time.")
     if not _is_rare(back, len(steps)):
         return Remedy.of("Sort the rows and remove repeated ones.")
@@ -161,67 +164,90 @@ def open_end(pieces: Sequence[Array]) -> float:
     return len(pieces) * float(np.ptp(steps)) / total if total > 0 else 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class _ClockDrift:
-    """Least and largest mean step of windows of 100 samples, s."""
+def step_notes(pieces: Sequence[Array]) -> tuple[Note, ...]:
+    """What is said of time steps that are taken as even but are not quite; empty if they are.
 
-    least: float
-    most: float
+    Jitter moves the ends of a window by a part of the spread of the steps.
 
-    def check(self, source: str, mean: float) -> None:
-        """Refuse a period, s, that is not that of every part of the log."""
-        apart = MAX_MEAN_STEP_DEVIATION.value
-        if self.most > mean * (1 + apart) or self.least < mean * (1 - apart):
-            raise DataError(
-                f"{source}: {self._found()}, which cannot be taken as even. ",
-                _RESAMPLE_EVENLY,
-                code=UNEVEN,
-            )
-
-    def remark(self, mean: float, spread: float) -> Note | None:
-        """What is said of a period that drifts a little; None where it does not.
-
-        Jitter moves the ends of a window by a part of the `spread` of the steps, s.
-        """
-        if self.most - self.least <= _MAX_PERIOD_DRIFT * mean + spread / _WINDOW:
-            return None
+    Parameters
+    ----------
+    pieces : sequence of (n,) array
+        Times of each segment, s.
+    """
+    steps = np.concatenate([np.diff(piece) for piece in pieces])
+    if not steps.size:
+        return ()
+    least, most, mean = float(steps.min()), float(steps.max()), float(steps.mean())
+    slow, fast = _window_steps(pieces)
+    if fast - slow > _MAX_PERIOD_DRIFT * mean + (most - least) / _WINDOW:
         evenly = Remedy.of("resample the log evenly (", _EVENLY, ")")
-        return Note(f"{self._found()} and is taken as even: ", evenly)
+        return (Note(f"{_drift_text(slow, fast)} and is taken as even: ", evenly),)
+    if most - least <= _MAX_STEP_SPREAD * abs(mean):
+        return ()
+    span = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
+    return (Note(f"time steps of {span} taken as even, {1e3 * mean:.6g} ms each"),)
 
-    def _found(self) -> str:
-        return (
-            f"the sampling period drifts from {1e3 * self.least:.6g} to {1e3 * self.most:.6g} ms "
-            f"(means over {_WINDOW} samples)"
+
+def _window_steps(pieces: Sequence[Array]) -> tuple[float, float]:
+    """Least and largest mean step of windows of 100 samples, s, of the times of each segment."""
+    means = np.concatenate([np.diff(piece[::_WINDOW]) / _WINDOW for piece in pieces])
+    return float(means.min(initial=np.inf)), float(means.max(initial=0.0))
+
+
+def _drift_text(least: float, most: float) -> str:
+    return (
+        f"the sampling period drifts from {1e3 * least:.6g} to {1e3 * most:.6g} ms "
+        f"(means over {_WINDOW} samples)"
+    )
+
+
+def check_increases(source: str, what: str, time: Array, *, split: bool = False) -> None:
+    """Refuse times that do not increase; `split` where cutting the log was asked for."""
+    back = np.flatnonzero(~(np.diff(time) > 0))
+    if back.size:
+        row = back[0] + 1
+        raise DataError(
+            f"{source}: {what} does not increase in data row {row + 1}: after "
+            f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. ",
+            _advice_on_backward(time, split=split),
+            code="backward-time",
         )
 
 
-def step_notes(least: float, most: float, mean: float, drift: _ClockDrift) -> tuple[Note, ...]:
-    """What is said of time steps that are taken as even but are not quite; empty if they are."""
-    if said := drift.remark(mean, most - least):
-        return (said,)
-    if most - least <= _MAX_STEP_SPREAD * abs(mean):
-        return ()
-    steps = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
-    return (Note(f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each"),)
-
-
-def drift_of(pieces: Sequence[Array]) -> _ClockDrift:
-    """Drift over segments, the times of each (n,)."""
-    means = np.concatenate([np.diff(piece[::_WINDOW]) / _WINDOW for piece in pieces])
-    return _ClockDrift(float(means.min(initial=np.inf)), float(means.max(initial=0.0)))
-
-
-def check_even(source: str, typical: float, mean: float, period: float | None) -> None:
-    """Refuse a median and a mean step, s, that are apart, or are not the period that was given."""
+def check_time(
+    source: str, time: Array, spans: Sequence[tuple[int, int]], period: float | None
+) -> None:
+    """Refuse a time that does not increase evenly within the segments, or by another period, s."""
+    check_increases(source, "time", time)
+    steps = np.diff(time)
+    inside = np.ones(len(steps), dtype=bool)
+    inside[[start - 1 for start, _ in spans[1:]]] = False
+    typical, mean = float(np.median(steps[inside])), float(np.mean(steps[inside]))
+    gaps = np.flatnonzero(_odd_steps(steps, typical) & inside)
+    if gaps.size:
+        raise DataError(
+            f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} s, "
+            f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). ",
+            _advice_on_uneven(steps[inside], typical),
+            code=_UNEVEN,
+        )
     if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
         raise DataError(
             f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
             f"{mean:.6g} s in the mean. ",
             _RESAMPLE_EVENLY,
-            code=UNEVEN,
+            code=_UNEVEN,
         )
     if period is not None:
         check_stated(source, typical, period)
+    slow, fast = _window_steps([time[start:stop] for start, stop in spans])
+    apart = MAX_MEAN_STEP_DEVIATION.value
+    if fast > mean * (1 + apart) or slow < mean * (1 - apart):
+        raise DataError(
+            f"{source}: {_drift_text(slow, fast)}, which cannot be taken as even. ",
+            _RESAMPLE_EVENLY,
+            code=_UNEVEN,
+        )
 
 
 def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:

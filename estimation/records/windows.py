@@ -2,14 +2,13 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Repair, Samples
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted
@@ -142,27 +141,13 @@ def within(
         As far as the motion's clock reaches.
     Repair
     """
-    clock = columns[motion_role(columns)].clock
-    assert clock is not None  # noqa: S101  # every column has one by now
+    clock = columns[motion_role(columns)].times
     own = samples_within(source, clock, windows)
-    kept = {
-        role: _taken(samples, samples_within(f"{source}, {role}", samples.clock, windows))
-        for role, samples in columns.items()
-        if samples.clock is not None
-    }
+    spans = {r: samples_within(f"{source}, {r}", s.times, windows) for r, s in columns.items()}
+    kept = {r: s.taken(covered(spans[r], len(s.values))) for r, s in columns.items()}
     first, last = float(np.nanmin(clock)), float(np.nanmax(clock))
     reached = tuple((max(start, first), min(stop, last)) for start, stop in windows)
     return kept, reached, window_repair(windows, own, len(clock))
-
-
-def _taken(samples: Samples, spans: Sequence[Span]) -> Samples:
-    clock = samples.clock
-    assert clock is not None  # noqa: S101
-    return replace(
-        samples,
-        values=np.concatenate([samples.values[a:b] for a, b in spans]),
-        clock=np.concatenate([clock[a:b] for a, b in spans]),
-    )
 
 
 def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int) -> Repair:

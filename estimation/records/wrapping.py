@@ -17,13 +17,14 @@ from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .clipping import quantum_of
+from .time_steps import long_steps
 
 _MAX_WRAPPED_SPAN = 1.001  # moduli that a wrapped position spans, with noise
 # times the largest second difference elsewhere: more than a right modulus leaves at seams
 _MAX_SEAM_BEND = 5.0
 _MIN_SEAM_BEND = 1e-4  # moduli, up to which a second difference at the seams is rounding
 
-Places = NDArray[np.int64]
+Places = NDArray[np.intp]
 #: First sample, the one after the last, and by how many moduli.
 _Move = tuple[int, int, int]
 
@@ -128,7 +129,9 @@ def unwrapped(
         if float(np.ptp(values)) <= _MAX_WRAPPED_SPAN * modulus.si:
             unwrapped, places = undone(values, modulus.si)
             if role == "position":  # a reference may well step across its seam
-                _check_seams(source, unwrapped, places, _long_steps(samples[role], gap), modulus)
+                _check_seams(
+                    source, unwrapped, places, long_steps(samples[role].times, gap), modulus
+                )
             repaired[role], counts[role] = replace(samples[role], values=unwrapped), len(places)
         elif role == "position":
             raise DataError(
@@ -146,7 +149,7 @@ def unwrapped(
     text = f"jumps by the modulus {modulus} undone: {counted}"
     if not any(counts.values()):
         text = f"no jumps by the modulus {modulus} found: {counted}"
-    if gaps := len(_long_steps(samples["position"], gap)):
+    if gaps := len(long_steps(samples["position"].times, gap)):
         across = "a gap" if gaps == 1 else f"each of {gaps} gaps"
         text += f"; across {across} the motion is taken to be less than half of it"
     text += _moves_text(moves)
@@ -214,19 +217,6 @@ def _lost_sign(values: Array) -> float:
     return 0.0
 
 
-def _long_steps(samples: Samples, longest: float) -> Places:
-    """Steps over missing samples: of more time than so many median ones."""
-    steps = np.diff(_clock(samples))
-    return np.flatnonzero(steps > longest * np.median(steps)) if len(steps) else np.zeros(0, int)
-
-
-def _clock(samples: Samples) -> Array:
-    """Times of the samples, or their numbers."""
-    if samples.clock is not None:
-        return samples.clock
-    return np.arange(len(samples.values), dtype=np.float64)
-
-
 def _beside(
     samples: Mapping[str, Samples], modulus: float, gap: float, *, own_turn: bool
 ) -> tuple[Samples, list[_Move]]:
@@ -235,9 +225,9 @@ def _beside(
     It is moved at its start, unless it has a turn of its own there, and after each gap.
     """
     position, reference = samples["position"], samples["reference"]
-    clock, own = _clock(position), _clock(reference)
-    after = np.searchsorted(own, clock[_long_steps(position, gap) + 1])
-    starts = np.unique(np.concatenate([[0], after, _long_steps(reference, gap) + 1]))
+    clock, own = position.times, reference.times
+    after = np.searchsorted(own, clock[long_steps(position.times, gap) + 1])
+    starts = np.unique(np.concatenate([[0], after, long_steps(reference.times, gap) + 1]))
     starts = starts[starts < len(own)]
     beside = np.minimum(np.searchsorted(clock, own[starts]), len(clock) - 1)
     turns = np.round((position.values[beside] - reference.values[starts]) / modulus)
@@ -328,7 +318,7 @@ def remaining_jumps_note(
     DataError
         The jumps are whole turns, or there are jumps though a modulus was given.
     """
-    places, sizes = _jumps(position.values, _long_steps(position, gap))
+    places, sizes = _jumps(position.values, long_steps(position.times, gap))
     if not len(places):
         return None
     size = float(np.median(sizes))

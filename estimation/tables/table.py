@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
@@ -38,6 +39,18 @@ class Samples:
 
     values: Array
     clock: Array | None = None
+
+    @property
+    def times(self) -> Array:
+        """The clock, or where there is none the numbers of the samples, (N,)."""
+        if self.clock is None:
+            return np.arange(len(self.values), dtype=np.float64)
+        return self.clock
+
+    def taken(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Samples":
+        """Some of the samples, by their numbers or as a mask, with their times."""
+        clock = None if self.clock is None else self.clock[rows]
+        return Samples(values=self.values[rows], clock=clock)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,7 +20,6 @@ from .twincat import is_twincat, read_twincat
 _MIN_ZERO_BYTE_SHARE = 0.3  # of every second byte is zero: UTF-16 without its mark
 
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
-_CODECS = {"utf-8": "utf-8-sig"}  # a mark is no part of the text
 
 _BEGIN = "LabVIEW Measurement"
 _END = "***End_of_Header***"
@@ -46,14 +45,13 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     DataError
         It is no text, or no table.
     """
-    encoding = _encoding_of(source, content)
-    text = _decoded(source, content, encoding)
+    text, encoding = _decoded(source, content)
     lines = _numbered(text)
+    notes = (f"encoding {encoding}",) if encoding != "utf-8-sig" else ()
     if is_twincat(lines):
         table = read_twincat(source, lines)
-        return replace(table, notes=(*table.notes, *_encoding_note(encoding)))
-    notes = _encoding_note(encoding)
-    if _is_labview(lines):
+        return replace(table, notes=(*table.notes, *notes))
+    if lines and lines[0][1].startswith(_BEGIN):
         lines, more = _plain_lines(source, lines)
         notes = (*more, *notes)
     dialect = sniff(source, lines)
@@ -78,26 +76,27 @@ def _numbered(text: str) -> list[Line]:
     return [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
 
 
-def _encoding_of(source: str, content: bytes) -> str:
-    """The encoding that a file's bytes are taken to have.
+def _decoded(source: str, content: bytes) -> tuple[str, str]:
+    """A file's text, and the encoding that its bytes are taken to have.
 
     UTF-8, with or without a byte order mark; UTF-16 by its mark or by its zero bytes; else the
     Western Windows code page.
 
     Raises
     ------
-    DataError
-        There are zero bytes in it that are not those of UTF-16.
+    NoTextError
+        It is none of these, or has zero bytes that are not those of UTF-16.
     """
-    if wide := _utf16(content):
-        return wide
-    if b"\0" in content:
-        raise NoTextError(source)
-    try:
-        content.decode("utf-8")
-    except UnicodeDecodeError:
-        return "cp1252"
-    return "utf-8"
+    wide = _utf16(content)
+    for encoding in (wide,) if wide else ("utf-8-sig", "cp1252"):  # a mark is no part of the text
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" in text:
+            break
+        return text, encoding
+    raise NoTextError(source)
 
 
 def _utf16(head: bytes) -> str:
@@ -109,20 +108,6 @@ def _utf16(head: bytes) -> str:
     if max(even, odd) / half <= _MIN_ZERO_BYTE_SHARE:
         return ""
     return "utf-16-le" if odd > even else "utf-16-be"
-
-
-def _encoding_note(encoding: str) -> tuple[str, ...]:
-    return (f"encoding {encoding}",) if encoding != "utf-8" else ()
-
-
-def _decoded(source: str, content: bytes, encoding: str) -> str:
-    try:
-        text = content.decode(_CODECS.get(encoding, encoding))
-    except UnicodeDecodeError as error:
-        raise NoTextError(source) from error
-    if "\0" in text:
-        raise NoTextError(source)
-    return text
 
 
 class NoTextError(DataError):
@@ -306,11 +291,6 @@ def _refuse(where: str, why: str, advice: Remedy | None, *, comma: bool) -> Samp
     )
 
 
-def _is_labview(lines: Sequence[Line]) -> bool:
-    """Whether filled lines begin as a LabVIEW measurement file does."""
-    return bool(lines) and lines[0][1].startswith(_BEGIN)
-
-
 def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[str, ...]]:
     """The table of a LabVIEW measurement file without its heads, and what was assumed.
 
@@ -344,11 +324,13 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
 
 def _separator(head: Sequence[str]) -> str:
     """What separates the columns, as the first head says."""
-    for line in head:
-        for name, separator in _SEPARATORS.items():
-            if line.rstrip(f"{separator}\r\n") == f"Separator{separator}{name}":
-                return separator
-    return "\t"
+    said = (
+        separator
+        for line in head
+        for name, separator in _SEPARATORS.items()
+        if line.rstrip(f"{separator}\r\n") == f"Separator{separator}{name}"
+    )
+    return next(said, "\t")
 
 
 def _cells(line: str, separator: str) -> list[str]:

@@ -160,8 +160,8 @@ def _values(
     comma: bool,
 ) -> list[Array]:
     """The columns, nan where a cell is empty; times since 1601 are counted from the first."""
+    table = [_cells(source, line, separator, width, comma=comma) for line in lines]
     try:
-        table = [_cells(line, separator, width, comma=comma) for _, line in lines]
         origin = float(table[0][0])
         if origin < _FILETIME:
             return list(np.array(table, dtype=float).T)
@@ -172,13 +172,19 @@ def _values(
             columns[k] = [_since(start, cell) for cell in columns[k]]
         return [np.array(column, dtype=float) for column in columns]
     except ValueError as error:
-        raise _malformed(source, lines, separator, width, comma=comma) from error
+        raise _malformed(source, lines, table) from error
 
 
-def _cells(line: str, separator: str, width: int, *, comma: bool) -> list[str]:
+def _cells(source: str, of: Line, separator: str, width: int, *, comma: bool) -> list[str]:
+    """Cells of a line for the channels, nan where one is empty."""
+    number, line = of
     cells = (line.replace(",", ".") if comma else line).rstrip("\r\n").split(separator)
     if len(cells) > width + 1 or any(cell.strip() for cell in cells[width:]):
-        raise ValueError
+        raise DataError(
+            f"{source}, line {number}: more than the {width} cells that the channels need. "
+            "Export with Timelines 'All' or 'For each sampletime', separated by tab or semicolon.",
+            code="twincat-cells",
+        )
     cells = cells[:width] + [""] * (width - len(cells))
     return [cell if cell.strip() else "nan" for cell in cells]
 
@@ -188,20 +194,9 @@ def _since(start: int, cell: str) -> str:
     return cell if cell == "nan" else repr((int(cell) - start) * _TICK / _MILLISECOND)
 
 
-def _malformed(
-    source: str, lines: Sequence[Line], separator: str, width: int, *, comma: bool
-) -> DataError:
-    """The row that no table can hold."""
-    for number, line in lines:
-        try:
-            cells = _cells(line, separator, width, comma=comma)
-        except ValueError:
-            return DataError(
-                f"{source}, line {number}: more than the {width} cells that the channels need. "
-                "Export with Timelines 'All' or 'For each sampletime', separated by tab or "
-                "semicolon.",
-                code="twincat-cells",
-            )
+def _malformed(source: str, lines: Sequence[Line], table: list[list[str]]) -> DataError:
+    """The error of the first cell that is no number."""
+    for (number, _), cells in zip(lines, table, strict=True):
         wrong = next((cell for cell in cells if not is_number(cell)), None)
         if wrong is not None:
             return DataError(

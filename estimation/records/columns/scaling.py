@@ -213,11 +213,8 @@ def _known(name: str) -> Quantity | None:
     if whole is not None:
         return Quantity(whole.factor, whole.turns, whole.unit, angle=angle_power(whole.unit))
     above, over, below = name.rpartition("/")
-    parts = (_known(above.strip()), exact_unit(below.strip())) if over else (None, None)
-    if parts[0] is None or parts[1] is None:
-        return None
-    last = parts[1]
-    return parts[0] / Quantity(last.factor, last.turns, last.unit, angle=angle_power(last.unit))
+    parts = (_known(above.strip()), _known(below.strip())) if over else (None, None)
+    return parts[0] / parts[1] if parts[0] and parts[1] else None
 
 
 def _offset(quantity: Quantity, of: Quantity, base: Quantity, place: int) -> Quantity:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from axisid.estimation.logs.text import is_number
 from axisid.estimation.tables import UNITS_ENTRY, TableBuilder, is_unit, parquet_bytes, split_labels
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
@@ -124,7 +125,7 @@ def _units(columns: Mapping[str, Array], declared: Container[str]) -> list[tuple
 def _csv(columns: Mapping[str, Array], _: Units, about: str, file: Path) -> str:
     # Readers take quotes as they stand, and a line of numbers for no heads.
     if any(set(head) & set(',"\r\n') for head in columns) or all(
-        _is_number(name) for name, _ in split_labels([*columns])
+        is_number(name) for name, _ in split_labels([*columns])
     ):
         raise ModelError(
             f"{file}: a text with commas cannot have the heads {', '.join(map(repr, columns))}; "
@@ -134,14 +135,6 @@ def _csv(columns: Mapping[str, Array], _: Units, about: str, file: Path) -> str:
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     lines = (",".join(map(repr, row)) for row in rows)
     return "\n".join([f"# {about}", ",".join(columns), *lines, ""])
-
-
-def _is_number(head: str) -> bool:
-    try:
-        float(head)
-    except ValueError:
-        return False
-    return True
 
 
 def _parquet(columns: Mapping[str, Array], units: Units, about: str, file: Path) -> bytes:

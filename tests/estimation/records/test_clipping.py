@@ -12,6 +12,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
 from axisid.estimation.records.clipping import clipped
+from axisid.estimation.tables import Samples
 
 TIME = 1e-3 * np.arange(6000)
 MOTION = np.sin(TIME)
@@ -19,7 +20,11 @@ MOTION = np.sin(TIME)
 
 def masked(force: np.ndarray, position: np.ndarray = MOTION) -> np.ndarray:
     """Samples of a force that are masked."""
-    return clipped({"position": position, "force": force}, None)[0]["force"]
+    return clipped(sampled(position=position, force=force), None)[0]["force"]
+
+
+def sampled(**columns: np.ndarray) -> dict[str, Samples]:
+    return {role: Samples(values=values) for role, values in columns.items()}
 
 
 def rounded(values: np.ndarray, bits: int) -> np.ndarray:
@@ -51,7 +56,7 @@ def test_right_control_of_every_axis_is_left_alone(
     counts = 1e-5 * np.round(record.position / 1e-5)
     for position in (record.position, counts):
         for bits in (0, 16, 12, 10, 8):
-            found, _ = clipped({"position": position, "force": rounded(control, bits)}, None)
+            found, _ = clipped(sampled(position=position, force=rounded(control, bits)), None)
             assert not found["position"].any()
             assert not found["force"].any()
 
@@ -62,7 +67,7 @@ def test_control_that_a_recorder_cut_off_is_found(library_axis: GeneratedAxis) -
     for share, bits in ((0.5, 0), (0.7, 0), (0.9, 0), (0.7, 16), (0.5, 12), (0.9, 12)):
         level = share * float(np.quantile(np.abs(whole), 0.999))
         control = rounded(np.clip(whole, -level, level), bits)
-        columns = {"position": record.position, "control": control}
+        columns = sampled(position=record.position, control=control)
         found, repair = clipped(columns, library_axis.axis)
         top = np.abs(control) >= np.abs(control).max() * (1 - 1e-9)
         assert np.array_equal(found["control"], top)

@@ -9,6 +9,7 @@ from axisid import Record, UsageError, identify, load_axis, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.records.clipping import clipped
+from axisid.estimation.tables import Samples
 from tests.refusals import refuses
 
 N = 400
@@ -114,7 +115,9 @@ def test_control_at_the_drives_limit_is_clipped() -> None:
     axis = load_axis("emps2015")
     limit = axis.drive.limit
     control = np.clip(1.2 * limit * CONTROL, -limit, limit)
-    masks, repair = clipped({"position": POSITION, "control": control}, axis)
+    masks, repair = clipped(
+        {"position": Samples(values=POSITION), "control": Samples(values=control)}, axis
+    )
     expected = np.abs(1.2 * CONTROL) >= 1
     assert np.array_equal(masks["control"], expected)
     assert not masks["position"].any()
@@ -124,9 +127,11 @@ def test_control_at_the_drives_limit_is_clipped() -> None:
 def test_position_that_rests_at_its_end_is_not_clipped_but_one_that_is_cut_off_is() -> None:
     resting = np.clip(1.2 * (1 - np.cos(np.linspace(0, np.pi, N))), 0, None)
     counts = np.round(resting / 1e-3) * 1e-3  # an encoder repeats itself at rest
-    assert not clipped({"position": counts}, None)[0]["position"].any()
+    assert not clipped({"position": Samples(values=counts)}, None)[0]["position"].any()
     cut = np.minimum(POSITION, 0.8)
-    assert np.array_equal(clipped({"position": cut}, None)[0]["position"], POSITION >= 0.8)
+    assert np.array_equal(
+        clipped({"position": Samples(values=cut)}, None)[0]["position"], POSITION >= 0.8
+    )
 
 
 def test_force_that_keeps_its_extreme_is_clipped() -> None:
