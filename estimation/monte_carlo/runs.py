@@ -22,7 +22,7 @@ from axisid.support.errors import AxisidError
 from axisid.support.remedy import Note, as_arguments
 
 from .fits import COLOURED, IID
-from .lanes import LaneRuns, identified_lanes, runs_in_lanes
+from .lanes import identified_lanes, runs_in_lanes
 from .plan import MonteCarloPlan
 from .twins import twins
 
@@ -138,15 +138,15 @@ def block_numbers(
     alone = range(start, side_by_side.start)
     runs = [_run(plan, run, record) for run, record in twins(plan, alone, threads)] if alone else []
     if side_by_side:
-        runs += _lane_runs(plan, identified_lanes(plan, side_by_side, threads))
+        runs += _lane_runs(plan, side_by_side, threads)
     return packed(runs)
 
 
-def _lane_runs(plan: MonteCarloPlan, lanes: LaneRuns) -> Iterator[_Run]:
-    """Runs that were identified side by side."""
-    (method,), found = plan.methods, lanes.estimates
-    for lane, run in enumerate(lanes.runs):
-        of, reason = SIMULATION, lanes.unsimulated.get(lane, "")
+def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterator[_Run]:
+    """Runs that are identified side by side."""
+    (method,), (found, unsimulated) = plan.methods, identified_lanes(plan, runs, threads)
+    for lane, run in enumerate(runs):
+        of, reason = SIMULATION, unsimulated.get(lane, "")
         if not reason:
             of, reason = method, found.errors.get(lane, "")
         failed = (FailedRun(run=run, of=of, reason=reason),) if reason else ()
