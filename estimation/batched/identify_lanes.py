@@ -129,14 +129,14 @@ class _FoundLanes:
     ) -> NDArray[np.bool_]:
         """Identify a block side by side; returns which of its lanes went well, (L,)."""
         fits = _fitted_lanes(block, asked)
-        spread = _lane_deviations(block, fits, lags)
+        deviations, freedom = _lane_deviations(block, fits, lags)
         well = fits.well & block.starts[1]
         lanes, made = first + np.flatnonzero(well), self._made
         made.values[lanes] = fits.theta[well]
         made.iterations[lanes] = fits.iterations[well]
         for name in COVARIANCES:
-            made.deviations[name][lanes] = spread.deviations[name][well]
-            made.freedom[name][lanes] = spread.freedom[name][well]
+            made.deviations[name][lanes] = deviations[name][well]
+            made.freedom[name][lanes] = freedom[name][well]
         return well
 
     def add_alone(
@@ -161,18 +161,15 @@ class _FoundLanes:
             self._how[to], self._errors[to] = FAILED, str(error)
 
 
-@dataclass(frozen=True, slots=True)
-class _LaneDeviations:
-    """By name of the covariance: deviations and degrees of freedom, (L, p) each."""
+def _lane_deviations(
+    block: Block, fits: LaneFits, lags: int | None
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Deviations of lanes that ended well and their degrees of freedom, (L, p) each by covariance.
 
-    deviations: dict[str, Array]
-    freedom: dict[str, Array]
-
-
-def _lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> _LaneDeviations:
-    """Deviations of lanes that ended well; not a number for the others."""
+    Not a number for the others.
+    """
     names, shape = tuple(COVARIANCES), fits.theta.shape
-    found = _LaneDeviations(*({name: np.full(shape, np.nan) for name in names} for _ in range(2)))
+    deviations, degrees = ({name: np.full(shape, np.nan) for name in names} for _ in range(2))
     inverse = inverse_products(block.library, fits.instruments)
     scores = combined(fits.instruments, fits.mixing) * fits.residuals[:, None]
     lagged = _lagged(block, scores, lags)
@@ -185,14 +182,14 @@ def _lane_deviations(block: Block, fits: LaneFits, lags: int | None) -> _LaneDev
             "hac": _hac(models["hac"], lagged[:, :, lane], int(n)),
         }
         for name, (variances, freedom) in by_name.items():
-            found.freedom[name][lane] = freedom
+            degrees[name][lane] = freedom
             if name == "hac" and lags is None and np.min(freedom) < FEW_SCORES.value:
                 applied = models[name].applied(_lane_solution(block, fits, lane, inverse[lane]))
-                of_few, found.freedom[name][lane] = np.diag(applied.matrix), applied.freedom
+                of_few, degrees[name][lane] = np.diag(applied.matrix), applied.freedom
             else:
                 of_few = variances
-            found.deviations[name][lane] = np.sqrt(np.maximum(of_few, 0.0))
-    return found
+            deviations[name][lane] = np.sqrt(np.maximum(of_few, 0.0))
+    return deviations, degrees
 
 
 def _lagged(block: Block, scores: Array, lags: int | None) -> Array:

@@ -1,7 +1,7 @@
 """Twins that are identified side by side: of an axis and a noise that lanes serve."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,24 +15,6 @@ from .plan import MonteCarloPlan
 from .twins import CONTROL, DrawnChain, at_rest
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LaneRuns:
-    """What lanes give of runs.
-
-    Attributes
-    ----------
-    runs : range
-    estimates : LaneEstimates
-        A lane for each run.
-    unsimulated : mapping of int to str
-        Why, of lanes whose twin could not be simulated.
-    """
-
-    runs: range
-    estimates: LaneEstimates
-    unsimulated: Mapping[int, str]
-
-
 def runs_in_lanes(plan: MonteCarloPlan, start: int, stop: int) -> range:
     """Which of the runs from `start` to before `stop` go side by side: none, or those not judged.
 
@@ -41,8 +23,16 @@ def runs_in_lanes(plan: MonteCarloPlan, start: int, stop: int) -> range:
     return range(max(start, plan.checks), stop) if _are_lanes(plan) else range(stop, stop)
 
 
-def identified_lanes(plan: MonteCarloPlan, runs: range, threads: int | None) -> LaneRuns:
-    """Simulate and identify runs side by side."""
+def identified_lanes(
+    plan: MonteCarloPlan, runs: range, threads: int | None
+) -> tuple[LaneEstimates, Mapping[int, str]]:
+    """Simulate and identify runs side by side, a lane for each.
+
+    Returns
+    -------
+    LaneEstimates, mapping of int to str
+        The latter why, of lanes whose twin could not be simulated.
+    """
     made = twin_plan(plan.twin)
     drawn = [DrawnChain(chain=plan.noise, seed=plan.seed, run=run) for run in runs]
     lanes, unsimulated = _simulated(made, drawn, threads)
@@ -53,7 +43,7 @@ def identified_lanes(plan: MonteCarloPlan, runs: range, threads: int | None) -> 
         plan.prefilter,
         lags=plan.settings["lags"],
     )
-    return LaneRuns(runs=runs, estimates=estimates, unsimulated=unsimulated)
+    return estimates, unsimulated
 
 
 def _are_lanes(plan: MonteCarloPlan) -> bool:

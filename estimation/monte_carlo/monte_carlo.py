@@ -22,8 +22,8 @@ from .calibration import StudyCalibration
 from .fits import split_methods
 from .plan import MonteCarloPlan, noise_of, twin_of
 from .result import MonteCarlo
-from .runs import joined
-from .spread import Done, Spreading
+from .runs import BlockNumbers, joined
+from .spread import Spreading, take_blocks
 
 _MOST_REASONS = 3  # that are told where nothing came of any run
 
@@ -178,17 +178,17 @@ def _methods(methods: object) -> tuple[str, ...]:
 def _run(
     plan: MonteCarloPlan, spreading: Spreading, progress: Progress | None, keep: Keep | None
 ) -> MonteCarlo:
-    done = Done(plan=plan, progress=progress)
+    done = list[BlockNumbers]()
     calibration = StudyCalibration.of(plan)
     try:
         with contextlib.closing(spreading.numbers(plan)) as numbers:
-            done.take(numbers)
+            take_blocks(numbers, plan, progress, done)
     except BaseException:
-        if keep is not None and done.blocks:
-            numbers_so_far = calibration.of_runs(joined(done.blocks), plan.checks)
+        if keep is not None and done:
+            numbers_so_far = calibration.of_runs(joined(done), plan.checks)
             keep(MonteCarlo(plan=plan, numbers=numbers_so_far))
         raise
-    found = joined(done.blocks)
+    found = joined(done)
     if not found.estimands:
         reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in found.failures)
         listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])

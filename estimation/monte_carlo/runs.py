@@ -3,6 +3,7 @@
 `block_numbers` is all that a study asks for: another way to identify many twins takes its place.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, TypeAlias, TypeVar
@@ -11,19 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.batched import LaneEstimates
+from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES, Value, student_interval
+from axisid.estimation.fitting import OutputFit, fit
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import Note, as_arguments
 
-from .fits import COLOURED, FittedRun, fitted
-from .lanes import LaneRuns, identified_lanes, runs_in_lanes
+from .fits import COLOURED, IID
+from .lanes import identified_lanes, runs_in_lanes
 from .plan import MonteCarloPlan
 from .twins import twins
 
 _T = TypeVar("_T")
+Interval: TypeAlias = tuple[float, tuple[float, float]]  # a deviation, and both bounds
 
 #: What intervals are of: each covariance, a fit's coloured errors, and the model's error (of runs
 #: that are judged).
@@ -110,10 +114,12 @@ class BlockNumbers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Run:
+    """What a run gives, by all methods or by some; no checks where it was not judged."""
+
     run: int
-    values: Mapping[Estimand, Array]
-    checks: Mapping[str, int] | None
-    failures: tuple[FailedRun, ...]
+    values: Mapping[Estimand, Array] = field(default_factory=dict)
+    checks: Mapping[str, int] | None = None
+    failures: tuple[FailedRun, ...] = ()
 
 
 def block_numbers(
@@ -132,118 +138,112 @@ def block_numbers(
     alone = range(start, side_by_side.start)
     runs = [_run(plan, run, record) for run, record in twins(plan, alone, threads)] if alone else []
     if side_by_side:
-        runs += _lane_runs(plan, identified_lanes(plan, side_by_side, threads))
+        runs += _lane_runs(plan, side_by_side, threads)
     return packed(runs)
 
 
-def _lane_runs(plan: MonteCarloPlan, lanes: LaneRuns) -> Iterator[_Run]:
-    """Runs that were identified side by side."""
-    (method,), found = plan.methods, lanes.estimates
-    for lane, run in enumerate(lanes.runs):
-        of, reason = SIMULATION, lanes.unsimulated.get(lane, "")
+def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterator[_Run]:
+    """Runs that are identified side by side."""
+    (method,), (found, unsimulated) = plan.methods, identified_lanes(plan, runs, threads)
+    for lane, run in enumerate(runs):
+        of, reason = SIMULATION, unsimulated.get(lane, "")
         if not reason:
             of, reason = method, found.errors.get(lane, "")
         failed = (FailedRun(run=run, of=of, reason=reason),) if reason else ()
         values = {} if reason else dict(_lane_values(plan, method, found, lane))
-        yield _Run(run=run, values=values, checks=None, failures=failed)
+        yield _Run(run=run, values=values, failures=failed)
 
 
 def _lane_values(
     plan: MonteCarloPlan, method: str, found: LaneEstimates, lane: int
 ) -> Iterator[tuple[Estimand, Array]]:
     for i, quantity in enumerate(plan.axis.parameters):
-        numbers = np.full(2 + 3 * len(INTERVALS), np.nan)
-        numbers[:2] = value = float(found.values[lane, i])
-        for j, of in enumerate(COVARIANCES):
-            deviation = float(found.deviations[of][lane, i])
-            interval = student_interval(value, deviation, float(found.freedom[of][lane, i]))
-            numbers[2 + 3 * j : 5 + 3 * j] = deviation, *interval
-        yield Estimand(method, quantity.name, quantity.unit), numbers
+        value, intervals = float(found.values[lane, i]), dict[str, Interval]()
+        for of in COVARIANCES:
+            sd = float(found.deviations[of][lane, i])
+            interval = student_interval(value, sd, float(found.freedom[of][lane, i]))
+            intervals[of] = sd, interval
+        yield Estimand(method, quantity.name, quantity.unit), _row(value, value, intervals)
 
 
 def _run(plan: MonteCarloPlan, run: int, record: Record | Note) -> _Run:
     if isinstance(record, Note):
         reason = record.worded(as_arguments)
-        failed = (FailedRun(run=run, of=SIMULATION, reason=reason),)
-        return _Run(run=run, values={}, checks=None, failures=failed)
+        return _Run(run=run, failures=(FailedRun(run=run, of=SIMULATION, reason=reason),))
     is_judged = run < plan.checks
-    parts = [_regressed(plan, record, is_judged=is_judged)] if plan.regressions else []
-    parts += [_fitted(plan, record, method, is_judged=is_judged) for method in plan.fits]
+    parts = [_regressed(plan, run, record, is_judged=is_judged)] if plan.regressions else []
+    parts += [_fitted(plan, run, record, method, is_judged=is_judged) for method in plan.fits]
     judged = [part.checks for part in parts if part.checks is not None]
     return _Run(
         run=run,
         values={key: own for part in parts for key, own in part.values.items()},
         checks={name: status for own in judged for name, status in own.items()} if judged else None,
-        failures=tuple(
-            FailedRun(run=run, of=of, reason=reason)
-            for part in parts
-            for of, reason in part.failures
-        ),
+        failures=tuple(failed for part in parts for failed in part.failures),
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Part:
-    """What `identify`, or one fit, gives of a run; failures are of what, and why."""
-
-    values: Mapping[Estimand, Array] = field(default_factory=dict)
-    checks: Mapping[str, int] | None = None
-    failures: tuple[tuple[str, str], ...] = ()
-
-
-def _regressed(plan: MonteCarloPlan, record: Record, *, is_judged: bool) -> _Part:
-    result, refused = _identified(plan, record, plan.bootstrap if is_judged else 0)
-    failures = [*refused.items()]
+def _regressed(plan: MonteCarloPlan, run: int, record: Record, *, is_judged: bool) -> _Run:
+    """By `identify`."""
+    result, failures = _identified(plan, run, record, plan.bootstrap if is_judged else 0)
     if result is None:
-        return _Part(failures=tuple(failures))
+        return _Run(run=run, failures=tuple(failures))
     checks: dict[str, int] | None = None
     if is_judged:
         try:
             checks = {check.name: STATUSES.index(check.status) for check in result.verdict}
         except AxisidError as error:
-            failures.append((VERDICT, str(error)))
+            failures.append(FailedRun(run=run, of=VERDICT, reason=str(error)))
     values = dict(estimand_numbers(result, judged=checks is not None))
-    return _Part(values=values, checks=checks, failures=tuple(failures))
+    return _Run(run=run, values=values, checks=checks, failures=tuple(failures))
 
 
-def _fitted(plan: MonteCarloPlan, record: Record, method: str, *, is_judged: bool) -> _Part:
-    found = fitted(plan.axis, record, method, plan.levels, is_judged=is_judged)
-    told = ((method, found.failed), (VERDICT, found.unjudged))
-    statuses = None if found.checks is None else found.checks.items()
-    return _Part(
-        values=dict(_fit_values(method, found)),
-        checks=None if statuses is None else {n: STATUSES.index(each) for n, each in statuses},
-        failures=tuple((of, reason) for of, reason in told if reason),
-    )
+def _fitted(
+    plan: MonteCarloPlan, run: int, record: Record, method: str, *, is_judged: bool
+) -> _Run:
+    """By one fit of the output error."""
+    try:
+        found = fit(plan.axis, record, fitted_output(method), **asdict(plan.levels))
+        values = dict(_fit_values(method, found))
+    except AxisidError as error:
+        return _Run(run=run, failures=(FailedRun(run=run, of=method, reason=str(error)),))
+    checks, failures = None, list[FailedRun]()
+    if is_judged:
+        try:
+            checks = {f"{c.name} ({method})": STATUSES.index(c.status) for c in found.checks}
+        except AxisidError as error:
+            failures.append(FailedRun(run=run, of=VERDICT, reason=f"{method}: {error}"))
+    return _Run(run=run, values=values, checks=checks, failures=tuple(failures))
 
 
-def _fit_values(method: str, found: FittedRun) -> Iterator[tuple[Estimand, Array]]:
-    for name, value in found.values.items():
-        numbers = np.full(2 + 3 * len(INTERVALS), np.nan)
-        numbers[:2] = value.value, value.corrected
-        for of, deviation, interval in found.intervals(name):
-            place = 2 + 3 * INTERVALS.index(of)
-            numbers[place : place + 3] = deviation, *interval
-        yield Estimand(method, name, value.unit), numbers
+def _fit_values(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array]]:
+    """Of parameters that were searched and that the output shows."""
+    for name, value in found.parameters.items():
+        if name in found.fixed or not math.isfinite(value.deviation):
+            continue
+        intervals = {COLOURED: (value.deviation, value.interval)}
+        if name not in found.at_bound:  # there the interval is to one side
+            sd = value.deviations[IID]
+            intervals[IID] = sd, student_interval(value.value, sd, math.inf)
+        yield Estimand(method, name, value.unit), _row(value.value, value.corrected, intervals)
 
 
 def _identified(
-    plan: MonteCarloPlan, record: Record, bootstrap: int
-) -> tuple[Identification | None, dict[str, str]]:
+    plan: MonteCarloPlan, run: int, record: Record, bootstrap: int
+) -> tuple[Identification | None, list[FailedRun]]:
     """By all methods that give an estimate of the twin; None where none does, and why not."""
     try:
-        return _estimated(plan, record, plan.regressions, bootstrap), {}
+        return _estimated(plan, record, plan.regressions, bootstrap), []
     except AxisidError as error:
         if len(plan.regressions) == 1:
-            return None, {plan.regressions[0]: str(error)}
-    refused: dict[str, str] = {}
+            return None, [FailedRun(run=run, of=plan.regressions[0], reason=str(error))]
+    able, failures = list[str](), list[FailedRun]()
     for method in plan.regressions:
         try:
             _estimated(plan, record, [method], bootstrap)
+            able.append(method)
         except AxisidError as error:
-            refused[method] = str(error)
-    able = [method for method in plan.regressions if method not in refused]
-    return (_estimated(plan, record, able, bootstrap) if able else None), refused
+            failures.append(FailedRun(run=run, of=method, reason=str(error)))
+    return (_estimated(plan, record, able, bootstrap) if able else None), failures
 
 
 def _estimated(
@@ -280,17 +280,24 @@ def estimand_numbers(
 
 def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
     """What there is of a value: of the interval that is printed, and of those that could be."""
-    numbers = np.full(2 + 3 * len(INTERVALS), np.nan)
-    numbers[:2] = value.value, value.corrected
-    for i, of in enumerate(COVARIANCES):
+    intervals: dict[str, Interval] = {}
+    for of in COVARIANCES:
         if of == value.chosen:
-            interval = value.interval
+            intervals[of] = value.deviations[of], value.interval
         elif of in freedom:
-            interval = student_interval(value.corrected, value.deviations[of], freedom[of])
-        else:
-            continue
-        numbers[2 + 3 * i : 5 + 3 * i] = value.deviations[of], *interval
-    return numbers
+            sd = value.deviations[of]
+            intervals[of] = sd, student_interval(value.corrected, sd, freedom[of])
+    return _row(value.value, value.corrected, intervals)
+
+
+def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> Array:
+    """The numbers of an estimand in one run, as of `BlockNumbers`."""
+    row = np.full(2 + 3 * len(INTERVALS), np.nan)
+    row[:2] = value, corrected
+    for of, (deviation, bounds) in intervals.items():
+        place = 2 + 3 * INTERVALS.index(of)
+        row[place : place + 3] = deviation, *bounds
+    return row
 
 
 def packed(runs: Sequence[_Run]) -> BlockNumbers:
@@ -318,14 +325,8 @@ def packed(runs: Sequence[_Run]) -> BlockNumbers:
 
 def lost_block(start: int, stop: int, reason: str) -> BlockNumbers:
     """Runs that nobody knows the numbers of, since whoever worked on them was killed."""
-    lost = range(start, stop)
-    failures = [(FailedRun(run=run, of=SIMULATION, reason=reason),) for run in lost]
-    return packed(
-        [
-            _Run(run=run, values={}, checks=None, failures=failed)
-            for run, failed in zip(lost, failures, strict=True)
-        ]
-    )
+    lost = [FailedRun(run=run, of=SIMULATION, reason=reason) for run in range(start, stop)]
+    return packed([_Run(run=failed.run, failures=(failed,)) for failed in lost])
 
 
 def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:

@@ -2,7 +2,7 @@
 
 from collections.abc import Generator, Iterator
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from time import monotonic
 
@@ -92,29 +92,27 @@ def _numbers(outcome: Outcome[BlockNumbers], block: Block) -> BlockNumbers:
     return lost_block(*block, reason)
 
 
-@dataclass(slots=True)
-class Done:
-    """The blocks that are done, whatever ends the others.
+def take_blocks(
+    numbers: Iterator[BlockNumbers],
+    plan: MonteCarloPlan,
+    progress: Progress | None,
+    taken: list[BlockNumbers],
+) -> None:
+    """Take blocks as they come, and tell of them; what is taken stays, whatever ends the others.
 
-    Attributes
+    Parameters
     ----------
+    numbers : iterator of BlockNumbers
     plan : MonteCarloPlan
     progress : Progress or None
         Told how many runs are done.
-    blocks : list of BlockNumbers
-        In the order in which they were done.
+    taken : list of BlockNumbers
+        That blocks are added to, in the order in which they are done.
     """
-
-    plan: MonteCarloPlan
-    progress: Progress | None
-    blocks: list[BlockNumbers] = field(default_factory=list)
-
-    def take(self, numbers: Iterator[BlockNumbers]) -> None:
-        """Take blocks as they come, and tell of them."""
-        begin, done, total = monotonic(), 0, self.plan.runs
-        named = f"twins of {self.plan.twin.axis.name}"
-        for block in numbers:
-            self.blocks.append(block)
-            done += len(block.runs)
-            if self.progress is not None and done < total:
-                self.progress(done, total, f"{named}, {pace(done, total, monotonic() - begin)}")
+    begin, done, total = monotonic(), 0, plan.runs
+    named = f"twins of {plan.twin.axis.name}"
+    for block in numbers:
+        taken.append(block)
+        done += len(block.runs)
+        if progress is not None and done < total:
+            progress(done, total, f"{named}, {pace(done, total, monotonic() - begin)}")

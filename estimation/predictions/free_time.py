@@ -10,7 +10,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
@@ -37,36 +36,9 @@ class TimedPredictions:
         self._of_model, self._time = of_model, time
         self._lag = time if name == "lag" else 0.0
         self._slope: Array | None = None
-
-    @property
-    def spans(self) -> tuple[tuple[slice, ...], ...]:
-        """See `Predictions.spans`."""
-        return self._of_model.spans
-
-    @property
-    def samples(self) -> tuple[NDArray[np.intp], ...]:
-        """See `Predictions.samples`."""
-        return self._of_model.samples
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """See `Predictions.units`."""
-        return self._of_model.units
-
-    @property
-    def step(self) -> float:
-        """See `Predictions.step`."""
-        return self._of_model.step
-
-    @property
-    def measured(self) -> Array:
-        """See `Predictions.measured`."""
-        return self._of_model.measured
-
-    @property
-    def counted(self) -> Array:
-        """See `Predictions.counted`."""
-        return self._of_model.counted
+        self.spans, self.samples = of_model.spans, of_model.samples
+        self.units, self.step = of_model.units, of_model.step
+        self.measured, self.counted = of_model.measured, of_model.counted
 
     def settle(self, physical: Array) -> None:
         """See `Predictions.settle`; the slope by the time is that of the first parameters."""

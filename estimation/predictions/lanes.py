@@ -38,31 +38,30 @@ def whole_lanes(lanes: Array) -> Array:
 
 
 class Predictions(Protocol):
-    """An output as parameters predict it, at the samples of all records."""
+    """An output as parameters predict it, at the samples of all records.
 
-    @property
-    def spans(self) -> tuple[tuple[slice, ...], ...]:
-        """Rows of each stretch without a gap, by record."""
+    Attributes
+    ----------
+    spans : tuple of tuple of slice
+        Rows of each stretch without a gap, by record.
+    samples : tuple of array of int
+        Which sample of its record each row is, or each of several outputs' rows, by record.
+    units : tuple of str
+        Of each output; the rows of a sample are neighbours, one of each.
+    step : float
+        Of the coarsest encoder; 0 where nothing is known of any.
+    measured : (n,) array
+        What was recorded.
+    counted : (n,) array
+        1 for rows that count, 0 for those that are no measurements.
+    """
 
-    @property
-    def samples(self) -> tuple[NDArray[np.intp], ...]:
-        """Which sample of its record each row is, or each of several outputs' rows, by record."""
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Of each output; the rows of a sample are neighbours, one of each."""
-
-    @property
-    def step(self) -> float:
-        """Of the coarsest encoder; 0 where nothing is known of any."""
-
-    @property
-    def measured(self) -> Array:
-        """What was recorded, (n,)."""
-
-    @property
-    def counted(self) -> Array:
-        """1 for rows that count, 0 for those that are no measurements, (n,)."""
+    spans: tuple[tuple[slice, ...], ...]
+    samples: tuple[NDArray[np.intp], ...]
+    units: tuple[str, ...]
+    step: float
+    measured: Array
+    counted: Array
 
     def settle(self, physical: Array) -> None:
         """Settle at parameters (P,) what is to be the same for all lanes about them.

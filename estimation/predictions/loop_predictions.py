@@ -90,23 +90,12 @@ class LoopPredictions:
         self._substeps: list[int | None] = [None] * len(self.stretches)
         ends = np.cumsum([0, *(len(each.measured) for each in self.stretches)])
         self._rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
-
-    @property
-    def spans(self) -> tuple[tuple[slice, ...], ...]:
-        """See `Predictions.spans`."""
         pairs = [*zip(self.stretches, self._rows, strict=True)]
-        records = dict.fromkeys(each.record for each in self.stretches)
-        return tuple(tuple(rows for each, rows in pairs if each.record == i) for i in records)
-
-    @property
-    def measured(self) -> Array:
-        """See `Predictions.measured`."""
-        return np.concatenate([each.measured for each in self.stretches])
-
-    @property
-    def counted(self) -> Array:
-        """See `Predictions.counted`."""
-        return np.concatenate([each.counted for each in self.stretches]).astype(float)
+        numbers = dict.fromkeys(each.record for each in self.stretches)
+        self.spans = tuple(tuple(rows for each, rows in pairs if each.record == i) for i in numbers)
+        self.measured = np.concatenate([each.measured for each in self.stretches])
+        self.counted = np.concatenate([each.counted for each in self.stretches]).astype(float)
+        self.step = max(each.step for each in self.stretches)
 
     def outputs_of(
         self,
@@ -167,11 +156,6 @@ class LoopPredictions:
             changed = partial(_changed_by_noise, count=size, random=random, factor=factor)
             blocks.append(self._changed(physical, changed))
         return np.hstack(blocks)
-
-    @property
-    def step(self) -> float:
-        """Of the coarsest encoder; 0 where nothing is known of any."""
-        return max(stretch.step for stretch in self.stretches)
 
     def _changed(self, physical: Array, changed: Callable[..., Array]) -> Array:
         made = {}

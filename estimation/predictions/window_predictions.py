@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -222,7 +221,7 @@ class WindowPredictions:
             _check_begins(axis)
         self._form, self._axes, self._records = form, tuple(axes), tuple(records)
         self._horizon = horizon
-        self.units = (str(axes[0].axis.coordinate.unit),)
+        self.units: tuple[str, ...] = (str(axes[0].axis.coordinate.unit),)
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
         self._states = [
@@ -235,28 +234,20 @@ class WindowPredictions:
             )
             for i in range(len(records))
         )
-        ends = np.cumsum([0, *(w.position.size for w in self._windows)])
-        self._ends = [int(end) for end in ends]
-
-    @property
-    def spans(self) -> tuple[tuple[slice, ...], ...]:
-        """See `Predictions.spans`: a window is a stretch."""
-        found: dict[int, list[slice]] = {}
-        for (begin, end), w in zip(pairwise(self._ends), self._windows, strict=True):
-            first = [begin + k * len(w.position) for k in range(w.count)]
-            rows = [slice(a, b) for a, b in pairwise([*first, end])]
-            found.setdefault(w.record, []).extend(rows)
-        return tuple(map(tuple, found.values()))
-
-    @property
-    def measured(self) -> Array:
-        """See `Predictions.measured`; of each window from its first position on."""
-        return np.concatenate([(w.position - w.position[0]).T.ravel() for w in self._windows])
-
-    @property
-    def counted(self) -> Array:
-        """See `Predictions.counted`."""
-        return np.concatenate([w.counted.T.ravel() for w in self._windows])
+        spans: dict[int, list[slice]] = {}
+        first = 0
+        for w in self._windows:
+            size, end = len(w.position), first + w.position.size
+            spans.setdefault(w.record, []).extend(
+                slice(a, a + size) for a in range(first, end, size)
+            )
+            first = end
+        self.spans = tuple(map(tuple, spans.values()))
+        # Of each window from its first position on.
+        self.measured = np.concatenate(
+            [(w.position - w.position[0]).T.ravel() for w in self._windows]
+        )
+        self.counted = np.concatenate([w.counted.T.ravel() for w in self._windows])
 
     def settle(self, physical: Array) -> None:
         """See `Predictions.settle`: steps of a sample, and where the windows start."""

@@ -22,11 +22,6 @@ from axisid.support.arrays import Array
 Solver = Callable[[Form, Equations], Solution]
 
 
-def by_least_squares(form: Form, rows: Equations) -> Solution:
-    """Least squares of the rows as they are."""
-    return ByLeastSquares()(form, rows)
-
-
 @dataclass(frozen=True, slots=True)
 class ByLeastSquares:
     """Least squares, each row as it counted under a loss.
@@ -49,6 +44,10 @@ class ByLeastSquares:
         if self.counts is None:
             return least_squares(left, columns)
         return as_counted(left, columns, columns, self.counts)
+
+
+#: Least squares of the rows as they are.
+by_least_squares: Solver = ByLeastSquares()
 
 
 @dataclass(frozen=True, slots=True)

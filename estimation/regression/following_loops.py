@@ -8,8 +8,7 @@ what was recorded, this is the loop as it was but for the noise, whatever its re
 noise in the recorded control is taken off with the rest.
 """
 
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,9 +23,9 @@ from axisid.estimation.loops import (
     terms_along,
     with_drive,
 )
-from axisid.estimation.records import is_sampled_by
+from axisid.estimation.records import Record, is_sampled_by
 from axisid.estimation.signals import FilteredRecord, about_samples
-from axisid.estimation.simulation import Simulation, no_control_law, simulate_estimate
+from axisid.estimation.simulation import Simulation, no_control_law
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, ModelError
 
@@ -39,93 +38,6 @@ _LEAST_MEASURED_NOISE = 0.8
 _STRETCH = 50  # samples
 _LATEST = 3  # samples by which a log may be late
 _MOSTLY = 0.5
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FollowingLoops:
-    """What makes the loop of a record follow it, without its reference.
-
-    Attributes
-    ----------
-    data : FilteredRecord
-    added : (N,) array
-        What is added to the law's control, in the drive's unit.
-    """
-
-    data: FilteredRecord
-    added: Array
-
-    @classmethod
-    def of(cls, data: FilteredRecord) -> "FollowingLoops":
-        """Take the law's answer to the recorded position off the recorded control.
-
-        A velocity that no record has is the filtered one.
-
-        Raises
-        ------
-        ModelError
-            The axis has no control law.
-        DataError
-            The record is of another period than the law, its law is continuous, or neither control
-            nor force tells what the drive was given.
-        """
-        control, position = _control(data), data.record.position
-        answer = _answer_to_noise(data)
-        if _share(control, answer) < _LEAST_MEASURED_NOISE:
-            raise DataError("the control does not answer to the noise of the recorded position.")
-        beside = control - _answer(data, position, position)
-        late = late_in_log(data.axis)
-        for first, last in data.record.spans:  # it is applied as late as the law's own
-            beside[first : last - late] = beside[first + late : last]
-        return cls(data=data, added=beside)
-
-    def simulated(
-        self,
-        physical: Array,
-        *,
-        resolution: float = 0.0,
-        away: float = 0.0,
-        position_noise: Array | None = None,
-        disturbance: Array | None = None,
-    ) -> tuple[Simulation, ...]:
-        """The loops with physical parameters (p,), one for each segment; see `simulated_loops`.
-
-        Raises
-        ------
-        EstimationError
-            A loop cannot be simulated with these parameters.
-        """
-        record = self.data.record
-        added = self.added if disturbance is None else self.added + disturbance
-        noise = np.full(len(record), away) if away and position_noise is None else position_noise
-        return tuple(
-            simulate_estimate(
-                self.data.axis,
-                physical,
-                record.position[first:last] + away,
-                record.period,
-                start=self._start(first, last, away),
-                injected=added[first:last],
-                position_noise=None if noise is None else noise[first:last],
-                resolution=resolution,
-                signals=tuple(values[first:last] for values in self.data.recorded),
-            )
-            for first, last in record.spans
-        )
-
-    def _start(self, first: int, last: int, away: float) -> LoopStart:
-        """Where the loop of a segment starts: on its reference, and all that is added balances."""
-        record = self.data.record
-        start = LoopStart(
-            position=float(record.position[first]),
-            velocity=first_velocity(record.position[first:last], record.period),
-        )
-        followed = replace(record, reference=record.position)
-        start = with_drive(self.data.axis, followed, (first, last), start)
-        if not away:
-            return start
-        signals = [float(values[first]) for values in self.data.recorded]
-        return moved_start(self.data.axis, start, start.position, signals, away)
 
 
 def recorded_loops(
@@ -142,20 +54,62 @@ def recorded_loops(
     Raises
     ------
     ModelError, DataError, EstimationError
-        As `simulated_loops` and `FollowingLoops` do.
+        As `simulated_loops` and `followed_record` do.
     """
-    simulated = (
-        FollowingLoops.of(data).simulated
-        if data.record.reference is None
-        else partial(simulated_loops, data.axis, data.record)
-    )
-    return simulated(
+    record, starts = data.record, None
+    if record.reference is None:
+        record = followed_record(data)
+        starts = tuple(_start(data, *span, away) for span in record.spans)
+    return simulated_loops(
+        data.axis,
+        record,
         physical,
         resolution=resolution,
         away=away,
         position_noise=position_noise,
         disturbance=disturbance,
+        starts=starts,
     )
+
+
+def followed_record(data: FilteredRecord) -> Record:
+    """A record whose loop follows it: its position is the reference, and what is added is known.
+
+    That is the recorded control without the law's answer to the recorded position, in the drive's
+    unit. A velocity that no record has is the filtered one.
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    DataError
+        The record is of another period than the law, its law is continuous, or neither control
+        nor force tells what the drive was given.
+    """
+    control, position = _control(data), data.record.position
+    answer = _answer_to_noise(data)
+    if _share(control, answer) < _LEAST_MEASURED_NOISE:
+        raise DataError("the control does not answer to the noise of the recorded position.")
+    beside = control - _answer(data, position, position)
+    late = late_in_log(data.axis)
+    for first, last in data.record.spans:  # it is applied as late as the law's own
+        beside[first : last - late] = beside[first + late : last]
+    return replace(data.record, reference=position, injected=beside, injected_at="control")
+
+
+def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStart:
+    """Where the loop of a segment starts: on its reference, and all that is added balances."""
+    record = data.record
+    start = LoopStart(
+        position=float(record.position[first]),
+        velocity=first_velocity(record.position[first:last], record.period),
+    )
+    followed = replace(record, reference=record.position)
+    start = with_drive(data.axis, followed, (first, last), start)
+    if not away:
+        return start
+    signals = [float(values[first]) for values in data.recorded]
+    return moved_start(data.axis, start, start.position, signals, away)
 
 
 def follows_noise(data: FilteredRecord) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import LoopStart
 from axisid.estimation.choices import OPEN_LOOP_FIT
 from axisid.estimation.loops import loop_starts, two_clocks
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
@@ -111,13 +112,14 @@ def simulated_loops(
     position_noise: Array | None = None,
     disturbance: Array | None = None,
     budget: StepBudget | None = None,
+    starts: Sequence[LoopStart] | None = None,
 ) -> tuple[Simulation, ...]:
     """The loop of a record, simulated with physical parameters (p,): once for each segment.
 
-    Each begins as its segment does, see `loop_starts`. With a resolution it has an encoder of such
-    steps, which measures, and is commanded, positions that are `away` from those of the axis; and
-    what its law measures has `position_noise`, (N,), if there is any; a `disturbance`, (N,), in the
-    drive's unit, acts beside the control. A budget is that of a search.
+    Each begins as its segment does, see `loop_starts`, unless starts are given. With a resolution
+    it has an encoder of such steps, which measures, and is commanded, positions that are `away`
+    from those of the axis; and what its law measures has `position_noise`, (N,), if there is any; a
+    `disturbance`, (N,), in the drive's unit, acts beside the control. A budget is that of a search.
 
     Raises
     ------
@@ -131,6 +133,7 @@ def simulated_loops(
         added = disturbance if added is None else added + disturbance
     noise = np.full(len(record), away) if away and position_noise is None else position_noise
     signals = recorded_signals(axis, record.provenance.source, record.signals)
+    begins = loop_starts(axis, record, away) if starts is None else starts
     return tuple(
         simulate_estimate(
             axis,
@@ -145,7 +148,7 @@ def simulated_loops(
             clocks=two_clocks(axis, record, (first, last)),
             budget=budget,
         )
-        for (first, last), start in zip(record.spans, loop_starts(axis, record, away), strict=True)
+        for (first, last), start in zip(record.spans, begins, strict=True)
     )
 
 

@@ -1,14 +1,12 @@
 """What a batch of loops is given, checked: lanes side by side, gains, signals by name, threads."""
 
 from collections.abc import Iterable, Mapping, Sequence, ValuesView
-from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS
-from axisid.codegen.native import Native
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
@@ -86,18 +84,6 @@ def aligned(values: ArrayLike, what: str) -> Array:
     array = np.require(real_array(values, what), requirements=["A"])
     whole = all(stride % array.itemsize == 0 for stride in array.strides)
     return array if whole else array.copy()
-
-
-class LoopCode(Protocol):
-    """What a time loop is run by."""
-
-    @property
-    def functions(self) -> Mapping[str, Any]:
-        """CasADi's, by name."""
-
-    @property
-    def native(self) -> Native:
-        """The same, compiled."""
 
 
 def gains_by_lane(

@@ -10,7 +10,7 @@ from axisid import Axis, Identification, Prefilter, build, identify, twin_record
 from axisid.control import cascade_pd_averaged
 from axisid.estimation import LawCheck, check_law
 from axisid.estimation.records import Record
-from axisid.estimation.regression.following_loops import FollowingLoops
+from axisid.estimation.regression import recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from tests.axes.lagging import KP, KV, PERIOD, THETA, TRUTH, lagging, noisy
 
@@ -71,7 +71,7 @@ def test_loops_follow_a_record_without_its_reference() -> None:
     axis = build(noisy(lagging(lag=8e-4, delay=1.35e-3, logged="applied"), 1e-6))
     record = replace(twin_record(axis), reference=None)
     data = FilteredRecord.bind(axis, record, Prefilter())
-    (loop,) = FollowingLoops.of(data).simulated(THETA)
+    (loop,) = recorded_loops(data, THETA)
     away = (loop.position - data.motion[0])[50:-100]
     assert np.sqrt(np.mean(away**2)) < 8e-7  # without lag and delay it is 4e-7
 

@@ -7,7 +7,7 @@ import pytest
 
 from axisid import EstimationError, UsageError, fit, fix, monte_carlo
 from axisid.estimation import MonteCarlo
-from axisid.estimation.monte_carlo import COLOURED, fits, stated_by
+from axisid.estimation.monte_carlo import COLOURED, runs, stated_by
 from axisid.estimation.monte_carlo.twins import twins
 from axisid.estimation.records.record import Record
 from axisid.modeling.declaration import back_and_forth
@@ -71,7 +71,7 @@ def test_what_a_fit_refuses_is_a_failure_of_its_own(monkeypatch: pytest.MonkeyPa
     def refused(*_: object, **__: object) -> None:
         raise EstimationError("no end.")
 
-    monkeypatch.setattr(fits, "fit", refused)
+    monkeypatch.setattr(runs, "fit", refused)
     found = study(2, ("idm-ls", "fit:control"), moves=MOVES)
     assert found.lost == {"fit:control": {"no end.": 2}}
     assert {found.status(run) for run in range(2)} == {"partly"}

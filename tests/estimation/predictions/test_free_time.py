@@ -29,7 +29,12 @@ def _slopes(motions: tuple[Motion, ...], time: float, name: str) -> Any:
             return none
 
     of_model = Direct(
+        spans=(),
+        samples=(),
         units=("N",),
+        step=0.0,
+        measured=none.errors[:, 0],
+        counted=np.ones(len(none.errors)),
         settle=lambda _: None,
         motions=lambda _: motions,
         slopes_by_added=lambda _, added: np.concatenate(added),
