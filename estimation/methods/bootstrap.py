@@ -10,13 +10,15 @@ from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds import NO_RELATION
 from axisid.estimation.twins import Chain, Twins, calibrated, measured_chain
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 
 from .method import Fit
 from .methods import METHODS
 
+_FOLLOWS_NOT = "the loop does not follow the record"
 TOO_FEW = "more than half of the loops with its noise cannot be simulated, or estimated from"
 _ROUNDS = 4
 _MEASURED = 2  # rounds that measure the chains: at the estimate, and less a first bias
@@ -113,9 +115,16 @@ def loops_of(problem: Problem, fit: Fit) -> tuple[Simulation, ...]:
     Raises
     ------
     ModelError, DataError, EstimationError
-        There are none.
+        There are none, or they leave as much of the force as it is: they are no model of it.
     """
-    return fit.loops or _at(problem, fit.form, fit.form.physical(fit.solution.theta)[0])
+    physical = fit.form.physical(fit.solution.theta)[0]
+    loops = fit.loops or _at(problem, fit.form, physical)
+    intercept, right = problem.right_of(fit.form, physical, loops)
+    left = fit.measured.left
+    residuals = left - intercept - right @ fit.form.regressed(physical)
+    if relative_error_percent(residuals, left) < NO_RELATION.value:
+        return loops
+    raise EstimationError(f"{_FOLLOWS_NOT}.", code="loop-follows-not")
 
 
 def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]:
