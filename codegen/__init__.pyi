@@ -1,2 +1,1 @@
-from .artefacts import GeneratedAxis as GeneratedAxis
-from .artefacts import Quantity as Quantity
+from .artefacts import GeneratedAxis as GeneratedAxis, Quantity as Quantity

@@ -1,57 +1,60 @@
-from .batched import LaneEstimates as LaneEstimates
-from .batched import RecordLanes as RecordLanes
-from .batched import identify_lanes as identify_lanes
-from .checks import Check as Check
-from .checks import Levels as Levels
+from .batched import (
+    LaneEstimates as LaneEstimates,
+    RecordLanes as RecordLanes,
+    identify_lanes as identify_lanes,
+)
+from .checks import Check as Check, Levels as Levels
 from .diagnostics import Diagnosis as Diagnosis
 from .diagnostics.estimates import Excitation as Excitation
-from .diagnostics.law import LawCheck as LawCheck
-from .diagnostics.law import check_law as check_law
-from .diagnostics.loop import Alignment as Alignment
-from .diagnostics.loop import estimate_delay as estimate_delay
-from .estimates import Iterate as Iterate
-from .estimates import Value as Value
+from .diagnostics.law import LawCheck as LawCheck, check_law as check_law
+from .diagnostics.loop import Alignment as Alignment, estimate_delay as estimate_delay
+from .estimates import Iterate as Iterate, Value as Value
 from .fitting import OutputFit as OutputFit
-from .identification import DriveTime as DriveTime
-from .identification import DriveTiming as DriveTiming
-from .identification import estimate_drive_timing as estimate_drive_timing
-from .law_search import ExplainedLaw as ExplainedLaw
-from .law_search import LawSearch as LawSearch
-from .law_search import find_law as find_law
+from .identification import (
+    DriveTime as DriveTime,
+    DriveTiming as DriveTiming,
+    estimate_drive_timing as estimate_drive_timing,
+)
+from .law_search import ExplainedLaw as ExplainedLaw, LawSearch as LawSearch, find_law as find_law
 from .methods import METHODS as METHODS
-from .monte_carlo import CheckFigures as CheckFigures
-from .monte_carlo import Estimand as Estimand
-from .monte_carlo import EstimandFigures as EstimandFigures
-from .monte_carlo import FailedRun as FailedRun
-from .monte_carlo import Mean as Mean
-from .monte_carlo import MonteCarlo as MonteCarlo
-from .monte_carlo import MonteCarloPlan as MonteCarloPlan
-from .monte_carlo import Share as Share
-from .monte_carlo import write_runs as write_runs
-from .moves import Band as Band
-from .moves import LackOfFit as LackOfFit
+from .monte_carlo import (
+    CheckFigures as CheckFigures,
+    Estimand as Estimand,
+    EstimandFigures as EstimandFigures,
+    FailedRun as FailedRun,
+    Mean as Mean,
+    MonteCarlo as MonteCarlo,
+    MonteCarloPlan as MonteCarloPlan,
+    Share as Share,
+    write_runs as write_runs,
+)
+from .moves import Band as Band, LackOfFit as LackOfFit
 from .records import Repairs as Repairs
-from .regression import Classical as Classical
-from .regression import DrawSummary as DrawSummary
-from .regression import Hac as Hac
-from .regression import PublishedCovariance as PublishedCovariance
-from .regression import ResidualTests as ResidualTests
-from .regression import Robust as Robust
-from .regression import delta_method as delta_method
-from .signals import FilteredRecord as FilteredRecord
-from .signals import SampledFilter as SampledFilter
-from .simulation import BatchSimulation as BatchSimulation
-from .simulation import LaneBlock as LaneBlock
-from .simulation import Simulation as Simulation
-from .simulation import simulate_batch as simulate_batch
-from .studies import Candidate as Candidate
-from .studies import Comparison as Comparison
-from .studies import FitValidation as FitValidation
-from .studies import MethodValidation as MethodValidation
-from .studies import Sweep as Sweep
-from .studies import Validation as Validation
-from .studies import default_cutoffs as default_cutoffs
-from .studies import validate_fit as validate_fit
-from .tables import Provenance as Provenance
-from .tables import Repair as Repair
+from .regression import (
+    Classical as Classical,
+    DrawSummary as DrawSummary,
+    Hac as Hac,
+    PublishedCovariance as PublishedCovariance,
+    ResidualTests as ResidualTests,
+    Robust as Robust,
+    delta_method as delta_method,
+)
+from .signals import FilteredRecord as FilteredRecord, SampledFilter as SampledFilter
+from .simulation import (
+    BatchSimulation as BatchSimulation,
+    LaneBlock as LaneBlock,
+    Simulation as Simulation,
+    simulate_batch as simulate_batch,
+)
+from .studies import (
+    Candidate as Candidate,
+    Comparison as Comparison,
+    FitValidation as FitValidation,
+    MethodValidation as MethodValidation,
+    Sweep as Sweep,
+    Validation as Validation,
+    default_cutoffs as default_cutoffs,
+    validate_fit as validate_fit,
+)
+from .tables import Provenance as Provenance, Repair as Repair
 from .twins import Chain as Chain

@@ -4,11 +4,15 @@ In: `Program`. Out: text. Knows nothing of axes and compilers. Printers of whole
 the rows of `axisid.exports.targets`.
 """
 
-from .c import print_c_function as print_c_function
-from .c import print_c_loop as print_c_loop
-from .c import print_c_prelude as print_c_prelude
-from .c import print_c_rows as print_c_rows
+from .c import (
+    print_c_function as print_c_function,
+    print_c_loop as print_c_loop,
+    print_c_prelude as print_c_prelude,
+    print_c_rows as print_c_rows,
+)
 from .casadi import print_function as print_function
-from .lanes_c import has_known_part as has_known_part
-from .lanes_c import print_c_filter as print_c_filter
-from .lanes_c import print_c_lanes as print_c_lanes
+from .lanes_c import (
+    has_known_part as has_known_part,
+    print_c_filter as print_c_filter,
+    print_c_lanes as print_c_lanes,
+)

@@ -5,6 +5,5 @@ as `identify` has them. Knows nothing of diagnoses and documents.
 """
 
 from .identify_lanes import identify_lanes as identify_lanes
-from .lanes import LaneEstimates as LaneEstimates
-from .lanes import RecordLanes as RecordLanes
+from .lanes import LaneEstimates as LaneEstimates, RecordLanes as RecordLanes
 from .served import is_served as is_served

@@ -41,8 +41,8 @@ from axisid.estimation.predictions import (
     slopes_of,
 )
 from axisid.estimation.records import Record
-from axisid.estimation.searches import LOSSES as LOSS_FUNCTIONS
 from axisid.estimation.searches import (
+    LOSSES as LOSS_FUNCTIONS,
     Found,
     Search,
     Weighing,

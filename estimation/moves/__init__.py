@@ -4,7 +4,5 @@ In: an estimate and the record behind its filter. Out: its residuals split into 
 model lacks, and how far parameters scatter where moves are left out. Knows nothing of verdicts.
 """
 
-from .jackknife import Band as Band
-from .jackknife import model_bands as model_bands
-from .lack_of_fit import LackOfFit as LackOfFit
-from .lack_of_fit import lack_of_fit as lack_of_fit
+from .jackknife import Band as Band, model_bands as model_bands
+from .lack_of_fit import LackOfFit as LackOfFit, lack_of_fit as lack_of_fit

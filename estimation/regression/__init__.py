@@ -4,53 +4,66 @@ In: `Signals`. Out: `Equations`, `Solution`, `Covariance`.
 Knows nothing of verdicts.
 """
 
-from .covariance import Applied as Applied
-from .covariance import Classical as Classical
-from .covariance import Covariance as Covariance
-from .covariance import Hac as Hac
-from .covariance import LongRun as LongRun
-from .covariance import PublishedCovariance as PublishedCovariance
-from .covariance import Robust as Robust
-from .covariance import correlation as correlation
-from .covariance import delta_method as delta_method
-from .covariance import most_lags as most_lags
-from .covariance import score_products as score_products
-from .covariance import widened as widened
-from .following_loops import follows_noise as follows_noise
-from .following_loops import is_measured_by_law as is_measured_by_law
-from .following_loops import recorded_loops as recorded_loops
-from .forms import DirectForm as DirectForm
-from .forms import Equations as Equations
-from .forms import Form as Form
-from .forms import InverseForm as InverseForm
+from .covariance import (
+    Applied as Applied,
+    Classical as Classical,
+    Covariance as Covariance,
+    Hac as Hac,
+    LongRun as LongRun,
+    PublishedCovariance as PublishedCovariance,
+    Robust as Robust,
+    correlation as correlation,
+    delta_method as delta_method,
+    most_lags as most_lags,
+    score_products as score_products,
+    widened as widened,
+)
+from .following_loops import (
+    follows_noise as follows_noise,
+    is_measured_by_law as is_measured_by_law,
+    recorded_loops as recorded_loops,
+)
+from .forms import (
+    DirectForm as DirectForm,
+    Equations as Equations,
+    Form as Form,
+    InverseForm as InverseForm,
+)
 from .joint_test import joint_p as joint_p
-from .linear import Columns as Columns
-from .linear import QrFactors as QrFactors
-from .linear import RowCounts as RowCounts
-from .linear import Solution as Solution
-from .linear import as_counted as as_counted
-from .linear import checked_columns as checked_columns
-from .linear import condition_number as condition_number
-from .linear import factor as factor
-from .linear import instrumental_variables as instrumental_variables
-from .linear import least_squares as least_squares
-from .linear import weighted_least_squares as weighted_least_squares
-from .propagation import Bend as Bend
-from .propagation import DrawSummary as DrawSummary
-from .propagation import bend as bend
-from .propagation import draw_parameters as draw_parameters
-from .propagation import summarised as summarised
-from .residual_tests import ResidualTests as ResidualTests
-from .residual_tests import residual_tests as residual_tests
+from .linear import (
+    Columns as Columns,
+    QrFactors as QrFactors,
+    RowCounts as RowCounts,
+    Solution as Solution,
+    as_counted as as_counted,
+    checked_columns as checked_columns,
+    condition_number as condition_number,
+    factor as factor,
+    instrumental_variables as instrumental_variables,
+    least_squares as least_squares,
+    weighted_least_squares as weighted_least_squares,
+)
+from .propagation import (
+    Bend as Bend,
+    DrawSummary as DrawSummary,
+    bend as bend,
+    draw_parameters as draw_parameters,
+    summarised as summarised,
+)
+from .residual_tests import ResidualTests as ResidualTests, residual_tests as residual_tests
 from .sensor_steps import sensor_steps as sensor_steps
-from .simulated_rows import LoopDataError as LoopDataError
-from .simulated_rows import lacking_law as lacking_law
-from .simulated_rows import lacking_loop as lacking_loop
-from .simulated_rows import loop_reference as loop_reference
-from .simulated_rows import simulated_loops as simulated_loops
-from .simulated_rows import simulated_position as simulated_position
-from .simulated_rows import simulated_right as simulated_right
+from .simulated_rows import (
+    LoopDataError as LoopDataError,
+    lacking_law as lacking_law,
+    lacking_loop as lacking_loop,
+    loop_reference as loop_reference,
+    simulated_loops as simulated_loops,
+    simulated_position as simulated_position,
+    simulated_right as simulated_right,
+)
 from .spectrum import power_density as power_density
-from .variable_projection import damped_step as damped_step
-from .variable_projection import search_bounds as search_bounds
-from .variable_projection import variable_projection as variable_projection
+from .variable_projection import (
+    damped_step as damped_step,
+    search_bounds as search_bounds,
+    variable_projection as variable_projection,
+)

@@ -4,13 +4,13 @@ In: errors with their slopes. Out: `Unseen`, `Colour`, `Scattering`.
 Knows nothing of how parameters are searched for.
 """
 
-from .colour import Colour as Colour
-from .colour import autoregression_of as autoregression_of
-from .uneven import Scattering as Scattering
-from .uneven import added as added
-from .uneven import by_colour as by_colour
-from .uneven import by_windows as by_windows
-from .uneven import larger as larger
-from .uneven import uneven as uneven
-from .unseen import Unseen as Unseen
-from .unseen import unseen_directions as unseen_directions
+from .colour import Colour as Colour, autoregression_of as autoregression_of
+from .uneven import (
+    Scattering as Scattering,
+    added as added,
+    by_colour as by_colour,
+    by_windows as by_windows,
+    larger as larger,
+    uneven as uneven,
+)
+from .unseen import Unseen as Unseen, unseen_directions as unseen_directions

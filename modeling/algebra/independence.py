@@ -5,8 +5,7 @@ Multiplying out would prove it, but what is multiplied out is no longer fit for 
 and what does not depend on a symbol is taken where the symbol is 0.
 """
 
-from collections.abc import Mapping
-from collections.abc import Set as AbstractSet
+from collections.abc import Mapping, Set as AbstractSet
 
 import sympy
 

@@ -7,8 +7,7 @@ the other. Each such function counts as unknown, with a number of its own at eac
 
 import hashlib
 import operator
-from collections.abc import Callable, Mapping
-from collections.abc import Set as AbstractSet
+from collections.abc import Callable, Mapping, Set as AbstractSet
 from typing import Any
 
 import sympy

@@ -4,16 +4,12 @@ In: `Axis`. Out: `AxisModel`: inverse and direct model, the map between their pa
 parameters and the null space. Knows nothing of text files and of code.
 """
 
-from .base_model import BaseModel as BaseModel
-from .base_model import base_model as base_model
+from .base_model import BaseModel as BaseModel, base_model as base_model
 from .common_parameters import common_parameters as common_parameters
 from .direct import DirectRegressor as DirectRegressor
 from .friction_ladder import friction_ladder as friction_ladder
-from .model import AxisModel as AxisModel
-from .model import derive as derive
-from .null_space import Direction as Direction
-from .null_space import generic_points as generic_points
+from .model import AxisModel as AxisModel, derive as derive
+from .null_space import Direction as Direction, generic_points as generic_points
 from .parameter_map import ParameterMap as ParameterMap
 from .rest_force import forces_at_rest as forces_at_rest
-from .state_equations import StateEquation as StateEquation
-from .state_equations import state_limits as state_limits
+from .state_equations import StateEquation as StateEquation, state_limits as state_limits

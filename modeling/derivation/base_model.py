@@ -5,8 +5,7 @@ shows only these. They are derived, the axis is declared again in them, and the 
 """
 
 import math
-from collections.abc import Sequence
-from collections.abc import Set as AbstractSet
+from collections.abc import Sequence, Set as AbstractSet
 from dataclasses import dataclass, replace
 
 import sympy

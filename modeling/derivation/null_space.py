@@ -6,8 +6,7 @@ nothing. No experiment separates them then: only combinations of them are identi
 
 import contextlib
 import math
-from collections.abc import Mapping, Sequence
-from collections.abc import Set as AbstractSet
+from collections.abc import Mapping, Sequence, Set as AbstractSet
 from fractions import Fraction
 from typing import TypeAlias
 

@@ -5,6 +5,4 @@ Knows nothing of axes and of text.
 """
 
 from .formula import formula_drive as formula_drive
-from .ready import DRIVES as DRIVES
-from .ready import current_drive as current_drive
-from .ready import voltage_drive as voltage_drive
+from .ready import DRIVES as DRIVES, current_drive as current_drive, voltage_drive as voltage_drive

@@ -5,5 +5,7 @@ Knows nothing of models and of code.
 """
 
 from .loading import load_axis as load_axis
-from .parameter_function import FunctionLike as FunctionLike
-from .parameter_function import parameter_function as parameter_function
+from .parameter_function import (
+    FunctionLike as FunctionLike,
+    parameter_function as parameter_function,
+)

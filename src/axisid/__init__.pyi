@@ -1,44 +1,45 @@
-from . import candidates as candidates
-from . import codegen as codegen
-from . import control as control
-from . import elements as elements
-from . import estimation as estimation
-from . import modeling as modeling
+from . import (
+    candidates as candidates,
+    codegen as codegen,
+    control as control,
+    elements as elements,
+    estimation as estimation,
+    modeling as modeling,
+)
 from .codegen.artefacts import build as build
 from .estimation.estimates import Estimate as Estimate
 from .estimation.fitting import fit as fit
-from .estimation.identification import Identification as Identification
-from .estimation.identification import identify as identify
+from .estimation.identification import Identification as Identification, identify as identify
 from .estimation.monte_carlo import monte_carlo as monte_carlo
-from .estimation.records import Record as Record
-from .estimation.records import read_record as read_record
+from .estimation.records import Record as Record, read_record as read_record
 from .estimation.signals import Prefilter as Prefilter
-from .estimation.simulation import simulate as simulate
-from .estimation.simulation import twin_record as twin_record
-from .estimation.studies import compare as compare
-from .estimation.studies import sweep as sweep
-from .estimation.studies import validate as validate
+from .estimation.simulation import simulate as simulate, twin_record as twin_record
+from .estimation.studies import compare as compare, sweep as sweep, validate as validate
 from .exports.export import export as export
 from .fleets import fleet as fleet
 from .fleets.items import FleetItem as FleetItem
-from .modeling.declaration import Axis as Axis
-from .modeling.declaration import fix as fix
-from .modeling.declaration import lagrange as lagrange
-from .modeling.declaration import leave_out as leave_out
-from .modeling.declaration import newton as newton
-from .modeling.derivation import derive as derive
-from .modeling.derivation import friction_ladder as friction_ladder
-from .modeling.quantities import Constant as Constant
-from .modeling.quantities import Coordinate as Coordinate
-from .modeling.quantities import Parameter as Parameter
-from .modeling.quantities import Signal as Signal
+from .modeling.declaration import (
+    Axis as Axis,
+    fix as fix,
+    lagrange as lagrange,
+    leave_out as leave_out,
+    newton as newton,
+)
+from .modeling.derivation import derive as derive, friction_ladder as friction_ladder
+from .modeling.quantities import (
+    Constant as Constant,
+    Coordinate as Coordinate,
+    Parameter as Parameter,
+    Signal as Signal,
+)
 from .modeling.text import load_axis as load_axis
-from .presentation.saved import compare_results as compare_results
-from .presentation.saved import load_result as load_result
-from .support.errors import AxisidError as AxisidError
-from .support.errors import DataError as DataError
-from .support.errors import EstimationError as EstimationError
-from .support.errors import ModelError as ModelError
-from .support.errors import UsageError as UsageError
+from .presentation.saved import compare_results as compare_results, load_result as load_result
+from .support.errors import (
+    AxisidError as AxisidError,
+    DataError as DataError,
+    EstimationError as EstimationError,
+    ModelError as ModelError,
+    UsageError as UsageError,
+)
 from .support.version import __version__ as __version__
 from .trends import trend as trend

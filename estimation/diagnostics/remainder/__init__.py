@@ -5,6 +5,8 @@ Knows nothing of other estimates.
 """
 
 from .lack_of_fit import lack_of_fit_check as lack_of_fit_check
-from .missing import outliers_check as outliers_check
-from .missing import signals_check as signals_check
-from .missing import terms_check as terms_check
+from .missing import (
+    outliers_check as outliers_check,
+    signals_check as signals_check,
+    terms_check as terms_check,
+)

@@ -4,8 +4,9 @@ In: the bytes of a file. Out: `Table`. Knows nothing of axes and roles.
 """
 
 from .dialect import is_number as is_number
-from .reader import NoTextError as NoTextError
-from .reader import read_text as read_text
-from .time_stamps import NoStampsError as NoStampsError
-from .time_stamps import is_stamp as is_stamp
-from .time_stamps import stamp_seconds as stamp_seconds
+from .reader import NoTextError as NoTextError, read_text as read_text
+from .time_stamps import (
+    NoStampsError as NoStampsError,
+    is_stamp as is_stamp,
+    stamp_seconds as stamp_seconds,
+)

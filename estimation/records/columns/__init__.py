@@ -4,8 +4,6 @@ In: the columns of a `Table`, what a user and an axis say of them. Out: columns 
 Knows nothing of clocks and of what may be wrong with values.
 """
 
-from .roles import RoleColumns as RoleColumns
-from .roles import motion_role as motion_role
-from .units import expected_units as expected_units
-from .units import modulus_si as modulus_si
+from .roles import RoleColumns as RoleColumns, motion_role as motion_role
+from .units import expected_units as expected_units, modulus_si as modulus_si
 from .written import log_content as log_content

@@ -96,8 +96,7 @@ def sweep(
     inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
 
-    from axisid.estimation.studies import default_cutoffs
-    from axisid.estimation.studies import sweep as run
+    from axisid.estimation.studies import default_cutoffs, sweep as run
 
     generated, data = inputs.axis, inputs.records
     cutoffs = default_cutoffs(1 / data[0].period, lowest, highest, points)

@@ -4,10 +4,7 @@ In: logs, a manifest, an executor. Out: files of results, a fleet with its outli
 of the command line, and of how a log is identified.
 """
 
-from .fleet import fleet as fleet
-from .fleet import written_files as written_files
-from .ledger import Ledger as Ledger
-from .ledger import read_ledger as read_ledger
-from .ledger import strays as strays
+from .fleet import fleet as fleet, written_files as written_files
+from .ledger import Ledger as Ledger, read_ledger as read_ledger, strays as strays
 from .result import Fleet as Fleet
 from .row import FleetRow as FleetRow

@@ -5,13 +5,13 @@ and drifts.
 Knows nothing of axes, logs and results.
 """
 
-from .alike import LARGEST as LARGEST
-from .alike import Alike as Alike
-from .alike import Usual as Usual
-from .alike import alike_points as alike_points
-from .alike import limit_of_a_new_point as limit_of_a_new_point
-from .changes import Change as Change
-from .changes import Drift as Drift
-from .changes import change_in as change_in
+from .alike import (
+    LARGEST as LARGEST,
+    Alike as Alike,
+    Usual as Usual,
+    alike_points as alike_points,
+    limit_of_a_new_point as limit_of_a_new_point,
+)
+from .changes import Change as Change, Drift as Drift, change_in as change_in
 from .robust_scatter import spread_of as spread_of
 from .steps import Step as Step

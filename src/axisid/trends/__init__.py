@@ -4,5 +4,4 @@ In: files of results. Out: series with their charts, as text, a page, a table. K
 how a result is made, and of the command line.
 """
 
-from .trend import Trend as Trend
-from .trend import trend as trend
+from .trend import Trend as Trend, trend as trend

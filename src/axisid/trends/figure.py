@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.populations import LARGEST
-from axisid.presentation.plots import Panel, Plot, Tone, labelled
-from axisid.presentation.plots import Series as Curve
+from axisid.presentation.plots import Panel, Plot, Series as Curve, Tone, labelled
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 

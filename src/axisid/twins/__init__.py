@@ -5,6 +5,4 @@ the truth. Knows nothing of how a log is identified, and of the command line.
 """
 
 from .machines import TwinMachines as TwinMachines
-from .written import twin_files as twin_files
-from .written import write_twin as write_twin
-from .written import write_twins as write_twins
+from .written import twin_files as twin_files, write_twin as write_twin, write_twins as write_twins

@@ -5,16 +5,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import sympy
-from hypothesis import HealthCheck, Phase, assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, Phase, assume, given, settings, strategies as st
 
 from axisid import Axis, Constant, Coordinate, ModelError, Parameter, build, derive, newton
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.structured_text import print_st
 from axisid.elements import Drive, coulomb, cubic_spring, stribeck, viscous
 from axisid.modeling.quantities.constants import with_numbers
-from tests.axes.bodies import rotor
-from tests.axes.bodies import turn as q
+from tests.axes.bodies import rotor, turn as q
 from tests.axes.recorded import UNRECORDED
 from tests.codegen.lowering.test_feed_forward import TRIED, exported, in_python, in_st
 from tests.codegen.oracle import Oracle, UndecidedError

@@ -7,8 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from axisid import build, derive, load_axis
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis

@@ -2,8 +2,7 @@
 
 import pytest
 import sympy
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from axisid.codegen.lowering.lower import Lowering
 from axisid.codegen.lowering.program import Builder, Program

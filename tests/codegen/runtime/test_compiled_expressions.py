@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
-from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, Phase, given, settings, strategies as st
 from numpy.typing import NDArray
 from sympy.functions.elementary.miscellaneous import Max, Min
 

@@ -6,8 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from axisid import EstimationError, Parameter, UsageError, build, identify, load_axis, twin_record
 from axisid.estimation.estimates.estimate import Estimate

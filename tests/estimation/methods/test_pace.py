@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from axisid.estimation.methods.pace import Pace
 from axisid.estimation.thresholds import CONVERGED

@@ -11,8 +11,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.regression import InverseForm, simulated_loops
 from axisid.support.arrays import Array
-from tests.axes.lagging import THETA as LAGGING
-from tests.axes.lagging import lagging
+from tests.axes.lagging import THETA as LAGGING, lagging
 from tests.refusals import refuses
 
 THETA = np.array([100.2, 236.9, 24.8])

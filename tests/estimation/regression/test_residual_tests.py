@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.stats import jarque_bera as scipy_jarque_bera
-from scipy.stats import norm
+from scipy.stats import jarque_bera as scipy_jarque_bera, norm
 from statsmodels.stats.stattools import durbin_watson
 from statsmodels.tsa.stattools import ccf
 

@@ -1,8 +1,7 @@
 """What multiplies products of parameters, in the functions that were declared."""
 
 import sympy
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from axisid.modeling.algebra.coefficients import Coefficients
 from tests.refusals import refuses

@@ -4,8 +4,7 @@ from fractions import Fraction
 
 import pytest
 import sympy
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from sympy import Abs, And, Eq, Heaviside, Max, Min, Not, Or, Piecewise, Rational, sign
 
 from axisid import ModelError

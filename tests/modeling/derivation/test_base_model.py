@@ -6,8 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from axisid import Axis, ModelError, Parameter, UsageError, derive, fix, load_axis
 from axisid.elements import G, asymmetric_coulomb
@@ -19,8 +18,7 @@ from axisid.modeling.library import LIBRARY
 from axisid.modeling.wording.base_parameters import (
     describe_undetermined,
 )
-from tests.axes.bodies import ROD, body, energetic, geared, rod, rotor, x
-from tests.axes.bodies import turn as q
+from tests.axes.bodies import ROD, body, energetic, geared, rod, rotor, turn as q, x
 from tests.bounded import within
 from tests.refusals import refuses
 

@@ -5,8 +5,7 @@ import warnings
 
 import pytest
 import sympy
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from axisid import UsageError
 from axisid.codegen.lowering.lower import Lowering

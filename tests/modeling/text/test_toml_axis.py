@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import axisid.elements
 from axisid import Coordinate, ModelError, Parameter, build, derive, fix, load_axis, newton

@@ -93,8 +93,7 @@ def fleet(
     process is told with the reason, and the others go on.
     """
     prefilter = filtering.prefilter()  # refused before anything is read
-    from axisid.fleets import fleet as run
-    from axisid.fleets import written_files
+    from axisid.fleets import fleet as run, written_files
     from axisid.fleets.items import gather_items
     from axisid.modeling.declaration import read_fixed
 

@@ -4,5 +4,4 @@ In: what names logs. Out: an item for each. Knows nothing of axes and results.
 """
 
 from .gathering import gather_items as gather_items
-from .item import FleetItem as FleetItem
-from .item import result_names as result_names
+from .item import FleetItem as FleetItem, result_names as result_names

@@ -3,9 +3,10 @@
 In: `Plot`. Out: figures, files. Knows nothing of what a figure shows.
 """
 
-from .files import NAMES as NAMES
-from .files import force_figure as force_figure
-from .files import sweep_figure as sweep_figure
-from .files import write_figures as write_figures
-from .matplotlib import draw as draw
-from .matplotlib import draw_on as draw_on
+from .files import (
+    NAMES as NAMES,
+    force_figure as force_figure,
+    sweep_figure as sweep_figure,
+    write_figures as write_figures,
+)
+from .matplotlib import draw as draw, draw_on as draw_on

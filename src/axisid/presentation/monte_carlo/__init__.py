@@ -4,13 +4,17 @@ In: `MonteCarlo`. Out: a document of blocks, plots, what JSON has, a page.
 Knows nothing of how twins are made.
 """
 
-from .document import estimand_tables as estimand_tables
-from .document import findings as findings
-from .document import legend as legend
-from .document import monte_carlo_document as monte_carlo_document
+from .document import (
+    estimand_tables as estimand_tables,
+    findings as findings,
+    legend as legend,
+    monte_carlo_document as monte_carlo_document,
+)
 from .page import monte_carlo_page as monte_carlo_page
-from .plots import PLOTS as PLOTS
-from .plots import monte_carlo_plot as monte_carlo_plot
-from .plots import monte_carlo_plots as monte_carlo_plots
+from .plots import (
+    PLOTS as PLOTS,
+    monte_carlo_plot as monte_carlo_plot,
+    monte_carlo_plots as monte_carlo_plots,
+)
 from .saved import saved_study_document as saved_study_document
 from .written import written_study as written_study

@@ -5,6 +5,4 @@ In: an identification or a fit. Out: a page. Knows nothing of how statistics are
 
 from .fit_page import fit_report_html as fit_report_html
 from .outputs import Outputs as Outputs
-from .page import figures_html as figures_html
-from .page import model_html as model_html
-from .page import page_of as page_of
+from .page import figures_html as figures_html, model_html as model_html, page_of as page_of

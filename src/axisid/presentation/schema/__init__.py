@@ -4,70 +4,82 @@ In: a file. Out: its document, typed; the JSON schema.
 Knows nothing of results and how they are made.
 """
 
-from .base import JsonObject as JsonObject
-from .base import Matrix as Matrix
-from .base import about as about
-from .comparison import WrittenAlone as WrittenAlone
-from .comparison import WrittenCandidate as WrittenCandidate
-from .comparison import WrittenComparison as WrittenComparison
-from .comparison import WrittenCriteria as WrittenCriteria
-from .comparison import WrittenDifference as WrittenDifference
-from .comparison import WrittenHeldOut as WrittenHeldOut
-from .comparison import WrittenHeldOutBlocks as WrittenHeldOutBlocks
-from .comparison import WrittenNestedTest as WrittenNestedTest
-from .comparison import WrittenParameterCheck as WrittenParameterCheck
-from .comparison import WrittenResultComparison as WrittenResultComparison
-from .diagnosis import WrittenAlignment as WrittenAlignment
-from .diagnosis import WrittenBand as WrittenBand
-from .diagnosis import WrittenCheck as WrittenCheck
-from .diagnosis import WrittenExcitation as WrittenExcitation
-from .diagnosis import WrittenExplainedLaw as WrittenExplainedLaw
-from .diagnosis import WrittenHausmanTest as WrittenHausmanTest
-from .diagnosis import WrittenInstruments as WrittenInstruments
-from .diagnosis import WrittenLackOfFit as WrittenLackOfFit
-from .diagnosis import WrittenLawCheck as WrittenLawCheck
-from .diagnosis import WrittenLawSearch as WrittenLawSearch
-from .diagnosis import WrittenMotionComparison as WrittenMotionComparison
-from .diagnosis import WrittenSetting as WrittenSetting
-from .diagnosis import WrittenStrength as WrittenStrength
+from .base import JsonObject as JsonObject, Matrix as Matrix, about as about
+from .comparison import (
+    WrittenAlone as WrittenAlone,
+    WrittenCandidate as WrittenCandidate,
+    WrittenComparison as WrittenComparison,
+    WrittenCriteria as WrittenCriteria,
+    WrittenDifference as WrittenDifference,
+    WrittenHeldOut as WrittenHeldOut,
+    WrittenHeldOutBlocks as WrittenHeldOutBlocks,
+    WrittenNestedTest as WrittenNestedTest,
+    WrittenParameterCheck as WrittenParameterCheck,
+    WrittenResultComparison as WrittenResultComparison,
+)
+from .diagnosis import (
+    WrittenAlignment as WrittenAlignment,
+    WrittenBand as WrittenBand,
+    WrittenCheck as WrittenCheck,
+    WrittenExcitation as WrittenExcitation,
+    WrittenExplainedLaw as WrittenExplainedLaw,
+    WrittenHausmanTest as WrittenHausmanTest,
+    WrittenInstruments as WrittenInstruments,
+    WrittenLackOfFit as WrittenLackOfFit,
+    WrittenLawCheck as WrittenLawCheck,
+    WrittenLawSearch as WrittenLawSearch,
+    WrittenMotionComparison as WrittenMotionComparison,
+    WrittenSetting as WrittenSetting,
+    WrittenStrength as WrittenStrength,
+)
 from .estimate import WrittenEstimate as WrittenEstimate
-from .identification import WrittenApart as WrittenApart
-from .identification import WrittenIdentification as WrittenIdentification
-from .identification import WrittenMember as WrittenMember
-from .identification import WrittenMethodValidation as WrittenMethodValidation
-from .identification import WrittenSweep as WrittenSweep
-from .identification import WrittenValidation as WrittenValidation
+from .identification import (
+    WrittenApart as WrittenApart,
+    WrittenIdentification as WrittenIdentification,
+    WrittenMember as WrittenMember,
+    WrittenMethodValidation as WrittenMethodValidation,
+    WrittenSweep as WrittenSweep,
+    WrittenValidation as WrittenValidation,
+)
 from .json_schema import results_schema as results_schema
-from .monte_carlo import WrittenCheckFigures as WrittenCheckFigures
-from .monte_carlo import WrittenEstimand as WrittenEstimand
-from .monte_carlo import WrittenFailedRun as WrittenFailedRun
-from .monte_carlo import WrittenMean as WrittenMean
-from .monte_carlo import WrittenMonteCarlo as WrittenMonteCarlo
-from .monte_carlo import WrittenShare as WrittenShare
-from .monte_carlo import WrittenTwins as WrittenTwins
-from .output_fit import WrittenFitted as WrittenFitted
-from .output_fit import WrittenFitValidation as WrittenFitValidation
-from .output_fit import WrittenLack as WrittenLack
-from .output_fit import WrittenOutputFit as WrittenOutputFit
-from .output_fit import WrittenRecordError as WrittenRecordError
-from .reading import plain as plain
-from .reading import read_document as read_document
-from .reading import schema_of as schema_of
-from .record import WrittenDriveTime as WrittenDriveTime
-from .record import WrittenPrefilter as WrittenPrefilter
-from .record import WrittenRecord as WrittenRecord
-from .record import WrittenRepair as WrittenRepair
-from .record import WrittenRequest as WrittenRequest
-from .record import WrittenResponse as WrittenResponse
-from .record import WrittenSignal as WrittenSignal
-from .residuals import WrittenAutocorrelation as WrittenAutocorrelation
-from .residuals import WrittenCrossCorrelation as WrittenCrossCorrelation
-from .residuals import WrittenNormality as WrittenNormality
-from .residuals import WrittenResidualTests as WrittenResidualTests
-from .values import WrittenDirectValue as WrittenDirectValue
-from .values import WrittenDrawn as WrittenDrawn
-from .values import WrittenHeld as WrittenHeld
-from .values import WrittenKnown as WrittenKnown
-from .values import WrittenLevels as WrittenLevels
-from .values import WrittenPhysical as WrittenPhysical
-from .values import WrittenValue as WrittenValue
+from .monte_carlo import (
+    WrittenCheckFigures as WrittenCheckFigures,
+    WrittenEstimand as WrittenEstimand,
+    WrittenFailedRun as WrittenFailedRun,
+    WrittenMean as WrittenMean,
+    WrittenMonteCarlo as WrittenMonteCarlo,
+    WrittenShare as WrittenShare,
+    WrittenTwins as WrittenTwins,
+)
+from .output_fit import (
+    WrittenFitted as WrittenFitted,
+    WrittenFitValidation as WrittenFitValidation,
+    WrittenLack as WrittenLack,
+    WrittenOutputFit as WrittenOutputFit,
+    WrittenRecordError as WrittenRecordError,
+)
+from .reading import plain as plain, read_document as read_document, schema_of as schema_of
+from .record import (
+    WrittenDriveTime as WrittenDriveTime,
+    WrittenPrefilter as WrittenPrefilter,
+    WrittenRecord as WrittenRecord,
+    WrittenRepair as WrittenRepair,
+    WrittenRequest as WrittenRequest,
+    WrittenResponse as WrittenResponse,
+    WrittenSignal as WrittenSignal,
+)
+from .residuals import (
+    WrittenAutocorrelation as WrittenAutocorrelation,
+    WrittenCrossCorrelation as WrittenCrossCorrelation,
+    WrittenNormality as WrittenNormality,
+    WrittenResidualTests as WrittenResidualTests,
+)
+from .values import (
+    WrittenDirectValue as WrittenDirectValue,
+    WrittenDrawn as WrittenDrawn,
+    WrittenHeld as WrittenHeld,
+    WrittenKnown as WrittenKnown,
+    WrittenLevels as WrittenLevels,
+    WrittenPhysical as WrittenPhysical,
+    WrittenValue as WrittenValue,
+)

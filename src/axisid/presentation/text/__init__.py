@@ -5,24 +5,32 @@ In: a result. Out: a document of blocks. Knows nothing of how statistics are com
 
 from .comparison import comparison_document as comparison_document
 from .details import checks_table as checks_table
-from .estimate import estimate_document as estimate_document
-from .estimate import iterations as iterations
-from .estimate import quantity as quantity
-from .identification import diagnosis_blocks as diagnosis_blocks
-from .identification import draws_table as draws_table
-from .identification import identification_document as identification_document
-from .identification import missing_notes as missing_notes
-from .identification import preferred_physical as preferred_physical
-from .identification import shared_remarks as shared_remarks
-from .identification import verdict_block as verdict_block
+from .estimate import (
+    estimate_document as estimate_document,
+    iterations as iterations,
+    quantity as quantity,
+)
+from .identification import (
+    diagnosis_blocks as diagnosis_blocks,
+    draws_table as draws_table,
+    identification_document as identification_document,
+    missing_notes as missing_notes,
+    preferred_physical as preferred_physical,
+    shared_remarks as shared_remarks,
+    verdict_block as verdict_block,
+)
 from .law_search import law_search_document as law_search_document
 from .moves import moves_notes as moves_notes
 from .physical import physical_notes as physical_notes
-from .record import listed_facts as listed_facts
-from .record import record_document as record_document
-from .record import record_facts as record_facts
-from .record import records_table as records_table
+from .record import (
+    listed_facts as listed_facts,
+    record_document as record_document,
+    record_facts as record_facts,
+    records_table as records_table,
+)
 from .sweep import sweep_document as sweep_document
-from .validation import fit_validation_document as fit_validation_document
-from .validation import validation_document as validation_document
-from .validation import validation_table as validation_table
+from .validation import (
+    fit_validation_document as fit_validation_document,
+    validation_document as validation_document,
+    validation_table as validation_table,
+)
