@@ -254,7 +254,7 @@ class Ended:
         """Of every free parameter, as if no bound were there, by name, (k, k) each."""
         scores = self.at_liberty
         found = {
-            "coloured": self._with_starts(self.coloured.matrix, scores),
+            "coloured": self._with_starts(self.coloured.matrix + self._by_mean(scores), scores),
             "iid": scores.independent(),
         }
         if self._scattered is not None:
@@ -262,6 +262,16 @@ class Ended:
             found["bootstrap"] = self._with_starts(by_twins, scores)
         moved = self._influence(scores) @ self._by_doubts
         return {name: matrix + moved @ moved.T for name, matrix in found.items()}
+
+    def _by_mean(self, scores: Scores) -> Array:
+        """What the mean of so many twins is unsure by, (k, k), where windows tell deviations.
+
+        Two opposite twins count as one, as what they do alike is what is taken off.
+        """
+        if self.twins is None or self._scattered is not None:
+            return np.zeros((len(scores.inverse), len(scores.inverse)))
+        moved = self._influence(scores) @ self.twins.changed
+        return np.cov(moved).reshape(len(moved), -1) * 2 / self.twins.count
 
     @cached_property
     def _by_doubts(self) -> Array:

@@ -155,7 +155,7 @@ def fit(
         bounds allow; the lowest end is taken.
     bootstrap : int
         How many twins of the records tell bias and deviations: their loops once more, with the
-        noise that was measured in them; 0 for none. 32 are enough. Not of an open loop.
+        noise that was measured in them; 0 for none. 32 are enough. Of an open loop bias alone.
     seed : int
         Of further starts.
     horizon : float, optional

@@ -78,7 +78,7 @@ class OutputFit(Checked, Presentable, Exact):
     physical : (P,) array
     covariances : mapping of str to (P, P) array
         By name: ``coloured``, for errors that follow an autoregression, ``iid`` for independent
-        ones; where there are twins ``bootstrap`` by them. Rows of what is fixed or at a bound
+        ones; of loops with twins ``bootstrap`` by them. Rows of what is fixed or at a bound
         are 0; of what no output shows the variances are infinite.
     chosen : str
         Of `covariances`: what deviations and intervals are of.

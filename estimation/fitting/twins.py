@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import is_
 
 import numpy as np
 
@@ -106,7 +107,10 @@ def fit_twins(
 
     def changed(made: list[list[Record]]) -> Array:
         """As many of each record as the one with the fewest has, (n, R)."""
-        rows = [predictions.outputs_of(each, physical) for each in zip(*made, strict=False)]
+        rows = [
+            still if all(map(is_, each, quiet)) else predictions.outputs_of(each, physical)
+            for each in zip(*made, strict=False)
+        ]
         return np.reshape(rows, (-1, len(still))).T - still[:, None]
 
     found = changed(twins)

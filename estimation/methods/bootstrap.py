@@ -110,7 +110,7 @@ class Bootstrap:
 
 
 def loops_of(problem: Problem, fit: Fit) -> tuple[Simulation, ...]:
-    """The loops of a fit, or of its records as far as they follow them without a reference.
+    """The loops of a fit, or of its records where these have no reference.
 
     Raises
     ------

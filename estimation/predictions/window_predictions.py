@@ -255,9 +255,7 @@ class WindowPredictions:
             own = np.asarray(self._form.own(physical, w.record))
             asked = (settled_substeps(w.axis, own, w.alone(state.first, k)) for k in range(w.count))
             state.substeps = max(state.substeps or 1, *(steps or 1 for steps in asked))
-            _follow(w, state, own)
-            if _begin_elsewhere(w, state, own):
-                _follow(w, state, own)
+            _begin(w, state, own)
 
     def __call__(self, physical: Array) -> Lanes:
         """See `Predictions.__call__`."""
@@ -298,6 +296,8 @@ class WindowPredictions:
             )
             for w in self._windows
         ]
+        for w, state in zip(other._windows, other._states, strict=True):
+            _begin(w, state, np.asarray(self._form.own(physical, w.record)))
         lanes = other(physical[None, :])
         if lanes.failures:
             raise EstimationError(lanes.failures[0], code=LANE_LOST)
@@ -427,6 +427,13 @@ def _size(horizon: float, period: float) -> int:
 def _rows(errors: Array) -> Array:
     """Errors (N, B, w) as rows, window after window, (w N, B)."""
     return np.asarray(errors.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
+
+
+def _begin(w: _Windows, state: _State, own: Array) -> None:
+    """Start windows where their errors are least, not only less than near by."""
+    _follow(w, state, own)
+    if _begin_elsewhere(w, state, own):
+        _follow(w, state, own)
 
 
 def _follow(w: _Windows, state: _State, own: Array) -> None:

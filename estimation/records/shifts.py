@@ -162,8 +162,17 @@ def shifted(
             said.append(_shift_repair(role, step, shift, len(own.values), 0))
         return made, said
     clock = columns[motion_role(columns)].times
-    if not shifts or any(len(s.values) != len(clock) for s in columns.values()):
-        return made, []  # whose lengths are refused next
+    if not shifts:
+        return made, []
+    lengths = {role: len(own.values) for role, own in columns.items()}
+    if set(lengths.values()) != {len(clock)}:
+        listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+        raise DataError(
+            f"{source}: the columns differ in length, so that none can be moved beside the others: "
+            f"{listed}. ",
+            Remedy.of("Resample them (", Setting("resample", "auto"), ")."),
+            code="shift-lengths",
+        )
     kept, moved, said = moved_rows(source, clock, shifts)
     for role, own in columns.items():
         made[role] = replace(own.taken(kept), values=own.values[moved.get(role, kept)])
