@@ -142,7 +142,8 @@ def _shaken(of: Judged) -> Check | Missing | None:
     """What noise in the loop moved, and is taken off."""
     moved = of.basis.moved
     if moved is None:
-        return Missing(of.basis.why_not_moved) if of.basis.why_not_moved else None
+        why = of.basis.why_not_moved
+        return Missing(f"what noise makes of the parameters is not known: {why}") if why else None
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.nan_to_num(np.abs(moved) / of.deviations, posinf=0.0)
     worst = int(np.argmax(far))

@@ -48,7 +48,7 @@ def _followed(error: float) -> str:
 
 
 def _lost(preferred: Estimate, error: float, rest: float) -> Note:
-    form, chains = preferred.form, preferred.inference.chains
+    form, chains = preferred.form, preferred.inference.chains  # of one record
     noise = "".join(f" ({chain.told(form.axis.axis)})" for chain in chains[:1])
     return Note.of(
         f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; ",
