@@ -28,7 +28,7 @@ class Inference(Exact):
     noise_free : NoiseFree or None
         The rows of the loops simulated with the estimate, behind the same filter: from the records'
         references, or following them where they have none. None where they could not be simulated,
-        or leave as much of the force as it is.
+        or move otherwise than the records.
     bias : (p,) array or None
         What filter and noise move the physical parameters by, as twins tell; None without twins.
     chains : tuple of Chain

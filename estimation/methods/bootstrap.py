@@ -10,7 +10,7 @@ from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.thresholds import NO_RELATION
+from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
 from axisid.estimation.twins import Chain, Twins, calibrated, measured_chain
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
@@ -18,8 +18,8 @@ from axisid.support.errors import DataError, EstimationError, ModelError
 from .method import Fit
 from .methods import METHODS
 
-_FOLLOWS_NOT = "the loop does not follow the record"
 TOO_FEW = "more than half of the loops with its noise cannot be simulated, or estimated from"
+_FOLLOWS_NOT = "the loop does not follow the record"
 _ROUNDS = 4
 _MEASURED = 2  # rounds that measure the chains: at the estimate, and less a first bias
 _CLOSE = 1e-7  # of a parameter: what hardly moves a bias
@@ -54,13 +54,13 @@ class Bootstrap:
         """Or why there are none."""
         if self.loss != ROW_LOSSES[0]:
             return "rows count by their residuals, and outliers are no noise of a loop"
-        why = "there is no loop to simulate"
+        why = _FOLLOWS_NOT
         for method in ("didim", "idm-iv", "idm-ls"):
             try:
                 fit = METHODS[method].fit(self.problem)
                 return self._settled(fit, loops_of(self.problem, fit))
             except (ModelError, LoopDataError):  # which the verdict tells
-                continue
+                why = "there is no loop to simulate"
             except (DataError, EstimationError) as error:
                 why = error.problem.rstrip("; ")
         return why
@@ -110,20 +110,23 @@ class Bootstrap:
 
 
 def loops_of(problem: Problem, fit: Fit) -> tuple[Simulation, ...]:
-    """The loops of a fit, or of its records where these have no reference.
+    """The loops of a fit, or of its records as far as they follow them without a reference.
 
     Raises
     ------
     ModelError, DataError, EstimationError
-        There are none, or they leave as much of the force as it is: they are no model of it.
+        There are none, or they move otherwise than the records.
     """
-    physical = fit.form.physical(fit.solution.theta)[0]
-    loops = fit.loops or _at(problem, fit.form, physical)
-    intercept, right = problem.right_of(fit.form, physical, loops)
-    left = fit.measured.left
-    residuals = left - intercept - right @ fit.form.regressed(physical)
-    if relative_error_percent(residuals, left) < NO_RELATION.value:
-        return loops
+    if fit.follows:
+        return fit.loops
+    if not fit.loops:
+        physical = fit.form.physical(fit.solution.theta)[0]
+        loops = _at(problem, fit.form, physical)
+        intercept, right = problem.right_of(fit.form, physical, loops)
+        left = fit.measured.left
+        apart = left - intercept - right @ fit.form.regressed(physical)
+        if relative_error_percent(apart, left) < MAX_SIMULATION_ERROR.value:
+            return loops
     raise EstimationError(f"{_FOLLOWS_NOT}.", code="loop-follows-not")
 
 

@@ -33,14 +33,6 @@ def test_sampling_that_jitters_is_known_and_taken_off() -> None:
     assert np.abs(errors(case, 3, "idm-iv", 32)).max() < 4
 
 
-@pytest.mark.slow
-def test_noise_that_is_half_of_the_simulated_force_is_taken_off() -> None:
-    """Twins are asked for wherever a loop can be simulated, however much it leaves."""
-    case = field.wrong(1)["sampled with jitter of 20 %; stage"]
-    assert np.abs(errors(case, 2, "didim", 0)).max() > 8
-    assert np.abs(errors(case, 2, "didim", 32)).max() < 4
-
-
 def test_jitter_of_the_log_alone_is_taken_off_least_squares(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
