@@ -94,8 +94,11 @@ def fit_twins(
         quiet.append(noise_free_record(data, loops).record)
         wanted = ((twins, noise_of_twins, count), (by_position, alone, _OF_POSITION))
         for made, noise, several in wanted:
-            drawn = [each.record for each in twins_of(data, own, noise, several, paired=True)]
-            made.append([quiet[place]] * several if noise.is_silent else drawn)
+            if noise.is_silent:
+                made.append([quiet[place]] * several)
+                continue
+            drawn = twins_of(data, own, noise, several, paired=True)
+            made.append([each.record for each in drawn])
     fewest = min(map(len, twins))
     if 2 * fewest < count:
         raise EstimationError(

@@ -8,7 +8,6 @@ errors of their window, by a QR of the errors' slopes by them, and they follow t
 
 import math
 from collections.abc import Iterator, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -285,23 +284,18 @@ class WindowPredictions:
         EstimationError
             A window cannot be simulated.
         """
-        other = copy(self)
-        other._states = [replace(state) for state in self._states]
         controls = [_control(*pair) for pair in zip(self._axes, records, strict=True)]
-        other._windows = [
-            replace(
-                w,
-                position=w.cut(records[w.record].position),
-                control=w.cut(controls[w.record]),
-            )
-            for w in self._windows
-        ]
-        for w, state in zip(other._windows, other._states, strict=True):
-            _begin(w, state, np.asarray(self._form.own(physical, w.record)))
-        lanes = other(physical[None, :])
-        if lanes.failures:
-            raise EstimationError(lanes.failures[0], code=LANE_LOST)
-        return -lanes.errors[:, 0]
+        pieces = []
+        for w, settled in zip(self._windows, self._states, strict=True):
+            position = w.cut(records[w.record].position)
+            cut = replace(w, position=position, control=w.cut(controls[w.record]))
+            state, own = replace(settled), np.asarray(self._form.own(physical, w.record))
+            _begin(cut, state, own)
+            errors, failed = cut.errors(own[None], state.first, state.substeps)
+            if failed:
+                raise EstimationError(failed[0], code=LANE_LOST)
+            pieces.append(_rows(state.projected(errors)))
+        return -np.concatenate(pieces)[:, 0]
 
     def steady_horizon(self, physical: Array) -> float:
         """How long windows may be at parameters (P,), s: as long as these, or a half, and so on.
