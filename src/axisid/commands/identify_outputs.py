@@ -22,6 +22,7 @@ def put_identification(
     draws: int,
     outputs: "Outputs",
     *,
+    every: bool,
     full: bool,
     like: int | None = None,
 ) -> None:
@@ -42,7 +43,7 @@ def put_identification(
         document = (
             ()
             if json_file == "-"
-            else as_blocks(result, draws=draws, full=full, wording=as_options)
+            else as_blocks(result, draws=draws, every=every, full=full, wording=as_options)
         )
     refused: UsageError | None = None
     if json_file is not None and written is not None:
