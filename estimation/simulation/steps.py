@@ -484,13 +484,15 @@ def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> 
 
 def check_inertia(
     axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded
-) -> bool:
+) -> tuple[bool, float]:
     """Refuse parameters, (p,), with which no motion starts at a position.
 
     Returns
     -------
     bool
         Whether no friction drives the axis from rest there.
+    float
+        The rate of damping and stiffness, 0 where the loop looks for it on its way.
 
     Raises
     ------
@@ -499,29 +501,20 @@ def check_inertia(
     """
     if refusal := states_refusal(axis, parameters):
         raise EstimationError(refusal, code="state-values")
-    rest = _rest(axis, parameters.tobytes(), position, _kept(recorded))
-    if not rest.has_mass:
+    has_mass, held, rate = _rest(axis, parameters.tobytes(), position, _kept(recorded))
+    if not has_mass:
         raise EstimationError(no_inertia(axis, parameters, position, recorded), code="no-inertia")
-    return rest.held
-
-
-@dataclass(frozen=True, slots=True)
-class _Rest:
-    """What one parameter set says of a start: whether it has an inertia, and the friction holds.
-
-    `rate` is that of damping and stiffness, 0 where the loop looks for it on its way.
-    """
-
-    has_mass: bool
-    held: bool
-    rate: float
+    return held, rate
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def _rest(
     axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...] | None
-) -> _Rest:
-    """Of one parameter set; a loop is often simulated again with other noise or reference."""
+) -> tuple[bool, bool, float]:
+    """Whether one parameter set has an inertia, whether the friction holds, and the rate there.
+
+    A loop is often simulated again with other noise or reference.
+    """
     theta, at = np.frombuffer(parameters)[None, :], np.array([position])
     signals = None if recorded is None else np.array(recorded)
     native = _native_rest(axis, theta, at, signals)
@@ -534,7 +527,7 @@ def _rest(
             rate = float(_rates_at_start(axis, theta, at, signals).max())
         else:
             rate = float(native[1].max())
-    return _Rest(has_mass, not drives, rate)
+    return has_mass, not drives, rate
 
 
 def _kept(recorded: Recorded) -> tuple[float, ...] | None:
@@ -545,25 +538,23 @@ def _kept(recorded: Recorded) -> tuple[float, ...] | None:
 def first_substeps(
     axis: GeneratedAxis,
     parameters: Array,
-    position: float,
+    rate: float,
+    still: Place,
     period: float,
-    recorded: Recorded,
     samples: int,
     left: int,
 ) -> int:
-    """`substeps_at_start` of one simulation, no more than there may be, see `most_substeps`.
+    """Steps in a sample that a rate where one simulation starts asks for, see `most_substeps`.
 
     Raises
     ------
     EstimationError
         It would need more wherever it goes.
     """
-    rate = _rest(axis, parameters.tobytes(), position, _kept(recorded)).rate
     steps, most = 1, most_substeps(samples, left)
     if _by_rate(axis, rate, period) > 1:
         steps = int(_steps(axis, np.array([rate]), np.zeros(1), period)[0])
     if steps > most and has_constant_substeps(axis):
-        still = ((position, 0.0), _kept(recorded) or ())
         said = too_stiff(axis, parameters, still, period, samples, left)
         raise EstimationError(said, code="too-stiff")
     return min(steps, most)
