@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings
+from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, STEPS_IN_ALL, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
+from axisid.support.errors import EstimationError
 from axisid.support.real_numbers import real_array
 
 from .between import at_log_samples
@@ -26,28 +27,19 @@ from .lane_arguments import (
     check_threads,
     gains_by_lane,
     in_order,
-    lane_injected,
-    lane_noise,
+    lane_signal,
     wanted_names,
 )
 from .loop_start import checked_starts, lane_starts
 from .recorded import checked_signals, lines
-from .reducers import (
-    LaneBlock,
-    Reducer,
-    check_wanted,
-    checked_reducers,
-    joined,
-    needed_signals,
-    reduced,
-)
+from .reducers import LaneBlock, Reducer, check_reducer, joined, reduced
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
     bounds_refusal,
     check_loop,
     failure,
-    fastest_place,
+    further_substeps,
     has_constant_substeps,
     has_states,
     inertia_and_hold,
@@ -107,7 +99,7 @@ def simulate_batch(
     resolution: float = 0.0,
     substeps: int | None = None,
     wanted: Sequence[str] = SIGNALS[:5],
-    reduce: str | Reducer | Sequence[str | Reducer] | None = None,
+    reduce: Reducer | None = None,
     threads: int | None = None,
 ) -> BatchSimulation:
     """Simulate many parameter sets, references or noises side by side.
@@ -141,13 +133,10 @@ def simulate_batch(
     wanted : sequence of str
         Signals of the simulation that are given back, each N x B floats, or reduced. Names as in
         `Simulation`.
-    reduce : str, callable or sequence of them, optional
+    reduce : callable, optional
         What is kept of each lane in place of its signals, so that memory does not grow by N x B:
-        lanes are simulated and reduced block by block. ``"final"``, ``"mean"``, ``"rms"``,
-        ``"peak"`` (the largest amount) and ``"span"`` (from the least to the largest) of every
-        signal that is wanted, under names such as ``"rms_force"``; ``"max_tracking_error"`` and
-        ``"rms_tracking_error"``, of the position from the reference. A callable takes a `LaneBlock`
-        and gives arrays by name, (b, ...), a row for each of its lanes. NaN for a lane that failed.
+        lanes are simulated and reduced block by block. It takes a `LaneBlock` and gives arrays by
+        name, (b, ...), a row for each of its lanes. NaN for a lane that failed.
     threads : int, optional
         1 to 1024; as many as there are processors by default.
 
@@ -180,33 +169,33 @@ def simulate_batch(
         reference=ref,
         period=period,
         start=checked_starts(axis, begin, start_velocity, memory, lanes),
-        noise=lane_noise(position_noise, (samples, lanes)),
-        injected=lane_injected(injected, (samples, lanes)),
+        noise=lane_signal(position_noise, "the noise", (samples, lanes), code="batch-noise"),
+        injected=lane_signal(
+            injected, "the injected signal", (samples,), (samples, lanes), code="batch-injected"
+        ),
         signals=checked_signals(axis, signals, samples, lanes),
         resolution=resolution,
     ).at_law(axis, clocks_of(axis.axis.control, samples, period))
     run = partial(simulate_lanes, axis, substeps=substeps, threads=threads)
     own = gains_by_lane(axis, gains, lanes)
-    names = wanted_names(wanted)
     if reduce is None:
         return run(theta, inputs, wanted=wanted, gains=own)
-    reducers = checked_reducers(reduce)
-    check_wanted(reducers, names)
-    seen = dict.fromkeys([*wanted, *needed_signals(reducers)])
+    check_reducer(reduce, wanted)
     failures: dict[int, str] = {}
     blocks = []
-    for chosen in _blocks(lanes, samples * (len(seen) or 1), _count(threads)):
+    for chosen in _blocks(lanes, samples * len(wanted), _count(threads)):
         some = inputs.lanes(chosen)
-        batch = run(theta[chosen], some, wanted=[*seen], gains=None if own is None else own[chosen])
+        of_lanes = None if own is None else own[chosen]
+        batch = run(theta[chosen], some, wanted=wanted, gains=of_lanes)
         failures |= {chosen.start + lane: why for lane, why in batch.failures.items()}
         block = LaneBlock(
             first=chosen.start,
             parameters=theta[chosen],
             reference=some.logged.reference,
             period=period,
-            signals={name: batch.signals[name] for name in wanted},
+            signals=batch.signals,
         )
-        blocks.append(reduced(reducers, block, batch.signals))
+        blocks.append(reduced(reduce, block))
     return BatchSimulation(signals={}, failures=failures, reduced=joined(blocks))
 
 
@@ -328,24 +317,24 @@ class _Batch:
             )
         out: dict[str, Array] = {}
         most = MOST_SUBSTEPS if substeps else most_substeps(samples)
-        stiff = sound & (counts > most)
+        fixed = substeps is not None or has_constant_substeps(axis)
+        for lane in map(int, np.flatnonzero(sound & (counts > most)) if fixed else ()):
+            own, still = self.inputs.lanes(lane), (float(self.inputs.start.position[lane]), 0.0)
+            at = still, tuple(map(float, own.first_signals))
+            failures[lane] = too_stiff(axis, self.parameters[lane], at, own.period, samples)
+            sound[lane] = False
         counts = np.minimum(counts, most)
-        if has_constant_substeps(axis):
-            self._refuse(out, np.flatnonzero(stiff), failures)
-            sound &= ~stiff
         pending = np.flatnonzero(sound)
         while pending.size:
             # Lanes that ask for more steps in a sample run apart, and do not slow the others.
             groups = [pending[counts[pending] == count] for count in np.unique(counts[pending])]
             for group in groups:
                 self._run_into(out, group, int(counts[group[0]]), failures)
-            if substeps is not None or has_constant_substeps(axis):
+            if fixed:
                 break
-            needed = np.array([self._needed(out, int(lane)) for lane in pending])
-            more = needed > counts[pending]
-            self._refuse(out, pending[more & (counts[pending] == most)], failures)
-            more &= counts[pending] < most
-            counts[pending] = np.clip(needed, counts[pending], most)
+            enough = [self._enough(out, int(lane), int(counts[lane]), failures) for lane in pending]
+            more = np.array(enough) > counts[pending]
+            counts[pending] = enough
             pending = pending[more]
         out = out or self._nothing()
         clocks = self.inputs.clocks
@@ -382,34 +371,24 @@ class _Batch:
                 refused[lane] = bounds_refusal(axis, theta) or pushes(axis, theta)
         return refused
 
-    def _refuse(
-        self, out: Mapping[str, Array], lanes: NDArray[np.intp], failures: dict[int, str]
-    ) -> None:
-        period, samples = self.inputs.period, len(self.inputs.reference)
-        for lane in map(int, lanes):
-            theta, (visited, own) = self.parameters[lane], self._visited(out, lane)
-            at = fastest_place(self.axis, theta, visited, period, own)
-            failures[lane] = too_stiff(self.axis, theta, at, period, samples)
-            for values in out.values():
-                values[:, lane] = np.nan
-
-    def _needed(self, out: Mapping[str, Array], lane: int) -> int:
-        visited, own = self._visited(out, lane)
-        return substeps_along(self.axis, self.parameters[lane], visited, self.inputs.period, own)
-
-    def _visited(
-        self, out: Mapping[str, Array], lane: int
-    ) -> tuple[dict[str, Array], tuple[Array, ...]]:
-        """Where a lane went, or starts, and its recorded signals."""
-        own, names = self.inputs.lanes(lane), visited_signals(self.axis)
-        if not out:
-            still = dict.fromkeys(names, np.zeros(1))
-            return still | {"position": np.array([own.start.position])}, own.signals
-        position = out["position"][:, lane]
+    def _enough(
+        self, out: dict[str, Array], lane: int, count: int, failures: dict[int, str]
+    ) -> int:
+        """Steps that were enough, or that are, for wherever a lane went; as many if none are."""
+        own, position = self.inputs.lanes(lane), out["position"][:, lane]
         ended = np.isnan(position)
         until = int(ended.argmax()) if ended.any() else len(position)
+        names = visited_signals(self.axis)
         visited = {name: np.ascontiguousarray(out[name][:until, lane]) for name in names}
-        return visited, own.signals
+        theta, samples = self.parameters[lane], len(position)
+        had = count, visited, own.period, own.signals
+        try:
+            return further_substeps(self.axis, theta, *had, samples, STEPS_IN_ALL)
+        except EstimationError as error:
+            failures[lane] = str(error)
+            for values in out.values():
+                values[:, lane] = np.nan
+            return count
 
     def _nothing(self) -> dict[str, Array]:
         shape = (len(self.inputs.reference), len(self.parameters))

@@ -37,30 +37,20 @@ def check_threads(threads: int | None) -> None:
         )
 
 
-def lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
-    """Noise of the positions, one column a lane, if there is any."""
-    if noise is None:
+def lane_signal(
+    values: ArrayLike | None, what: str, *shapes: tuple[int, ...], code: str
+) -> Array | None:
+    """A signal of one of these shapes, if there is any."""
+    if values is None:
         return None
-    lanes = aligned(noise, "the noise")
-    if lanes.shape != shape or not np.all(np.isfinite(lanes)):
+    signal = aligned(values, what)
+    if signal.shape not in shapes or not np.all(np.isfinite(signal)):
         raise UsageError(
-            f"the noise has the shape {lanes.shape}; give {shape}, all finite.", code="batch-noise"
-        )
-    return lanes
-
-
-def lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
-    """What is added to the control, shared or one column a lane, if there is any."""
-    if injected is None:
-        return None
-    lanes = aligned(injected, "the injected signal")
-    if lanes.shape not in (shape[:1], shape) or not np.all(np.isfinite(lanes)):
-        raise UsageError(
-            f"the injected signal has the shape {lanes.shape}; give {shape[:1]} or {shape}, all "
+            f"{what} has the shape {signal.shape}; give {' or '.join(map(str, shapes))}, all "
             "finite.",
-            code="batch-injected",
+            code=code,
         )
-    return lanes
+    return signal
 
 
 def wanted_names(signals: Sequence[str]) -> list[str]:
