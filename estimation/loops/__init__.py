@@ -23,7 +23,6 @@ from .law_run import (
 )
 from .law_ticks import (
     LawTicks as LawTicks,
-    between as between,
     law_ticks as law_ticks,
     measured_velocity as measured_velocity,
 )

@@ -29,7 +29,14 @@ from axisid.support.arrays import Array, covered, frozen
 
 from .as_logged import as_logged, limit_in_log, with_drive
 from .kept import KeptByRecord
-from .law_run import control_along, law_memory, slopes_along, state_at_rest, states_along
+from .law_run import (
+    control_along,
+    law_memory,
+    least_step,
+    slopes_along,
+    state_at_rest,
+    states_along,
+)
 from .law_ticks import LawTicks, law_ticks
 
 _KNOWN: KeptByRecord[GeneratedAxis, tuple[LoopStart, ...]] = KeptByRecord()
@@ -292,12 +299,8 @@ def _solved(
         slopes = slopes_along(axis, ticks, state)[seen]
         if not (np.all(np.isfinite(off)) and np.all(np.isfinite(slopes))):
             break
-        sizes = np.linalg.norm(slopes, axis=0)
-        scale = np.where(sizes > 0, sizes, 1.0)
-        u, effect, v = np.linalg.svd(slopes / scale, full_matrices=False)
-        clear = effect > MIN_MEMORY_EFFECT * effect.max(initial=0.0)
-        step = (v[clear].T @ ((u.T @ off)[clear] / effect[clear])) / scale
-        state, shown, expected = state + step, int(clear.sum()), off - slopes @ step
+        step, shown = least_step(slopes, off, MIN_MEMORY_EFFECT)
+        state, expected = state + step, off - slopes @ step
         off = (wanted - control_along(axis, ticks, state))[seen]
         if np.linalg.norm(off - expected) <= _LINEAR * np.linalg.norm(wanted):
             break

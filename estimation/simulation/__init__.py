@@ -18,7 +18,6 @@ from .recorded import at_law as at_law
 from .reducers import LaneBlock as LaneBlock
 from .runaway import allowed_distance as allowed_distance
 from .simulated import (
-    SIMULATED as SIMULATED,
     Simulation as Simulation,
     logged_control as logged_control,
     measured_positions as measured_positions,

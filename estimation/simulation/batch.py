@@ -25,10 +25,11 @@ from .lane_arguments import (
     aligned,
     check_lanes,
     check_threads,
+    check_wanted,
     gains_by_lane,
     in_order,
-    lane_signal,
-    wanted_names,
+    lane_injected,
+    lane_noise,
 )
 from .loop_start import checked_starts, lane_starts
 from .recorded import checked_signals, lines
@@ -36,18 +37,19 @@ from .reducers import LaneBlock, Reducer, check_reducer, joined, reduced
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
+    at_rest,
     bounds_refusal,
     check_loop,
     failure,
     further_substeps,
     has_constant_substeps,
     has_states,
-    inertia_and_hold,
     most_substeps,
     no_inertia,
     place_at,
     pushes,
     states_refusal,
+    steps_by_rate,
     substeps_along,
     substeps_at_start,
     too_stiff,
@@ -56,7 +58,7 @@ from .steps import (
 from .two_clocks import clocks_of
 
 #: What is needed between the evaluations of a law.
-_OF_THE_LAW = ("position", "velocity", "acceleration", "force", "direction", "before")
+_OF_THE_LAW = tuple(name for name in SIGNALS if name != "control")
 _KEPT = 2**23  # values of signals that lie in memory while a batch is reduced
 
 
@@ -163,16 +165,15 @@ def simulate_batch(
     check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
     check_lanes(theta, ref)
     check_threads(threads)
+    check_wanted(wanted)
     samples, lanes = len(ref), len(theta)
     begin = np.broadcast_to(ref[0], lanes) if start is None else start
     inputs = LoopInputs(
         reference=ref,
         period=period,
         start=checked_starts(axis, begin, start_velocity, memory, lanes),
-        noise=lane_signal(position_noise, "the noise", (samples, lanes), code="batch-noise"),
-        injected=lane_signal(
-            injected, "the injected signal", (samples,), (samples, lanes), code="batch-injected"
-        ),
+        noise=lane_noise(position_noise, (samples, lanes)),
+        injected=lane_injected(injected, (samples, lanes)),
         signals=checked_signals(axis, signals, samples, lanes),
         resolution=resolution,
     ).at_law(axis, clocks_of(axis.axis.control, samples, period))
@@ -233,7 +234,7 @@ def simulate_lanes(
         As in `simulate_batch`.
     """
     fixed = has_constant_substeps(axis) or substeps is not None
-    names, looked_at = wanted_names(wanted), () if fixed else visited_signals(axis)
+    looked_at = () if fixed else visited_signals(axis)
     between = () if inputs.clocks is None else _OF_THE_LAW
     start = lane_starts(axis, parameters, inputs, gains)
     away = np.abs(start.position - inputs.reference[0])
@@ -244,13 +245,13 @@ def simulate_lanes(
         inputs=replace(inputs, start=start, log=None),
         recorded=lines(axis, inputs.signals, inputs.period),
         allowed=np.array([allowed_distance(*each) for each in zip(spans, away, strict=True)]),
-        wanted=list(dict.fromkeys([*names, *looked_at, *between])),
+        wanted=list(dict.fromkeys([*wanted, *looked_at, *between])),
         threads=_count(threads),
         gains=gains,
     )
     out, failures = batch.run(substeps)
     return BatchSimulation(
-        signals={given: out[name] for given, name in zip(wanted, names, strict=True)},
+        signals={name: out[name] for name in wanted},
         failures=dict(sorted(failures.items())),
     )
 
@@ -306,15 +307,9 @@ class _Batch:
     def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
         """Simulate every lane; its signals at the samples of the log, (N, B) each, and failures."""
         axis, samples = self.axis, len(self.inputs.reference)
-        failures = self._refused()
+        failures, steps = self._refused()
         sound = np.array([lane not in failures for lane in range(len(self.parameters))])
-        counts = np.full(len(sound), substeps or 1)
-        if substeps is None and sound.any():
-            inputs, lanes = self.inputs, len(sound)
-            first = [np.broadcast_to(values, lanes)[sound] for values in inputs.first_signals]
-            counts[sound] = substeps_at_start(
-                axis, self.parameters[sound], inputs.start.position[sound], inputs.period, first
-            )
+        counts = np.where(sound, steps, 1) if substeps is None else np.full(len(sound), substeps)
         out: dict[str, Array] = {}
         most = MOST_SUBSTEPS if substeps else most_substeps(samples)
         fixed = substeps is not None or has_constant_substeps(axis)
@@ -353,10 +348,11 @@ class _Batch:
         ]
         return {name: np.column_stack([lane[name] for lane in sampled]) for name in out}, failures
 
-    def _refused(self) -> dict[int, str]:
-        """What to say of lanes that no simulation starts from."""
+    def _refused(self) -> tuple[dict[int, str], NDArray[np.int64]]:
+        """What to say of lanes that no simulation starts from, and the steps of each at first."""
         axis, start, refused = self.axis, self.inputs.start.position, dict[int, str]()
-        has_mass, held = inertia_and_hold(axis, self.parameters, start, self.inputs.first_signals)
+        first, period = self.inputs.first_signals, self.inputs.period
+        has_mass, held, rates = at_rest(axis, self.parameters, start, first)
         low, high = np.array([(p.lower, p.upper) for p in axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
         remembers = has_states(axis, self.parameters)
@@ -369,7 +365,7 @@ class _Batch:
                 refused[lane] = no_inertia(axis, theta, float(start[lane]), own)
             else:
                 refused[lane] = bounds_refusal(axis, theta) or pushes(axis, theta)
-        return refused
+        return refused, steps_by_rate(axis, rates, period)
 
     def _enough(
         self, out: dict[str, Array], lane: int, count: int, failures: dict[int, str]

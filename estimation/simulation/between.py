@@ -73,7 +73,7 @@ def at_log_samples(
     )
     sticks = (velocity == 0) & (np.abs(direction) < 1)
     out["position"][apart], out["velocity"][apart] = position, velocity
-    out["direction"][apart] = out["before"][apart] = direction
+    out["direction"][apart] = out["direction_before"][apart] = direction
     out["acceleration"][apart] = np.where(sticks, 0.0, acceleration[:, 0])
     return out
 

@@ -191,7 +191,7 @@ def simulate_loop(
         allowed=allowed_distance(reference.max() - reference.min(), away),
         substeps=steps,
     )
-    inputs = replace(inputs, start=start)
+    inputs = inputs if start is inputs.start else replace(inputs, start=start)
     settings, status, stopped, out = _settled(
         axis, theta, settings, inputs, recorded, budget, fixed=fixed
     )
@@ -204,7 +204,6 @@ def simulate_loop(
     logged = inputs.logged
     return Simulation(
         time=logged.period * _counted(len(out["position"])),
-        direction_before=out.pop("before"),
         measured_position=measured_positions(out["position"], logged.noise, inputs.resolution),
         recorded=logged.signals,
         **out,

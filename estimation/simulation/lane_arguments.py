@@ -37,36 +37,44 @@ def check_threads(threads: int | None) -> None:
         )
 
 
-def lane_signal(
-    values: ArrayLike | None, what: str, *shapes: tuple[int, ...], code: str
-) -> Array | None:
-    """A signal of one of these shapes, if there is any."""
-    if values is None:
+def lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
+    """Noise of the positions, one column a lane, if there is any."""
+    if noise is None:
         return None
-    signal = aligned(values, what)
-    if signal.shape not in shapes or not np.all(np.isfinite(signal)):
+    lanes = aligned(noise, "the noise")
+    if lanes.shape != shape or not np.all(np.isfinite(lanes)):
         raise UsageError(
-            f"{what} has the shape {signal.shape}; give {' or '.join(map(str, shapes))}, all "
-            "finite.",
-            code=code,
+            f"the noise has the shape {lanes.shape}; give {shape}, all finite.", code="batch-noise"
         )
-    return signal
+    return lanes
 
 
-def wanted_names(signals: Sequence[str]) -> list[str]:
-    """The generated code's names of the signals."""
-    names = {"direction_before" if name == "before" else name: name for name in SIGNALS}
+def lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
+    """What is added to the control, shared or one column a lane, if there is any."""
+    if injected is None:
+        return None
+    lanes = aligned(injected, "the injected signal")
+    if lanes.shape not in (shape[:1], shape) or not np.all(np.isfinite(lanes)):
+        raise UsageError(
+            f"the injected signal has the shape {lanes.shape}; give {shape[:1]} or {shape}, all "
+            "finite.",
+            code="batch-injected",
+        )
+    return lanes
+
+
+def check_wanted(signals: Sequence[str]) -> None:
+    """Refuse what are no names of signals of a simulation."""
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
         raise UsageError(
             f"the wanted signals are {quoted(signals)}; give a list of names.", code="signals-type"
         )
-    if unknown := set(signals) - set(names):
+    if unknown := set(signals) - set(SIGNALS):
         raise UsageError(
-            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(names)}.",
+            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(SIGNALS)}.",
             code="unknown-signal",
         )
-    return [names[name] for name in signals]
 
 
 def aligned(values: ArrayLike, what: str) -> Array:

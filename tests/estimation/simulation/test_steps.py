@@ -32,7 +32,7 @@ from axisid.estimation.simulation import (
     most_substeps,
     simulate_loop,
 )
-from axisid.estimation.simulation.steps import inertia_and_hold, substeps_at_start
+from axisid.estimation.simulation.steps import at_rest, substeps_at_start
 from tests.axes.bodies import body, q, rotor, turn
 from tests.axes.lagging import lagging
 from tests.axes.remembering import bristle
@@ -196,13 +196,12 @@ def test_compiled_start_judges_as_the_functions_themselves(declared: Axis) -> No
         motion = (start, still, still + force, still + direction, *signals.T)
         (wanted,) = axis.evaluate("direct_dynamics", *motion, sets)
         assert np.array_equal(got[:, case], wanted[:, 0], equal_nan=True)
-    inertias, steps = (
-        [judge(each, sets, start, *period, signals.T) for each in (axis, virtual)]
-        for judge, period in ((inertia_and_hold, ()), (substeps_at_start, (1e-2,)))
-    )
-    assert all(map(np.array_equal, *inertias))
+    (has_mass, held, _), there = (at_rest(each, sets, start, signals.T) for each in (axis, virtual))
+    assert np.array_equal(has_mass, there[0])
+    assert np.array_equal(held, there[1])
+    steps = [substeps_at_start(each, sets, start, 1e-2, signals.T) for each in (axis, virtual)]
     assert np.array_equal(*steps)
-    assert 0 < inertias[0][0].sum() < lanes
+    assert 0 < has_mass.sum() < lanes
 
 
 INERTIA = Parameter("J", "kg m^2", nominal=2.0)

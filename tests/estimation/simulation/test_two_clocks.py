@@ -14,11 +14,10 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.codegen.lowering import LoopStart
+from axisid.codegen.lowering import SIGNALS, LoopStart
 from axisid.estimation import check_law, simulate_batch
 from axisid.estimation.diagnostics.law.control_law import LawCheck
 from axisid.estimation.simulation import (
-    SIMULATED,
     LoopInputs,
     TwoClocks,
     settled_substeps,
@@ -108,8 +107,7 @@ def test_just_before_an_evaluation_an_axis_is_where_it_is_found_then(
     loop = simulate(plan.axis, plan.truth, plan.reference[rows], period, signals=recorded)
     count = len(loop.time) - 2
     clocks = TwoClocks(samples=count, log_period=period, law_period=period, first=-0.9999 * period)
-    names = {"direction_before": "before"}
-    signals = {names.get(each, each): getattr(loop, each) for each in SIMULATED}
+    signals = {each: getattr(loop, each) for each in SIGNALS}
     held = lines(plan.axis, loop.recorded, period)
     start = LoopStart(position=float(plan.reference[0]))
     inputs = LoopInputs(
