@@ -28,7 +28,7 @@ from axisid.estimation.thresholds import LIMIT_TOLERANCE
 from axisid.support.arrays import Array, covered, frozen
 
 from .as_logged import as_logged, limit_in_log, with_drive
-from .kept import KeptByRecord
+from .clocks import KeptByRecord
 from .law_run import (
     control_along,
     law_memory,
