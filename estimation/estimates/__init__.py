@@ -23,7 +23,6 @@ from .physical import (
 )
 from .value import (
     CORRECTED as CORRECTED,
-    EstimateLike as EstimateLike,
     NamedValues as NamedValues,
     Value as Value,
     derived_value as derived_value,

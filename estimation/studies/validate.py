@@ -13,7 +13,6 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import is_output_error
 from axisid.estimation.diagnostics import overlaps
 from axisid.estimation.diagnostics.law import check_law
-from axisid.estimation.estimates import EstimateLike
 from axisid.estimation.identification import Identification, OfRecord, RecordInfo
 from axisid.estimation.methods import METHODS, Instruments, bound_record
 from axisid.estimation.problems import Problem
@@ -37,12 +36,28 @@ from .reestimate import least_mean_square, reestimate
 from .validation import MethodValidation, Validation
 
 
-class FrozenEstimate(EstimateLike, Protocol):
+class FrozenEstimate(Protocol):
     """What is held against another record of an estimate."""
 
     @property
     def method(self) -> str:
         """How it was estimated."""
+
+    @property
+    def physical(self) -> Array:
+        """Physical parameters, (p,)."""
+
+    @property
+    def chosen(self) -> str:
+        """Name of the covariance that intervals are of."""
+
+    @property
+    def covariances(self) -> Mapping[str, Array]:
+        """Of the physical parameters, (p, p), by name."""
+
+    @property
+    def freedom(self) -> Mapping[str, Array]:
+        """Degrees of freedom of the variances in these, (p,)."""
 
     @property
     def equation_error_percent(self) -> float:
