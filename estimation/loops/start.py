@@ -41,7 +41,6 @@ from .law_ticks import LawTicks, law_ticks
 
 _KNOWN: KeptByRecord[GeneratedAxis, tuple[LoopStart, ...]] = KeptByRecord()
 
-_SAMPLES = 50  # of the segment that are looked at
 _STEP = 1e-6  # of the reference's range, for the slope
 
 # of the control, which the memory of an axis at rest may miss: half the 0.24 % that the law
@@ -153,7 +152,7 @@ def placed(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record
 def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
     """By how much the position is to be moved; 0 where the controls do not show it."""
     law, control = law_of(axis), np.asarray(record.control)[slice(*span)]
-    ticks = law_ticks(axis, record, span).first(_SAMPLES)
+    ticks = law_ticks(axis, record, span).first(START_SAMPLES)
     seen = unlimited(axis, record, span)[: len(ticks.held)]
     wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
