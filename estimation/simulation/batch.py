@@ -361,7 +361,7 @@ class _Batch:
             if not remembers[lane]:
                 refused[lane] = states_refusal(axis, theta)
             elif not has_mass[lane]:
-                own = self.inputs.lanes(lane).first_signals
+                own = [*map(float, self.inputs.lanes(lane).first_signals)]
                 refused[lane] = no_inertia(axis, theta, float(start[lane]), own)
             else:
                 refused[lane] = bounds_refusal(axis, theta) or pushes(axis, theta)

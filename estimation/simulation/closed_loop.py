@@ -162,7 +162,8 @@ def simulate_loop(
     UsageError, EstimationError
         As in `simulate`.
     """
-    theta, clocks, first = np.ascontiguousarray(parameters), inputs.clocks, inputs.first_signals
+    theta, clocks = np.ascontiguousarray(parameters), inputs.clocks
+    first = tuple(map(float, inputs.first_signals))
     start = loop_start(axis, theta, inputs)
     held, rate = check_inertia(axis, theta, start.position, first)
     if bounded and (refusal := bounds_refusal(axis, theta)):
@@ -182,7 +183,7 @@ def simulate_loop(
     if fixed := substeps is not None:
         steps = substeps
     else:
-        still = (start.position, 0.0), tuple(map(float, first))
+        still = (start.position, 0.0), first
         steps = first_substeps(axis, theta, rate, still, period, len(reference), budget.left)
     away = abs(start.position - reference[0])
     settings = LoopSettings(

@@ -224,7 +224,9 @@ def _often(values: Array, times: int) -> Array:
     return np.concatenate([values] * times)
 
 
-def no_inertia(axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded) -> str:
+def no_inertia(
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
+) -> str:
     """What to say of a parameter set that no motion starts with: it has no inertia, or no force."""
     endless = [
         f"{name} = {value}"
@@ -254,10 +256,11 @@ def has_constant_substeps(axis: GeneratedAxis) -> bool:
     return axis.uniform or axis.has_sides
 
 
-def _no_force(axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded) -> str:
+def _no_force(
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
+) -> str:
     """What to say of a force that is not finite at rest, or beyond any other; empty if it is."""
-    signals = [float(np.ravel(values)[0]) for values in standing_in(axis, recorded)]
-    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), signals)
+    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
     q = axis.axis.coordinate
     where = f"at rest at {q.name} = {position:g} {q.unit} with {axis.describe(parameters)}"
     endless = [term for term, force in forces if math.isnan(force)]
@@ -493,7 +496,7 @@ def steps_by_rate(
 
 
 def check_inertia(
-    axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: tuple[float, ...]
 ) -> tuple[bool, float]:
     """Refuse parameters, (p,), with which no motion starts at a position.
 
@@ -511,7 +514,7 @@ def check_inertia(
     """
     if refusal := states_refusal(axis, parameters):
         raise EstimationError(refusal, code="state-values")
-    has_mass, held, rate = _rest(axis, parameters.tobytes(), position, _kept(recorded))
+    has_mass, held, rate = _rest(axis, parameters.tobytes(), position, recorded)
     if not has_mass:
         raise EstimationError(no_inertia(axis, parameters, position, recorded), code="no-inertia")
     return held, rate
@@ -519,21 +522,15 @@ def check_inertia(
 
 @lru_cache(maxsize=_REMEMBERED)
 def _rest(
-    axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...] | None
+    axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...]
 ) -> tuple[bool, bool, float]:
     """Whether one parameter set has an inertia, whether the friction holds, and the rate there.
 
     A loop is often simulated again with other noise or reference.
     """
-    signals = None if recorded is None else np.array(recorded)
     lane = np.frombuffer(parameters)[None, :], np.array([position])
-    has_mass, held, rates = at_rest(axis, *lane, signals)
+    has_mass, held, rates = at_rest(axis, *lane, np.array(recorded))
     return bool(has_mass[0]), bool(held[0]), float(rates[0])
-
-
-def _kept(recorded: Recorded) -> tuple[float, ...] | None:
-    """Recorded signals of one simulation, (s,), as what is remembered is found by."""
-    return None if recorded is None else tuple(float(np.ravel(value)[0]) for value in recorded)
 
 
 def first_substeps(
