@@ -30,9 +30,6 @@ from axisid.support.arrays import Array
 from .lanes import RecordLanes
 from .workspace import spaces
 
-_BEFORE = "direction_before"  # as a batch calls it
-_WANTED = (*SIGNALS[:-1], _BEFORE)
-
 
 def lane_starts(
     axis: GeneratedAxis,
@@ -100,7 +97,7 @@ def simulated_lanes(
     well = has_inertia(axis, physical, start.position, nothing)
     shape = (len(lanes.reference), len(physical))
     if not well.any():
-        return {name: np.full(shape, np.nan) for name in _WANTED}, well
+        return {name: np.full(shape, np.nan) for name in SIGNALS}, well
     # What cannot be simulated repeats a lane that can.
     physical = np.where(well[:, None], physical, physical[np.argmax(well)])
     counts = substeps_at_start(axis, physical, start.position, lanes.period, nothing)
@@ -129,7 +126,6 @@ def simulated_lanes(
         1,
         into=spaces("loop", len(SIGNALS), *shape),
     )
-    signals[_BEFORE] = signals.pop(SIGNALS[-1])
     return signals, well & (status == 0)
 
 
@@ -147,7 +143,7 @@ def _apart(
         lanes.period,
         start=start.position,
         start_velocity=start.velocity,
-        wanted=_WANTED,
+        wanted=SIGNALS,
         threads=1,
     )
     return dict(batch.signals), np.array([i not in batch.failures for i in range(len(physical))])

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from axisid.codegen.lowering import SIGNALS
 from axisid.estimation.records import Record
 from axisid.estimation.simulation import (
-    SIMULATED,
     Simulation,
     TwinPlan,
     measured_positions,
@@ -158,7 +158,7 @@ def _together(plan: TwinPlan, drawn: Sequence[DrawnChain], threads: int | None) 
         injected=np.column_stack(disturbed) if disturbed else None,
         signals=plan.signals,
         resolution=resolution,
-        wanted=SIMULATED,
+        wanted=SIGNALS,
         threads=threads,
     )
     time = plan.period * np.arange(samples, dtype=np.float64)

@@ -35,7 +35,13 @@ from axisid.estimation.parameters import (
 from axisid.estimation.records import Record, in_own_order
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
-from axisid.estimation.simulation import LoopInputs, most_substeps, settled_substeps, simulate_lanes
+from axisid.estimation.simulation import (
+    LoopInputs,
+    gains_by_lane,
+    most_substeps,
+    settled_substeps,
+    simulate_lanes,
+)
 from axisid.support.arrays import Array, covered, in_few_digits
 from axisid.support.errors import EstimationError
 
@@ -240,7 +246,12 @@ class LoopPredictions:
         inputs = self._started(stretch, physical, inputs)
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
-                stretch.axis, own, inputs, substeps=substeps, wanted=stretch.outputs, gains=gains
+                stretch.axis,
+                own,
+                inputs,
+                substeps=substeps,
+                wanted=stretch.outputs,
+                gains=gains_by_lane(stretch.axis, gains, len(own)),
             )
         errors = stretch.rows(batch.__getitem__) - stretch.measured[:, None]
         errors[~stretch.counted] = 0.0
@@ -258,15 +269,13 @@ def _stretches(
     starts = zip(record.spans, loop_starts(axis, record), strict=True)
     for segment, (span, start) in enumerate(starts):
         rows = slice(*span)
-        inputs = LoopInputs.of_log(
-            axis,
-            reference[rows],
-            record.period,
-            start,
-            None if added is None else added[rows],
-            tuple(values[rows] for values in columns),
-            two_clocks(axis, record, span),
-        )
+        inputs = LoopInputs(
+            reference=reference[rows],
+            period=record.period,
+            start=start,
+            injected=None if added is None else added[rows],
+            signals=tuple(values[rows] for values in columns),
+        ).at_law(axis, two_clocks(axis, record, span))
         yield Stretch(
             axis=axis,
             record=number,
@@ -385,9 +394,13 @@ def _changed_by_noise(
     )
     batch = alone(
         np.tile(own, (count, 1)),
-        replace(inputs, reference=inputs.reference[:, None] + away, start=start),
-        position_noise=away + (noise if inputs.clocks is None else inputs.clocks.held(noise)),
-        resolution=step,
+        replace(
+            inputs,
+            reference=inputs.reference[:, None] + away,
+            start=start,
+            noise=away + (noise if inputs.clocks is None else inputs.clocks.held(noise)),
+            resolution=step,
+        ),
     )
 
     def changed(name: str) -> Array:
