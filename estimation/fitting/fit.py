@@ -34,7 +34,6 @@ from axisid.estimation.parameters import (
 from axisid.estimation.predictions import (
     LoopPredictions,
     Predictions,
-    TimedPredictions,
     WindowPredictions,
     default_horizon,
     record_rows,
@@ -76,12 +75,13 @@ from .starting import (
     starts_from,
     with_free,
 )
-from .timing import split_free, time_in, with_time_found
+from .timing import at_time, split_free, time_in, with_time_found
 
 # 1/unit of the output, or the inverse; with more, rounding hides what another output tells
 _MAX_WEIGHT = 1e20
 
 _MOST_STARTS = 1000
+_TIME_STEP = 0.05  # periods, by which a time of the drive is longer for the slope by it
 _HORIZONS = 3  # lengths of windows that a search goes on with
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
 
@@ -283,21 +283,26 @@ class _Asked:
         )
         model, records = searched(shared).form, shared.records
         asked = (self.free, self.outputs, self.known or {}, records)
-        whose = loops = with_free(searched(shared), *asked)
+        whose = with_free(searched(shared), *asked)
         if time is not None:
-            whose = replace(loops, form=FormByTime(generated, of_model=loops.form, time=time))
+            whose = replace(whose, form=FormByTime(generated, of_model=whose.form, time=time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
-        predictions, horizon = self._predictions(loops, records, begins[0], horizon)
+        predictions, horizon = self._predictions(whose, records, begins[0], horizon)
         doubts = list[Doubt]()
         for layout in moved_layouts(generated, shared.own_layout):
             moved = with_free(searched(replace(shared, own_layout=layout)), *asked)
             others, _ = self._predictions(moved, records, begins[0], horizon)
             doubts.append((moved.form, others))
-        if time is not None:
-            predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
         check_enough(predictions.counted, predictions.spans, unknowns)
         check_remembered(generated.axis.states, unknowns, begins)
+        if time is not None:
+            value, step = time_in(generated, time.name), _TIME_STEP * records[0].period
+            axes = tuple(at_time(axis, time.name, value + step) for axis in whose.axes)
+            others, _ = self._predictions(replace(whose, axes=axes), records, begins[0], horizon)
+            size = unknowns.scale(begins[0].physical, begins[0].size)
+            at = unknowns.inside(begins[0].physical, size)
+            predictions.follow_time(others, at, value, step)
         into = [*map(model.slopes, range(len(records)))]
         run = _FitRun(
             whose.axes,
@@ -309,7 +314,7 @@ class _Asked:
             are_starts(whose.form),
             self.seed,
             self.progress,
-            Rests() if self.keeps_rests else Rests.of(loops.axes, records, into),
+            Rests() if self.keeps_rests else Rests.of(whose.axes, records, into),
         )
         first, begun, lost = run.first(begins)
         ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))
@@ -347,7 +352,7 @@ class _Asked:
             if horizon is not None:
                 return windows, whole
             try:
-                steady = windows.steady_horizon(begin.physical[: len(whose.form.start)])
+                steady = windows.steady_horizon(begin.physical)
             except EstimationError:  # which the search tells, where it is so
                 return windows, whole
             if steady == whole:

@@ -6,11 +6,12 @@ control, position, and so on.
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.lowering import LoopStart
@@ -32,23 +33,74 @@ from axisid.estimation.parameters import (
     start_sizes,
     started_at,
 )
-from axisid.estimation.records import Record, in_own_order
+from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
 from axisid.estimation.simulation import LoopInputs, most_substeps, settled_substeps, simulate_lanes
 from axisid.support.arrays import Array, covered, in_few_digits
 from axisid.support.errors import EstimationError
 
-from .added_slopes import Motion, injected_slopes, motion_of, slopes_by_added
-from .lanes import Lanes
+from .lanes import Predictions
 from .measured_output import MeasuredOutput, measured_output
 from .slopes import STEP
-from .stretch import Stretch, interleaved
 
-_TWINS_AT_ONCE = 256
+# of a term of the law: by how much it is added and taken away for a slope
+_ADDED_SHARE = 1e-3
 
 
-class LoopPredictions:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretch:
+    """A segment of a record, and what its loop is simulated from.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    record : int
+        Of the records, from 0.
+    segment : int
+        Of the record, from 0.
+    inputs : LoopInputs
+    outputs : tuple of str
+        What is followed, as `Simulation` names it; of several the rows of a sample are neighbours.
+    measured : (n,) array
+        The recorded outputs, a row for each output of each sample.
+    counted : (n,) array of bool
+        Which rows are measurements.
+    noise : float
+        Standard deviation of the recorded position's noise.
+    step : float
+        Of the encoder; 0 where nothing is known of it.
+    """
+
+    axis: GeneratedAxis
+    record: int
+    segment: int
+    inputs: LoopInputs
+    outputs: tuple[str, ...]
+    measured: Array
+    counted: NDArray[np.bool_]
+    noise: float
+    step: float
+
+    @property
+    def samples(self) -> int:
+        """How many."""
+        return len(self.measured) // len(self.outputs)
+
+    def rows(self, values: Callable[[str], Array]) -> Array:
+        """Rows of what each output has at the samples, (N, B): (n, B)."""
+        return interleaved([values(name) for name in self.outputs])
+
+
+def interleaved(columns: Sequence[Array]) -> Array:
+    """Values (N, ...) of each output as rows, those of a sample neighbours, (n, ...)."""
+    if len(columns) == 1:
+        return columns[0]
+    whole = np.stack(columns, axis=1)
+    return whole.reshape(-1, *whole.shape[2:])
+
+
+class LoopPredictions(Predictions):
     """The simulated loops of the records.
 
     Parameters
@@ -74,7 +126,7 @@ class LoopPredictions:
         records: Sequence[Record],
         outputs: str | Sequence[str],
     ) -> None:
-        self._form, self._records = form, tuple(records)
+        super().__init__(form, records)
         self.samples = tuple(np.concatenate([np.arange(*s) for s in r.spans]) for r in records)
         names = (outputs,) if isinstance(outputs, str) else outputs
         found = [
@@ -133,37 +185,20 @@ class LoopPredictions:
                 )
             self._substeps[i] = max(steps, before)
 
-    def __call__(self, physical: Array) -> Lanes:
-        """See `Predictions.__call__`."""
-        pieces, failures = [], dict[int, str]()
-        for each, substeps in zip(self.stretches, self._substeps, strict=True):
-            values, failed = self._of_stretch(each, physical, substeps)
-            pieces.append(values)
-            failures = {**failed, **failures}
-        errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-        return Lanes(errors=errors, failures=failures)
+    @property
+    def _of_records(self) -> list[int]:
+        return [each.record for each in self.stretches]
 
-    def by_noise(
-        self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0
-    ) -> Array:
-        """What errors of the position, as the records have them, change in the output, (n, B).
-
-        NaN of twins whose loop cannot be simulated.
-        """
-        blocks = []
-        for first in range(0, count, _TWINS_AT_ONCE):
-            size = min(_TWINS_AT_ONCE, count - first)
-            changed = partial(_changed_by_noise, count=size, random=random, factor=factor)
-            blocks.append(self._changed(physical, changed))
-        return np.hstack(blocks)
-
-    def _changed(self, physical: Array, changed: Callable[..., Array]) -> Array:
-        made = {}
-        for place in in_own_order(self._records, [each.record for each in self.stretches]):
-            each, steps = self.stretches[place], self._substeps[place]
-            own = self._form.own(physical, each.record)
-            made[place] = changed(self._at(each, physical), own, substeps=steps)
-        return np.concatenate([made[place] for place in range(len(made))])
+    def _noise(self, place: int, physical: Array, count: int, random: np.random.Generator) -> Array:
+        each = self.stretches[place]
+        own = self._form.own(physical, each.record)
+        return _changed_by_noise(
+            self._at(each, physical),
+            own,
+            count=count,
+            random=random,
+            substeps=self._substeps[place],
+        )
 
     def _at(self, stretch: Stretch, physical: Array) -> Stretch:
         """A stretch under the law, and from the start, that parameters (P,) make."""
@@ -195,10 +230,7 @@ class LoopPredictions:
         return tuple(found)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
-        """Slopes of the errors by a factor of each term of the law, (n,), by the term's gains.
-
-        None is given of a law without terms of its own, or where a loop cannot be simulated.
-        """
+        """See `Predictions.slopes_by_law`."""
         found: dict[str, list[Array]] = {}
         for each, substeps in zip(self.stretches, self._substeps, strict=True):
             own = self._form.own(physical, each.record)
@@ -208,30 +240,21 @@ class LoopPredictions:
         whole = len(self.stretches)
         return {name: np.concatenate(p) for name, p in found.items() if len(p) == whole}
 
-    def motions(self, physical: Array) -> tuple[Motion, ...] | None:
-        """See `Predictions.motions`."""
-        found = []
+    def velocities(self, physical: Array) -> tuple[Array, ...]:
+        """See `Predictions.velocities`."""
+        found: list[list[Array]] = [[] for _ in self.samples]
         for each, substeps in zip(self.stretches, self._substeps, strict=True):
-            record, own = self._records[each.record], self._form.own(physical, each.record)
-            time = np.asarray(record.time)[slice(*record.spans[each.segment])] - record.time[0]
-            found.append(motion_of(self._at(each, physical), own, time, substeps))
-        whole = tuple(motion for motion in found if motion is not None)
-        return whole if len(whole) == len(found) else None
+            at, own = self._at(each, physical), self._form.own(physical, each.record)
+            loop = simulate_lanes(
+                at.axis, own[None, :], at.inputs, substeps=substeps, wanted=["velocity"]
+            )
+            if loop.failures or at.inputs.clocks is not None:
+                return ()
+            found[each.record].append(loop["velocity"][:, 0])
+        return tuple(map(np.concatenate, found))
 
-    def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
-        """See `Predictions.slopes_by_added`."""
-        found = []
-        for each, substeps, own in zip(self.stretches, self._substeps, added, strict=True):
-            at, values = self._at(each, physical), self._form.own(physical, each.record)
-            slopes = slopes_by_added(at, values, substeps, own)
-            if slopes is None:
-                return None
-            found.append(slopes)
-        return np.concatenate(found)
-
-    def _of_stretch(
-        self, stretch: Stretch, physical: Array, substeps: int | None
-    ) -> tuple[Array, dict[int, str]]:
+    def _piece(self, place: int, physical: Array) -> tuple[Array, Mapping[int, str]]:
+        stretch = self.stretches[place]
         own = np.array([self._form.own(lane, stretch.record) for lane in physical])
         gains, inputs = gains_in(self._form, physical), stretch.inputs
         if gains:
@@ -240,12 +263,15 @@ class LoopPredictions:
         inputs = self._started(stretch, physical, inputs)
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
-                stretch.axis, own, inputs, substeps=substeps, wanted=stretch.outputs, gains=gains
+                stretch.axis,
+                own,
+                inputs,
+                substeps=self._substeps[place],
+                wanted=stretch.outputs,
+                gains=gains,
             )
         errors = stretch.rows(batch.__getitem__) - stretch.measured[:, None]
         errors[~stretch.counted] = 0.0
-        for lane in batch.failures:
-            errors[:, lane] = np.nan
         return errors, batch.failures
 
 
@@ -312,9 +338,24 @@ def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping
     terms = applied_terms(stretch.axis, ticks, start)
     # They are those that are applied; what is injected is applied as late as they are.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
-    slopes = injected_slopes(stretch, own, substeps, terms)
-    if slopes is None:
+    # Of many columns what is copied costs more than the loops.
+    count = terms.shape[1]
+    lanes = np.empty((len(terms), 2 * count))
+    np.multiply(terms, _ADDED_SHARE, out=lanes[:, :count])
+    np.negative(lanes[:, :count], out=lanes[:, count:])
+    if inputs.injected is not None:
+        lanes += inputs.injected[:, None]
+    found = simulate_lanes(
+        stretch.axis,
+        np.tile(own, (lanes.shape[1], 1)),
+        replace(inputs, injected=lanes),
+        substeps=substeps,
+        wanted=stretch.outputs,
+    )
+    if found.failures:
         return {}
+    more, less = np.split(stretch.rows(found.__getitem__), 2, axis=1)
+    slopes = np.where(stretch.counted[:, None], (more - less) / (2 * _ADDED_SHARE), 0.0)
     names = [str(product) for product, _ in law.terms]
     return dict(zip(names, slopes.T, strict=True))
 
@@ -343,7 +384,6 @@ def _changed_by_noise(
     count: int,
     random: np.random.Generator,
     substeps: int | None,
-    factor: float = 1.0,
 ) -> Array:
     """What errors of the measured position change in the loop, (n, B), in so many twins.
 
@@ -361,8 +401,6 @@ def _changed_by_noise(
     count : int
     random : Generator
     substeps : int or None
-    factor : float
-        Of the noise, and of where the steps begin.
     """
     inputs, step = stretch.inputs, stretch.step
     declared = stretch.axis.axis.parameters
@@ -371,8 +409,8 @@ def _changed_by_noise(
     alone = partial(simulate_lanes, stretch.axis, substeps=substeps, wanted=stretch.outputs)
     quiet = alone(own[None, :], inputs)
     white = float(in_few_digits(math.sqrt(max(stretch.noise**2 - step**2 / 12, 0.0))))
-    noise = factor * random.normal(scale=white, size=(stretch.samples, count))
-    away = factor * step * random.uniform(-0.5, 0.5, size=count)
+    noise = random.normal(scale=white, size=(stretch.samples, count))
+    away = step * random.uniform(-0.5, 0.5, size=count)
     first = [float(values[0]) for values in inputs.signals]
     starts = [
         moved_start(stretch.axis, inputs.start, float(inputs.reference[0]), first, float(each))

@@ -15,7 +15,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.loops import noise_along
-from axisid.estimation.records import Record, in_own_order
+from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
@@ -25,8 +25,7 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .added_slopes import ADDED_SHARE, Motion
-from .lanes import LANE_LOST, Lanes
+from .lanes import LANE_LOST, Predictions
 
 _HORIZON = 1.0  # s, of the windows of an open loop where none is given
 
@@ -108,10 +107,9 @@ class _Windows:
         ]
         return np.asarray(lines)
 
-    def inputs(self, states: Array, sets: int, added: Array | None = None) -> LoopInputs:
+    def inputs(self, states: Array, sets: int) -> LoopInputs:
         """Of so many parameter sets, each along all windows; states are (2, sets w)."""
         wide = [np.tile(v, (1, sets)) for v in (self.position, self.control, *self.signals)]
-        wide[1] = wide[1] if added is None else wide[1] + added
         return LoopInputs(
             reference=wide[0],
             period=self.period,
@@ -130,40 +128,16 @@ class _Windows:
             signals=tuple(values[:, k] for values in self.signals),
         )
 
-    def motion(self, own: Array, states: Array, substeps: int | None) -> Motion | None:
-        """Of parameters (p,), window after window; None where one cannot be simulated."""
-        batch = simulate_lanes(
-            self.axis,
-            np.tile(own, (self.count, 1)),
-            self.inputs(states, 1),
-            substeps=substeps,
-            wanted=["velocity"],
-        )
-        if batch.failures:
-            return None
-        return Motion(
-            record=self.record,
-            time=np.asarray(
-                self.period * (self.first + np.arange(self.position.size)), dtype=float
-            ),
-            velocity=batch["velocity"].T.ravel(),
-            control=self.control.T.ravel(),
-            windows=self.count,
-        )
-
     def errors(
-        self, own: Array, states: Array, substeps: int | None, added: Array | None = None
+        self, own: Array, states: Array, substeps: int | None
     ) -> tuple[Array, dict[int, str]]:
-        """Of parameters (B, p) and states (2, B w): (N, B, w), and what failed by set.
-
-        What is added to the control is (N, B w).
-        """
+        """Of parameters (B, p) and states (2, B w): (N, B, w), and what failed by set."""
         sets = len(own)
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
                 self.axis,
                 np.repeat(own, self.count, axis=0),
-                self.inputs(states, sets, added),
+                self.inputs(states, sets),
                 substeps=substeps,
                 wanted=["position"],
             )
@@ -187,7 +161,7 @@ class _State:
         return np.asarray(errors - np.einsum("wnk,wkb->nbw", self.basis, inner))
 
 
-class WindowPredictions:
+class WindowPredictions(Predictions):
     """Positions under the recorded control.
 
     Parameters
@@ -207,8 +181,6 @@ class WindowPredictions:
         The friction of an axis remembers.
     """
 
-    step = 0.0
-
     def __init__(
         self,
         form: Form,
@@ -218,8 +190,8 @@ class WindowPredictions:
     ) -> None:
         for axis in axes:
             _check_begins(axis)
-        self._form, self._axes, self._records = form, tuple(axes), tuple(records)
-        self._horizon = horizon
+        super().__init__(form, records)
+        self._axes, self._horizon = tuple(axes), horizon
         self.units: tuple[str, ...] = (str(axes[0].axis.coordinate.unit),)
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
@@ -256,25 +228,23 @@ class WindowPredictions:
             state.substeps = max(state.substeps or 1, *(steps or 1 for steps in asked))
             _begin(w, state, own)
 
-    def __call__(self, physical: Array) -> Lanes:
-        """See `Predictions.__call__`."""
-        pieces, failures = [], dict[int, str]()
-        for w, settled in zip(self._windows, self._states, strict=True):
-            own = np.array([self._form.own(lane, w.record) for lane in physical])
-            state = settled
-            if len(own) == 1:  # a trial, whose windows start where its own errors are least
-                try:
-                    state = replace(settled)
-                    _follow(w, state, own[0])
-                except EstimationError as error:
-                    failures[0] = str(error)
-                    state = settled
-            errors, failed = w.errors(own, np.tile(state.first, (1, len(own))), state.substeps)
-            pieces.append(_rows(state.projected(errors)))
-            failures = {**failed, **failures}
-        found = np.concatenate(pieces)
-        found[:, [*failures]] = np.nan
-        return Lanes(errors=found, failures=failures)
+    @property
+    def _of_records(self) -> list[int]:
+        return [w.record for w in self._windows]
+
+    def _piece(self, place: int, physical: Array) -> tuple[Array, dict[int, str]]:
+        """Errors of windows; those of a trial alone start where its own errors are least."""
+        w, state = self._windows[place], self._states[place]
+        own = np.array([self._form.own(lane, w.record) for lane in physical])
+        if len(own) == 1:
+            try:
+                followed = replace(state)
+                _follow(w, followed, own[0])
+                state = followed
+            except EstimationError as error:
+                return np.full((w.position.size, 1), np.nan), {0: str(error)}
+        errors, failed = w.errors(own, np.tile(state.first, (1, len(own))), state.substeps)
+        return _rows(state.projected(errors)), failed
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
         """See `Predictions.outputs_of`; windows start where these records ask for.
@@ -344,59 +314,17 @@ class WindowPredictions:
             found = max(found, reach / (step * len(w.position) * w.period))
         return found
 
-    def by_noise(
+    def _noise(
         self,
+        place: int,
         physical: Array,  # noqa: ARG002
         count: int,
         random: np.random.Generator,
-        factor: float = 1.0,
     ) -> Array:
-        """What white noise of the position changes in the errors, (n, B)."""
-        made = {}
-        for place in in_own_order(self._records, [w.record for w in self._windows]):
-            w, state = self._windows[place], self._states[place]
-            shape = (len(w.position), count, w.count)
-            noise = factor * random.normal(scale=w.noise, size=shape) * w.counted[:, None, :]
-            made[place] = _rows(state.projected(noise))
-        return np.concatenate([made[place] for place in range(len(made))])
-
-    def slopes_by_start(
-        self,
-        physical: Array,  # noqa: ARG002
-    ) -> tuple[tuple[slice, Array], ...]:
-        """None: what starts make is taken out of the errors."""
-        return ()
-
-    def slopes_by_law(self, physical: Array) -> dict[str, Array]:  # noqa: ARG002
-        """None: no law is simulated."""
-        return {}
-
-    def motions(self, physical: Array) -> tuple[Motion, ...] | None:
-        """See `Predictions.motions`."""
-        found = [
-            w.motion(np.asarray(self._form.own(physical, w.record)), state.first, state.substeps)
-            for w, state in zip(self._windows, self._states, strict=True)
-        ]
-        whole = tuple(motion for motion in found if motion is not None)
-        return whole if len(whole) == len(found) else None
-
-    def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
-        """See `Predictions.slopes_by_added`."""
-        pieces = []
-        for w, state, own in zip(self._windows, self._states, added, strict=True):
-            terms, count = own.shape[1], 2 * own.shape[1]
-            wide = own.T.reshape(terms, w.count, -1).transpose(2, 0, 1).reshape(-1, terms * w.count)
-            errors, failed = w.errors(
-                np.tile(self._form.own(physical, w.record), (count, 1)),
-                np.tile(state.first, (1, count)),
-                state.substeps,
-                ADDED_SHARE * np.hstack([wide, -wide]),
-            )
-            if failed:
-                return None
-            more, less = np.split(state.projected(errors), 2, axis=1)
-            pieces.append(_rows((more - less) / (2 * ADDED_SHARE)))
-        return np.concatenate(pieces)
+        """White noise of the position."""
+        w, state = self._windows[place], self._states[place]
+        noise = random.normal(scale=w.noise, size=(len(w.position), count, w.count))
+        return _rows(state.projected(noise * w.counted[:, None, :]))
 
 
 def default_horizon(records: Sequence[Record]) -> float:
