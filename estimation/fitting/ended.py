@@ -18,7 +18,7 @@ from axisid.estimation.regression import Form, widened
 from axisid.estimation.searches import Elsewhere, Found, Search, Weighing, passed_as_low
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.told_by_outputs import (
-    Colour,
+    Autoregression,
     Scattering,
     Unseen,
     unseen_directions,
@@ -229,7 +229,7 @@ class Ended:
         return errors if common is None else errors + self.weighing.weights * self._beside(common)
 
     @cached_property
-    def autoregressions(self) -> tuple[Colour, ...]:
+    def autoregressions(self) -> tuple[Autoregression, ...]:
         """Of the errors, by record."""
         return replace(self.scores, errors=self.errors_left).autoregressions
 

@@ -26,7 +26,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.searches import Found, Weighing
 from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.estimation.told_by_outputs import (
-    Colour,
+    Autoregression,
     Scattering,
     added,
     autoregression_of,
@@ -104,7 +104,7 @@ class Scores:
         return np.asarray(factor @ factor.T)
 
     @cached_property
-    def autoregressions(self) -> tuple[Colour, ...]:
+    def autoregressions(self) -> tuple[Autoregression, ...]:
         """Of the errors, by record."""
         return tuple(
             autoregression_of(
@@ -116,13 +116,13 @@ class Scores:
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
 
-    def coloured(self, models: Sequence[Colour]) -> Scattering:
+    def coloured(self, models: Sequence[Autoregression]) -> Scattering:
         """Covariance for errors that follow these autoregressions, or are as twins', (k, k)."""
         columns = self.jacobian @ self.inverse
         found = [self._scattering(columns, models, r) for r in range(len(self.spans))]
         return added(found).beside(self.by_known())
 
-    def _scattering(self, columns: Array, models: Sequence[Colour], r: int) -> Scattering:
+    def _scattering(self, columns: Array, models: Sequence[Autoregression], r: int) -> Scattering:
         if self.twins is not None and self.remembers:
             return self._uneven(columns, self.twins, r)
         found = self._by_colour(columns, models[r], r)
@@ -184,7 +184,7 @@ class Scores:
     def _uneven(self, columns: Array, twins: Array, r: int) -> Scattering:
         return uneven(columns, self.errors, twins, self.spans[r], self.periods[r], self.outputs)
 
-    def _by_colour(self, columns: Array, model: Colour, r: int) -> Scattering:
+    def _by_colour(self, columns: Array, model: Autoregression, r: int) -> Scattering:
         """Of columns (n, k), less what the fit took of the record's errors."""
         spans = self.spans[r]
         rows = np.concatenate([np.arange(len(self.errors))[each] for each in spans])
@@ -203,7 +203,7 @@ class Scores:
         return np.asarray((found + found.T) / 2)
 
 
-def _coloured(columns: Array, model: Colour, spans: Sequence[slice]) -> Array:
+def _coloured(columns: Array, model: Autoregression, spans: Sequence[slice]) -> Array:
     """Covariance of what columns make of errors of one record that follow an autoregression."""
     nothing = np.zeros((columns.shape[1], columns.shape[1]))
     return sum((model.coloured(columns[rows]) for rows in spans), nothing)

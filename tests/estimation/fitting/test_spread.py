@@ -14,8 +14,7 @@ from axisid.estimation.estimates import student_interval
 from axisid.estimation.fitting.ended import cut_interval
 from axisid.estimation.fitting.spread import Scores
 from axisid.estimation.records import Record
-from axisid.estimation.told_by_outputs import autoregression_of
-from axisid.estimation.told_by_outputs.colour import Autoregression
+from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
 from axisid.support.arrays import Array
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
@@ -25,8 +24,8 @@ def test_the_autoregression_of_errors_is_found(rng: np.random.Generator) -> None
     e = lfilter([1.0], [1.0, -1.2, 0.5], 0.3 * rng.standard_normal(20_000))
     found = autoregression_of([e[:9000], e[9000:]], 1e-3)
     assert 2 <= found.order <= 10
-    np.testing.assert_allclose(found.coefficients[:3], [1.0, -1.2, 0.5], atol=0.05)
-    assert found.variance == pytest.approx(0.09, rel=0.05)
+    np.testing.assert_allclose(found.coefficients[:3, 0, 0], [1.0, -1.2, 0.5], atol=0.05)
+    assert found.variance[0, 0] == pytest.approx(0.09, rel=0.05)
 
 
 def test_errors_that_are_white_need_none(rng: np.random.Generator) -> None:
@@ -149,9 +148,9 @@ def test_masked_errors_are_none(rng: np.random.Generator) -> None:
 def test_errors_were_under_way_before_a_short_stretch() -> None:
     a, lags = 0.98, np.arange(20)
     slow = Autoregression(
-        coefficients=np.array([1.0, -a]),
-        variance=1.0,
-        covariances=np.array([1.0, a]) / (1 - a**2),
+        coefficients=np.array([1.0, -a])[:, None, None],
+        variance=np.eye(1),
+        covariances=np.array([1.0, a])[:, None, None] / (1 - a**2),
     )
     J = np.column_stack([np.ones(20), lags - 9.5])
     right = a ** np.abs(lags[:, None] - lags) / (1 - a**2)
