@@ -14,9 +14,9 @@ from axisid.estimation.predictions import (
 )
 from axisid.support.arrays import Array
 
-from .basis import FitBasis
 from .ended import Ended
-from .result import OutputFit, RecordError
+from .judgement import judged
+from .result import FitBasis, OutputFit, RecordError
 
 
 def assembled(ended: Ended) -> OutputFit:
@@ -74,6 +74,7 @@ def assembled(ended: Ended) -> OutputFit:
             of_start=are_starts(ended.whose.form),
             rests_count=ended.rests.count,
         ),
+        judge=judged,
     )
 
 

@@ -37,6 +37,7 @@ from axisid.estimation.told_by_outputs import (
 )
 from axisid.support.arrays import Array
 
+MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
 _FEWEST_TWINS = 16.0  # with noise, or pairs of opposite ones: a deviation is known to 18 % then
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
@@ -288,6 +289,20 @@ def noise_left(
 
 def _size(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MovedByStart:
+    """What parameters would move by if first positions and velocities were free with them.
+
+    Attributes
+    ----------
+    moved, far : (P,) array
+        In their units, and in their deviations; 0 where that matters to none.
+    """
+
+    moved: Array
+    far: Array
 
 
 def moved_by_start(scores: Scores, weights: Array, starts: Sequence[tuple[slice, Array]]) -> Array:
