@@ -284,7 +284,7 @@ class Ended:
         """By coloured errors, of every free parameter, as if no bound were there."""
         scores = self.at_liberty
         if self.horizon is None:
-            return scores.coloured(scores.autoregressions)
+            return scores.coloured()
         found = scores.by_windows()  # of few windows next to nothing, as a fit makes their sum 0
         return replace(found, matrix=widened(found.matrix, np.diag(scores.independent())))
 
@@ -397,7 +397,8 @@ class Ended:
         free = self.inner.copy()
         free[j] = True
         scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
-        covariance = self._with_starts(scores.coloured(self.autoregressions).matrix, scores)
+        told = replace(scores, errors=self.errors_left).coloured()
+        covariance = self._with_starts(told.matrix, scores)
         off = self.unknowns.known_errors(self.physical)
         errors, common = scores.errors, self.errors_in_common
         if common is not None:
