@@ -66,11 +66,15 @@ class Ended:
     ends: tuple[Found, ...]
     bootstrap: int
     seed: int
-    horizon: float | None
     known: tuple[str, ...]
     doubts: tuple[Doubt, ...]
     rests: Rests
     alone: Found | None = None
+
+    @property
+    def horizon(self) -> float | None:
+        """Length of the windows of an open loop, s."""
+        return self.predictions.horizon
 
     @property
     def axes(self) -> tuple[GeneratedAxis, ...]:

@@ -54,6 +54,8 @@ class Predictions(ABC):
         What was recorded.
     counted : (n,) array
         1 for rows that count, 0 for those that are no measurements.
+    horizon : float or None
+        Length of windows that each start anew, s; None of loops.
     """
 
     spans: tuple[tuple[slice, ...], ...]
@@ -62,16 +64,13 @@ class Predictions(ABC):
     step: float = 0.0
     measured: Array
     counted: Array
+    horizon: float | None = None
+    _of_records: list[int]  # of each piece, in the order of the rows
 
     def __init__(self, form: Form, records: Sequence[Record]) -> None:
         self._form, self._records = form, tuple(records)
         self._slope_by_time: Array | None = None
         self._time = 0.0
-
-    @property
-    @abstractmethod
-    def _of_records(self) -> list[int]:
-        """Which record each piece is of, in the order of the rows."""
 
     @abstractmethod
     def _piece(self, place: int, physical: Array) -> tuple[Array, Mapping[int, str]]:

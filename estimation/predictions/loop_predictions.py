@@ -7,7 +7,7 @@ control, position, and so on.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -36,7 +36,13 @@ from axisid.estimation.parameters import (
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
-from axisid.estimation.simulation import LoopInputs, most_substeps, settled_substeps, simulate_lanes
+from axisid.estimation.simulation import (
+    BatchSimulation,
+    LoopInputs,
+    most_substeps,
+    settled_substeps,
+    simulate_lanes,
+)
 from axisid.support.arrays import Array, covered, in_few_digits
 from axisid.support.errors import EstimationError
 
@@ -48,7 +54,7 @@ from .slopes import STEP
 _ADDED_SHARE = 1e-3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Stretch:
     """A segment of a record, and what its loop is simulated from.
 
@@ -70,6 +76,8 @@ class Stretch:
         Standard deviation of the recorded position's noise.
     step : float
         Of the encoder; 0 where nothing is known of it.
+    substeps : int or None
+        Of a sample, once they are settled.
     """
 
     axis: GeneratedAxis
@@ -81,11 +89,33 @@ class Stretch:
     counted: NDArray[np.bool_]
     noise: float
     step: float
+    substeps: int | None = None
 
     @property
     def samples(self) -> int:
         """How many."""
         return len(self.measured) // len(self.outputs)
+
+    def simulated(
+        self,
+        own: Array,
+        inputs: LoopInputs,
+        wanted: Sequence[str] = (),
+        position_noise: Array | None = None,
+        resolution: float = 0.0,
+        gains: Mapping[str, Array] | None = None,
+    ) -> BatchSimulation:
+        """Its loop with parameters (B, p): the outputs, or what else is wanted."""
+        return simulate_lanes(
+            self.axis,
+            own,
+            inputs,
+            substeps=self.substeps,
+            wanted=wanted or self.outputs,
+            position_noise=position_noise,
+            resolution=resolution,
+            gains=gains,
+        )
 
     def rows(self, values: Callable[[str], Array]) -> Array:
         """Rows of what each output has at the samples, (N, B): (n, B)."""
@@ -139,7 +169,7 @@ class LoopPredictions(Predictions):
         self.stretches = tuple(
             stretch for i, (a, r, m) in every for stretch in _stretches(a, r, i, m)
         )
-        self._substeps: list[int | None] = [None] * len(self.stretches)
+        self._of_records = [each.record for each in self.stretches]
         ends = np.cumsum([0, *(len(each.measured) for each in self.stretches)])
         self._rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         pairs = [*zip(self.stretches, self._rows, strict=True)]
@@ -172,8 +202,8 @@ class LoopPredictions(Predictions):
             Friction that remembers is so stiff there that samples take the most steps there are:
             such loops are not resolved, and a search would take hours.
         """
-        for i, each in enumerate(self.stretches):
-            own, before = self._form.own(physical, each.record), self._substeps[i] or 1
+        for each in self.stretches:
+            own = self._form.own(physical, each.record)
             steps = settled_substeps(each.axis, own, each.inputs) or 1
             if each.axis.states and steps >= most_substeps(len(each.inputs.reference)):
                 raise EstimationError(
@@ -183,22 +213,14 @@ class LoopPredictions(Predictions):
                     "bound the stiffness.",
                     code="fit-too-stiff",
                 )
-            self._substeps[i] = max(steps, before)
-
-    @property
-    def _of_records(self) -> list[int]:
-        return [each.record for each in self.stretches]
+            each.substeps = max(steps, each.substeps or 1)
 
     def _noise(self, place: int, physical: Array, count: int, random: np.random.Generator) -> Array:
-        each = self.stretches[place]
-        own = self._form.own(physical, each.record)
-        return _changed_by_noise(
-            self._at(each, physical),
-            own,
-            count=count,
-            random=random,
-            substeps=self._substeps[place],
-        )
+        return _changed_by_noise(*self._settled(self.stretches[place], physical), count, random)
+
+    def _settled(self, stretch: Stretch, physical: Array) -> tuple[Stretch, Array]:
+        """A stretch as parameters (P,) make it, and those of its axis, (p,)."""
+        return self._at(stretch, physical), self._form.own(physical, stretch.record)
 
     def _at(self, stretch: Stretch, physical: Array) -> Stretch:
         """A stretch under the law, and from the start, that parameters (P,) make."""
@@ -217,25 +239,27 @@ class LoopPredictions(Predictions):
         if are_starts(self._form).any():
             return ()
         found = []
-        for each, rows, steps in zip(self.stretches, self._rows, self._substeps, strict=True):
+        for each, rows in zip(self.stretches, self._rows, strict=True):
             if not each.inputs.start.velocity:
                 continue
-            record = self._records[each.record]
+            record, (at, own) = self._records[each.record], self._settled(each, physical)
             position = record.position[slice(*record.spans[each.segment])]
-            sizes = np.array(start_sizes(position, record.period))
-            own = self._form.own(physical, each.record)
-            slopes = slopes_by_start(self._at(each, physical), own, sizes, substeps=steps)
-            if np.all(np.isfinite(slopes)):
+            start, step = at.inputs.start, STEP * np.array(start_sizes(position, record.period))
+            there = np.array([[float(start.position)], [float(start.velocity)]])
+            moved = there + step[:, None] * np.array([[1, -1, 0, 0], [0, 0, 1, -1]])
+            inputs = replace(at.inputs, start=replace(start, position=moved[0], velocity=moved[1]))
+            batch = at.simulated(np.tile(own, (4, 1)), inputs)
+            out = at.rows(batch.__getitem__)
+            slopes = np.where(at.counted[:, None], (out[:, ::2] - out[:, 1::2]) / (2 * step), 0.0)
+            if not batch.failures and np.all(np.isfinite(slopes)):
                 found.append((rows, slopes))
         return tuple(found)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """See `Predictions.slopes_by_law`."""
         found: dict[str, list[Array]] = {}
-        for each, substeps in zip(self.stretches, self._substeps, strict=True):
-            own = self._form.own(physical, each.record)
-            at = self._at(each, physical)
-            for name, slope in slopes_by_law(at, own, substeps).items():
+        for each in self.stretches:
+            for name, slope in slopes_by_law(*self._settled(each, physical)).items():
                 found.setdefault(name, []).append(slope)
         whole = len(self.stretches)
         return {name: np.concatenate(p) for name, p in found.items() if len(p) == whole}
@@ -243,11 +267,9 @@ class LoopPredictions(Predictions):
     def velocities(self, physical: Array) -> tuple[Array, ...]:
         """See `Predictions.velocities`."""
         found: list[list[Array]] = [[] for _ in self.samples]
-        for each, substeps in zip(self.stretches, self._substeps, strict=True):
-            at, own = self._at(each, physical), self._form.own(physical, each.record)
-            loop = simulate_lanes(
-                at.axis, own[None, :], at.inputs, substeps=substeps, wanted=["velocity"]
-            )
+        for each in self.stretches:
+            at, own = self._settled(each, physical)
+            loop = at.simulated(own[None, :], at.inputs, ["velocity"])
             if loop.failures or at.inputs.clocks is not None:
                 return ()
             found[each.record].append(loop["velocity"][:, 0])
@@ -262,14 +284,7 @@ class LoopPredictions(Predictions):
             inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
         inputs = self._started(stretch, physical, inputs)
         with np.errstate(all="ignore"):
-            batch = simulate_lanes(
-                stretch.axis,
-                own,
-                inputs,
-                substeps=self._substeps[place],
-                wanted=stretch.outputs,
-                gains=gains,
-            )
+            batch = stretch.simulated(own, inputs, gains=gains)
         errors = stretch.rows(batch.__getitem__) - stretch.measured[:, None]
         errors[~stretch.counted] = 0.0
         return errors, batch.failures
@@ -306,7 +321,7 @@ def _stretches(
         )
 
 
-def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping[str, Array]:
+def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
     """Slopes of a stretch's outputs, (n,), by the gains of the term.
 
     Parameters
@@ -314,7 +329,6 @@ def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping
     stretch : Stretch
     own : (p,) array
         Parameters of its axis.
-    substeps : int or None
 
     Returns
     -------
@@ -326,7 +340,7 @@ def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping
         return {}
     alone = replace(inputs, clocks=None)
     wanted = ("position", "velocity")
-    loop = simulate_lanes(stretch.axis, own[None, :], alone, substeps=substeps, wanted=wanted)
+    loop = stretch.simulated(own[None, :], alone, wanted)
     if loop.failures:
         return {}
     position, velocity = (loop[name][:, 0] for name in wanted)
@@ -345,13 +359,7 @@ def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping
     np.negative(lanes[:, :count], out=lanes[:, count:])
     if inputs.injected is not None:
         lanes += inputs.injected[:, None]
-    found = simulate_lanes(
-        stretch.axis,
-        np.tile(own, (lanes.shape[1], 1)),
-        replace(inputs, injected=lanes),
-        substeps=substeps,
-        wanted=stretch.outputs,
-    )
+    found = stretch.simulated(np.tile(own, (lanes.shape[1], 1)), replace(inputs, injected=lanes))
     if found.failures:
         return {}
     more, less = np.split(stretch.rows(found.__getitem__), 2, axis=1)
@@ -378,12 +386,7 @@ def _smooth(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
 
 
 def _changed_by_noise(
-    stretch: Stretch,
-    own: Array,
-    *,
-    count: int,
-    random: np.random.Generator,
-    substeps: int | None,
+    stretch: Stretch, own: Array, count: int, random: np.random.Generator
 ) -> Array:
     """What errors of the measured position change in the loop, (n, B), in so many twins.
 
@@ -400,14 +403,12 @@ def _changed_by_noise(
         Parameters of its axis.
     count : int
     random : Generator
-    substeps : int or None
     """
     inputs, step = stretch.inputs, stretch.step
     declared = stretch.axis.axis.parameters
     # Rounding may lead a parameter at a bound beyond it, with which nothing is simulated.
     own = np.clip(in_few_digits(own), [p.lower for p in declared], [p.upper for p in declared])
-    alone = partial(simulate_lanes, stretch.axis, substeps=substeps, wanted=stretch.outputs)
-    quiet = alone(own[None, :], inputs)
+    quiet = stretch.simulated(own[None, :], inputs)
     white = float(in_few_digits(math.sqrt(max(stretch.noise**2 - step**2 / 12, 0.0))))
     noise = random.normal(scale=white, size=(stretch.samples, count))
     away = step * random.uniform(-0.5, 0.5, size=count)
@@ -421,7 +422,7 @@ def _changed_by_noise(
         velocity=inputs.start.velocity,
         memory=None if inputs.start.memory is None else np.array([s.memory for s in starts]),
     )
-    batch = alone(
+    batch = stretch.simulated(
         np.tile(own, (count, 1)),
         replace(inputs, reference=inputs.reference[:, None] + away, start=start),
         position_noise=away + (noise if inputs.clocks is None else inputs.clocks.held(noise)),
@@ -437,29 +438,3 @@ def _changed_by_noise(
         return out - quiet[name]
 
     return np.where(stretch.counted[:, None], stretch.rows(changed), 0.0)
-
-
-def slopes_by_start(stretch: Stretch, own: Array, sizes: Array, *, substeps: int | None) -> Array:
-    """What a first position and velocity change, by themselves, (n, 2); NaN where they cannot.
-
-    Parameters
-    ----------
-    stretch, own, substeps
-        As in `_changed_by_noise`.
-    sizes : (2,) array
-        Of both, from which steps are taken.
-    """
-    start, step = stretch.inputs.start, STEP * sizes
-    there = np.array([[float(start.position)], [float(start.velocity)]])
-    moved = there + step[:, None] * np.array([[1, -1, 0, 0], [0, 0, 1, -1]])
-    batch = simulate_lanes(
-        stretch.axis,
-        np.tile(own, (4, 1)),
-        replace(stretch.inputs, start=replace(start, position=moved[0], velocity=moved[1])),
-        substeps=substeps,
-        wanted=stretch.outputs,
-    )
-    out = stretch.rows(batch.__getitem__)
-    out[:, [*batch.failures]] = np.nan
-    slopes = (out[:, ::2] - out[:, 1::2]) / (2 * step)
-    return np.where(stretch.counted[:, None], slopes, 0.0)
