@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, Literal
@@ -15,19 +16,22 @@ from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
-from axisid.estimation.lacking import Lack
+from axisid.estimation.lacking import Lack, found_beside, scores_of
+from axisid.estimation.methods import bound_record
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
+from axisid.estimation.regression import recorded_loops
 from axisid.estimation.searches import Elsewhere, FitStep, Found
-from axisid.estimation.twins import Chain
+from axisid.estimation.signals import Prefilter
+from axisid.estimation.twins import Chain, measured_chain
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
+from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note
 
 from .law_moves import factors_in_twins, move_by_record, moves_of_all, moves_per_percent
-from .missing import missing_of
 from .spread import MovedByStart, Scores, noise_left
 
 
@@ -270,17 +274,30 @@ class OutputFit(Checked, Presentable, Exact):
     def _lacks(
         self, number: int, axis: GeneratedAxis, record: Record, own: Array
     ) -> tuple[Lack, ...] | Missing:
-        names = {name: name for name in self.names}
-        for name, locals_ in self.local.items():
-            names[name] = locals_[number]
-        half = {
-            own_name: float(np.ptp(self.values[name].interval)) / 2
-            for own_name, name in names.items()
-            if name in self.values
-        }
+        """By the rows of a record, and of its twins, as identified ones.
+
+        What a model lacks is no matter of what is followed: the residuals of instruments at the
+        fit's parameters tell it, whatever output these are of.
+        """
+        if axis.axis.states:
+            return Missing("friction that remembers has no rows in which that could be looked for")
+        locals_ = {name: names[number] for name, names in self.local.items()}
+        names = [locals_.get(q.name, q.name) for q in axis.parameters]
+        data = bound_record(axis, record, Prefilter())
+        data = data.by_position or data
+        chain = None
+        with suppress(AxisidError):
+            chain = measured_chain(data, own, recorded_loops(data, own))
         told = set(self.searched) - self.prior.keys()
-        held = [own_name for own_name, name in names.items() if name not in told]
-        return missing_of(axis, record, own, half, held, len(self.records), self.levels)
+        free = [j for j, name in enumerate(names) if name in told]
+        scores = scores_of(data, own, chain, free)
+        if isinstance(scores, Missing):
+            return scores
+        half = [
+            float(np.ptp(self.values[n].interval)) / 2 if n in self.values else math.inf
+            for n in names
+        ]
+        return found_beside(scores, np.array(half), len(self.records), self.levels)
 
     @cached_property
     def noise(self) -> tuple[float, ...]:
