@@ -5,7 +5,6 @@ Knows nothing of verdicts.
 """
 
 from .covariance import (
-    Applied as Applied,
     Classical as Classical,
     Covariance as Covariance,
     Hac as Hac,
@@ -31,6 +30,7 @@ from .forms import (
 )
 from .joint_test import joint_p as joint_p
 from .linear import (
+    Applied as Applied,
     Columns as Columns,
     QrFactors as QrFactors,
     RowCounts as RowCounts,

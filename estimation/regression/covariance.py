@@ -9,17 +9,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import FEW_SCORES, MAX_AUTOREGRESSION
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .autoregressive import AutoregressiveCovariance, autoregressive_covariance
-from .linear import Solution
+from .autoregressive import autoregressive_covariance
+from .linear import Applied, Solution
 
 #: From so many lags, and lags times rows, on products are found by Fourier transforms.
 _MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
@@ -29,53 +29,39 @@ _PIECE, _PIECE_PER_LAG = 2048, 16  # rows of a transform: the former, or so many
 class Covariance(ABC):
     """How sure an estimate is, under what is assumed of the residuals."""
 
-    @property
-    def has_one_variance(self) -> bool:
-        """Whether one variance is all that is estimated; else it is the whole matrix."""
-        return False
+    #: Whether one variance is all that is estimated; else it is the whole matrix.
+    has_one_variance: ClassVar[bool] = False
 
     @abstractmethod
+    def applied(self, solution: Solution) -> Applied:
+        """Covariance of the estimate, its degrees of freedom, and what it is called."""
+
     def matrix(self, solution: Solution) -> Array:
         """Covariance of the estimate, (k, k)."""
+        return self.applied(solution).matrix
 
     def freedom(self, solution: Solution) -> Array:
         """Degrees of freedom of each variance, for Student's distribution, (k,)."""
-        n, k = solution.influence.shape
-        return np.full(k, float(n - k))
+        return self.applied(solution).freedom
 
-    @abstractmethod
     def describe(self, solution: Solution) -> str:
         """Name with lags and small-sample correction, for notes."""
-
-    def applied(self, solution: Solution) -> "Applied":
-        """All of these of one solution."""
-        return Applied(
-            matrix=self.matrix(solution),
-            freedom=self.freedom(solution),
-            description=self.describe(solution),
-        )
+        return self.applied(solution).description
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Applied:
-    """A covariance of a solution.
+def _applied(
+    matrix: Array, shape: tuple[int, ...], description: str, *, corrected: bool = False
+) -> Applied:
+    """A covariance by the rows and parameters, (n, k), there are, for small samples if corrected.
 
-    Attributes
-    ----------
-    matrix : (k, k) array
-    freedom : (k,) array
-        Degrees of freedom of each variance.
-    description : str
-        Name with lags and small-sample correction.
-    widened : (k,) array of bool or None
-        Parameters whose deviation, and freedom, is that of autoregressive residuals, the larger
-        where scores are few; None where they are not.
+    That is, times ``n/(n - k)``.
     """
-
-    matrix: Array
-    freedom: Array
-    description: str
-    widened: NDArray[np.bool_] | None = None
+    n, k = shape
+    return Applied(
+        matrix=np.asarray((n / (n - k) if corrected else 1.0) * matrix, dtype=float),
+        freedom=np.full(k, float(n - k)),
+        description=description + ", times n/(n - k)" * corrected,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,19 +73,14 @@ class PublishedCovariance(Covariance):
     the tables of [Janot2019]_ have it.
     """
 
-    @property
-    def has_one_variance(self) -> bool:
-        """See `Covariance.has_one_variance`."""
-        return True
+    has_one_variance = True
 
-    def matrix(self, solution: Solution) -> Array:
-        """See `Covariance.matrix`."""
+    def applied(self, solution: Solution) -> Applied:
+        """See `Covariance.applied`."""
         e, factor = solution.counted, solution.inverse_factor
-        return float(e @ e) / (len(e) - 1) * (factor @ factor.T)
-
-    def describe(self, solution: Solution) -> str:
-        """See `Covariance.describe`."""
-        return f"i.i.d., residual variance with n - 1 = {len(solution.residuals) - 1}"
+        matrix = float(e @ e) / (len(e) - 1) * (factor @ factor.T)
+        description = f"i.i.d., residual variance with n - 1 = {len(e) - 1}"
+        return _applied(matrix, solution.influence.shape, description)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,21 +95,15 @@ class Classical(Covariance):
 
     unbiased: bool = True
 
-    @property
-    def has_one_variance(self) -> bool:
-        """See `Covariance.has_one_variance`."""
-        return True
+    has_one_variance = True
 
-    def matrix(self, solution: Solution) -> Array:
-        """See `Covariance.matrix`."""
+    def applied(self, solution: Solution) -> Applied:
+        """See `Covariance.applied`."""
         e, A = solution.counted, solution.influence
         n, k = A.shape
-        variance = float(e @ e) / (n - k if self.unbiased else n)
-        return np.asarray(variance * (A.T @ A), dtype=float)
-
-    def describe(self, solution: Solution) -> str:  # noqa: ARG002
-        """See `Covariance.describe`."""
-        return f"i.i.d., residual variance with {'n - k' if self.unbiased else 'n'}"
+        matrix = float(e @ e) / (n - k if self.unbiased else n) * (A.T @ A)
+        description = f"i.i.d., residual variance with {'n - k' if self.unbiased else 'n'}"
+        return _applied(matrix, A.shape, description)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,14 +118,11 @@ class Robust(Covariance):
 
     corrected: bool = True
 
-    def matrix(self, solution: Solution) -> Array:
-        """See `Covariance.matrix`."""
+    def applied(self, solution: Solution) -> Applied:
+        """See `Covariance.applied`."""
         scores = _scores(solution)
-        return _correction(solution, corrected=self.corrected) * (scores.T @ scores)
-
-    def describe(self, solution: Solution) -> str:  # noqa: ARG002
-        """See `Covariance.describe`."""
-        return f"heteroscedasticity-robust{_named_correction(corrected=self.corrected)}"
+        name = "heteroscedasticity-robust"
+        return _applied(scores.T @ scores, scores.shape, name, corrected=self.corrected)
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,30 +163,19 @@ class Hac(Covariance):
                 code="bad-lags",
             )
 
-    def matrix(self, solution: Solution) -> Array:
-        """See `Covariance.matrix`."""
-        return self.applied(solution).matrix
-
-    def freedom(self, solution: Solution) -> Array:
-        """See `Covariance.freedom`; fewer where many lags count or the scores are sluggish."""
-        return self.applied(solution).freedom
-
-    def describe(self, solution: Solution) -> str:
-        """See `Covariance.describe`."""
-        return self.applied(solution).description
-
-    def applied(self, solution: Solution) -> "Applied":
-        """See `Covariance.applied`: the long-run covariance is worked out once."""
+    def applied(self, solution: Solution) -> Applied:
+        """See `Covariance.applied`; fewer degrees for many lags, or sluggish scores."""
         products = partial(score_products, _scores(solution), solution.neighbours)
-        found = self.long_run(products, len(solution.residuals))
-        applied = Applied(
-            matrix=_correction(solution, corrected=self.corrected) * found.covariance,
-            freedom=np.minimum(found.freedom, Covariance.freedom(self, solution)),
-            description=f"{found.description}{_named_correction(corrected=self.corrected)}",
-        )
+        applied = self.of_scores(products, solution.influence.shape)
         widens = self.lags is None if self.widened is None else self.widened
         few = widens and float(applied.freedom.min()) < FEW_SCORES.value
         return _at_least(applied, autoregressive_covariance(solution)) if few else applied
+
+    def of_scores(self, products: Callable[[int], Array], shape: tuple[int, ...]) -> Applied:
+        """Of scores, (n, k), by their products as `long_run` takes them; never widened."""
+        found = self.long_run(products, shape[0])
+        applied = _applied(found.covariance, shape, found.description, corrected=self.corrected)
+        return replace(applied, freedom=np.minimum(found.freedom, applied.freedom))
 
     def long_run(self, products: Callable[[int], Array], rows: int) -> "LongRun":
         """The long-run covariance of scores, from their products up to so many lags.
@@ -306,7 +267,7 @@ class LongRun:
         return f"HAC, {whitened}Bartlett kernel, {self.lags} lags ({rule})"
 
 
-def _at_least(applied: Applied, other: AutoregressiveCovariance) -> Applied:
+def _at_least(applied: Applied, other: Applied) -> Applied:
     """A covariance with no deviation smaller than another has it; its correlations stay."""
     own, least = np.diag(applied.matrix), np.diag(other.matrix)
     wider = (own > 0) & (least > own)
@@ -425,12 +386,3 @@ def correlation(covariance: Array) -> Array:
 
 def _scores(solution: Solution) -> Array:
     return solution.influence * solution.counted[:, None]
-
-
-def _correction(solution: Solution, *, corrected: bool) -> float:
-    n, k = solution.influence.shape
-    return float(n / (n - k)) if corrected else 1.0
-
-
-def _named_correction(*, corrected: bool) -> str:
-    return ", times n/(n - k)" if corrected else ""

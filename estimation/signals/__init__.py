@@ -26,7 +26,12 @@ from .sampled_filter import (
     Span as Span,
 )
 from .sampling import Sampling as Sampling
-from .signals import Signals as Signals, about_samples as about_samples, drive_force as drive_force
+from .signals import (
+    Motion as Motion,
+    Signals as Signals,
+    about_samples as about_samples,
+    drive_force as drive_force,
+)
 from .without_turns import (
     Information as Information,
     dependence as dependence,
