@@ -1,6 +1,5 @@
 """`identify` of many records of one reference, side by side."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -28,20 +27,16 @@ METHOD = "idm-iv"
 _BLOCK = 32  # lanes side by side: those that are simulated together
 
 
-def is_served(
-    axis: GeneratedAxis, lanes: RecordLanes, method: str, settings: Mapping[str, object]
-) -> bool:
-    """Whether lanes of an axis go side by side: the rest is identified one by one.
+def is_served(axis: GeneratedAxis, period: float, method: str) -> bool:
+    """Whether lanes of an axis go side by side, of a period in s; else they go one by one.
 
     That is instruments of a linear model whose drive acts at once, of a law that is evaluated at
-    the samples, and of positions that no encoder rounds, where there is a compiler.
+    the samples, where there is a compiler.
     """
     declared = axis.axis
     law, drive = declared.control, declared.drive
     return (
         method == METHOD
-        and not settings
-        and not lanes.resolution
         and axis.is_linear
         and not (axis.unidentifiable or declared.signals or declared.drives_by_motion)
         and axis.declared.drive.estimated is None
@@ -50,7 +45,7 @@ def is_served(
         and not drive.logs_what_acts
         and law is not None
         and not law.continuous
-        and is_same_period(lanes.period, law.period)
+        and is_same_period(period, law.period)
         and axis.native.lanes() is not None
     )
 
@@ -96,7 +91,7 @@ def identify_lanes(
     asked = Prefilter() if prefilter is None else prefilter
     found = _no_estimates(len(lanes), len(generated.parameters))
     how, errors = [SIDE_BY_SIDE] * len(lanes), dict[int, str]()
-    served = is_served(generated, lanes, method, settings)
+    served = not (settings or lanes.resolution) and is_served(generated, lanes.period, method)
     for first in range(0, len(lanes), _BLOCK):
         part = lanes.part(slice(first, first + _BLOCK))
         block = _block(generated, part, asked) if served else None

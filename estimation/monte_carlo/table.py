@@ -14,7 +14,7 @@ from axisid.estimation.tables import library, parquet_bytes
 from axisid.support.errors import UsageError
 from axisid.support.version import __version__
 
-from .noise import declared_figures
+from .plan import declared_figures
 from .result import MonteCarlo
 from .runs import INTERVALS, PARAMETER, STATUSES, Estimand
 

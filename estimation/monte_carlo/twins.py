@@ -1,10 +1,13 @@
-"""The records of a block of twins, simulated side by side."""
+"""The records of a block of twins, simulated side by side, one by one or as lanes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.batched import RecordLanes, is_served
+from axisid.estimation.choices import ROW_LOSSES, STARTS
 from axisid.estimation.records import Record
 from axisid.estimation.simulation import (
     SIMULATED,
@@ -21,7 +24,7 @@ from axisid.support.remedy import Note
 
 from .plan import MonteCarloPlan
 
-_POSITION, _SENSORS, CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
+_POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +73,7 @@ class DrawnChain:
             None if chain.velocity is None else loop.velocity,
             None if chain.acceleration is None else plan.acceleration(loop),
         )
-        return chain.logged(record, self.draws(_SENSORS), self.draws(CONTROL))
+        return chain.logged(record, self.draws(_SENSORS), self.draws(_CONTROL))
 
 
 def twins(
@@ -88,13 +91,13 @@ def twins(
     for each, (own, loop) in zip(drawn, loops, strict=True):
         if isinstance(loop, Note):
             yield each.run, loop
-        elif still := at_rest(own, loop.position):
+        elif still := _at_rest(own, loop.position):
             yield each.run, Note(still)
         else:
             yield each.run, each.record(own, loop)
 
 
-def at_rest(plan: TwinPlan, position: Array) -> str:
+def _at_rest(plan: TwinPlan, position: Array) -> str:
     """Why a twin's record shows nothing: its axis stands still while its reference moves.
 
     Parameters
@@ -175,3 +178,55 @@ def _together(plan: TwinPlan, drawn: Sequence[DrawnChain], threads: int | None) 
             each,
             Simulation(time=time, measured_position=measured, recorded=recorded, **signals),
         )
+
+
+def are_lanes(plan: MonteCarloPlan) -> bool:
+    """Whether runs that are not judged go side by side, whatever their company."""
+    made, settings = twin_plan(plan.twin), plan.settings
+    declared = plan.axis.declared.parameters
+    return (
+        len(plan.methods) == len(plan.regressions) == 1
+        and (settings["start"], settings["loss"]) == (STARTS[0], ROW_LOSSES[0])
+        and plan.axis.names == tuple(p.name for p in declared)
+        and made.clocks is None
+        and not (made.added or made.signals or made.axis.axis.signals)
+        and made.injected is None
+        and made.axis.axis.response is None
+        and not made.axis.axis.drive.logs_what_acts
+        # Twins differ by the noise of their position, and of their recorded control, alone.
+        and replace(plan.noise, position=0.0, control=()) == Chain()
+        and is_served(plan.axis, made.period, plan.methods[0])
+    )
+
+
+def twin_lanes(
+    twin: GeneratedAxis, drawn: Sequence[DrawnChain], threads: int | None
+) -> tuple[RecordLanes, Mapping[int, str]]:
+    """The records of twins side by side, and why there is none of some, by lane."""
+    plan = twin_plan(twin)
+    samples = len(plan.reference)
+    noise: Array = np.column_stack([each.position(samples) for each in drawn])
+    batch = simulate_batch(
+        plan.axis,
+        np.tile(plan.truth, (len(drawn), 1)),
+        plan.reference,
+        plan.period,
+        position_noise=noise,
+        wanted=("position", "control"),
+        threads=threads,
+    )
+    unsimulated = dict(batch.failures)
+    for lane, position in enumerate(batch["position"].T):
+        if lane not in unsimulated and (still := _at_rest(plan, position)):
+            unsimulated[lane] = still
+    noise += batch["position"]
+    control = batch["control"]
+    for lane, each in enumerate(drawn):
+        if each.chain.control:
+            control[:, lane] = each.chain.logged_control(
+                each.draws(_CONTROL), control[:, lane], plan.period
+            )
+    lanes = RecordLanes(
+        reference=plan.reference, position=noise, control=control, period=plan.period
+    )
+    return lanes, unsimulated
