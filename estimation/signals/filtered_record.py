@@ -20,12 +20,11 @@ from axisid.support.user_values import quoted
 from .drive_response import DriveAlong, acting_control
 from .motion import resting
 from .neighbours import Neighbours
-from .position import check_position
 from .prefilter import Prefilter
-from .recorded import beside_motion, recorded_signals
+from .recorded import beside_motion, check_position, recorded_signals
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
-from .signals import Motion, Signals, checked_control, paired_with_force
+from .signals import Motion, Signals, about_samples, checked_control
 from .without_turns import Information, columns_of, losses_count, searches_friction
 
 # of the law's period times a unit's factor, by which the record's may differ: time is in that
@@ -322,9 +321,17 @@ class FilteredRecord(Exact, Uncached):
         )
 
     def _beside(self, force: Array) -> Signals:
-        starts = self._starts
-        beside = beside_motion(self.axis, self.recorded, starts)
-        return paired_with_force(self.motion, force, starts, delay=self.hold_delay, recorded=beside)
+        """The filtered motion beside a force as the hold pairs them."""
+        q, velocity, acceleration = self.motion
+        starts, delay = self._starts, self.hold_delay
+        return Signals(
+            position=q,
+            velocity=velocity,
+            acceleration=acceleration,
+            force=about_samples(force, starts, delay) if delay else force,
+            direction=np.sign(velocity),
+            recorded=beside_motion(self.axis, self.recorded, starts),
+        )
 
 
 def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = ()) -> bool:

@@ -195,9 +195,12 @@ class SampledFilter:
         return kept[self.rows_between(len(signals), 0, len(signals)) - start]
 
     def _without_phase(self, sections: "Sections", signals: Array, padding: int) -> Array:
+        """Forward and backward along the first axis, with odd extensions at both ends."""
         compiled = column_filter() if self.native else None
         if compiled is None:
-            return sections.without_phase(signals, padding)
+            from scipy.signal import sosfiltfilt
+
+            return np.asarray(sosfiltfilt(sections.sections.copy(), signals, 0, padlen=padding))
         columns = np.asarray(signals, dtype=float).reshape(len(signals), -1)
         made = compiled.without_phase(columns, sections.sections, sections.settled, padding)
         return made.reshape(signals.shape)
@@ -252,23 +255,6 @@ class Sections:
         from scipy.signal import sosfilt_zi
 
         return cls(frozen(sections), frozen(sosfilt_zi(sections)))
-
-    def without_phase(self, signals: Array, padding: int) -> Array:
-        """Forward and backward along the first axis, with odd extensions at both ends.
-
-        As `scipy.signal.sosfiltfilt`, which works the settled state out at every call.
-        """
-        from scipy.signal import sosfilt
-
-        lanes = np.atleast_2d(np.asarray(signals, dtype=float).T)
-        before = 2 * lanes[:, :1] - lanes[:, padding:0:-1]
-        after = 2 * lanes[:, -1:] - lanes[:, -2 : -padding - 2 : -1]
-        passed = np.concatenate([before, lanes, after], axis=1)
-        for _ in range(2):
-            state = self.settled[:, None] * passed[:, :1]
-            passed = sosfilt(self.sections.copy(), passed, axis=1, zi=state)[0][:, ::-1]
-        passed = passed[:, padding : padding + lanes.shape[1]]
-        return passed[0] if signals.ndim == 1 else passed.T
 
 
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.

@@ -14,10 +14,6 @@ from .neighbours import Neighbours
 from .prefilter import Prefilter
 from .sampled_filter import SampledFilter, Span
 
-#: Numbers that SciPy filters side by side. It gets more of them column by column, to the same last
-#: bit: of columns that no cache holds, memory that it takes anew costs more than the sums.
-_AT_ONCE = 1 << 20
-
 
 @dataclass(frozen=True, kw_only=True)
 class Sampling:
@@ -144,35 +140,7 @@ class Sampling:
         )
 
     def _reduced(self, signals: Array) -> Array:
-        """`reduce` with the rows that are masked or have no weight among them."""
-        if signals.ndim > 1:
-            return self._reduced_columns(signals)
-        return self._pieces(signals)
-
-    def _reduced_columns(self, signals: Array) -> Array:
-        """Of (N, k); an offset's column of ones, which many models have, is filtered once."""
-        ones = (signals[0] == 1) & (signals[-1] == 1)
-        ones[ones] = (signals[:, ones] == 1).all(axis=0)
-        if not ones.any():
-            return self._side_by_side(signals)
-        reduced = np.empty((len(self._all_rows), signals.shape[1]))
-        reduced[:, ones] = self._ones[:, None]
-        if not ones.all():
-            reduced[:, ~ones] = self._side_by_side(signals.T[~ones].T)
-        return reduced
-
-    @cached_property
-    def _ones(self) -> Array:
-        """What each row makes of ones, whether it is kept or not."""
-        return self._pieces(np.ones(self.samples))
-
-    def _side_by_side(self, signals: Array) -> Array:
-        if signals.size > _AT_ONCE and not self.native:
-            return np.stack([self._pieces(column) for column in signals.T], axis=1)
-        return self._pieces(signals)
-
-    def _pieces(self, signals: Array) -> Array:
-        """Segment by segment."""
+        """`reduce`, segment by segment, with rows that are masked or have no weight among them."""
         weighted = signals
         if self.excluded:
             weighted = np.array(signals, dtype=float)

@@ -86,23 +86,21 @@ def _about(axis: GeneratedAxis) -> Array:
 @lru_cache(maxsize=32)  # asked of an axis in every identification
 def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
     """Which columns of the inverse model, (p,), depend on which signal."""
-    regressor = axis.functions["idm_regressor"]
-    found = {}
-    for place, name in enumerate(_SIGNALS):
-        rows, _ = regressor.jac_sparsity(0, place).get_triplet()
-        found[name] = np.isin(np.arange(len(axis.parameters)), rows)
-    return found
+    return {name: _depending(axis, place) for place, name in enumerate(_SIGNALS)}
 
 
 def of_signals(axis: GeneratedAxis) -> NDArray[np.bool_]:
     """Which columns of the inverse model, (p,), depend on a recorded signal."""
-    regressor = axis.functions["idm_regressor"]
-    columns = np.arange(len(axis.parameters))
-    found = np.zeros(len(columns), dtype=bool)
-    for place in range(len(axis.axis.signals)):
-        rows, _ = regressor.jac_sparsity(0, len(_SIGNALS) + place).get_triplet()
-        found |= np.isin(columns, rows)
-    return found
+    places = range(len(_SIGNALS), len(_SIGNALS) + len(axis.axis.signals))
+    found = [_depending(axis, place) for place in places]
+    none = np.zeros(len(axis.parameters), dtype=bool)
+    return np.asarray(np.any([none, *found], axis=0))
+
+
+def _depending(axis: GeneratedAxis, place: int) -> NDArray[np.bool_]:
+    """Which columns of the inverse model, (p,), depend on what it takes at a place."""
+    rows, _ = axis.functions["idm_regressor"].jac_sparsity(0, place).get_triplet()
+    return np.isin(np.arange(len(axis.parameters)), rows)
 
 
 def _information(gram: Array) -> Array:
