@@ -3,7 +3,6 @@
 import contextlib
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from functools import partial
 from time import monotonic
 from typing import Any, TypeAlias
@@ -23,7 +22,7 @@ from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
-from .calibration import StudyCalibration
+from .calibration import calibrated_runs, study_calibrations
 from .plan import MonteCarloPlan, noise_of, split_methods, twin_of
 from .result import MonteCarlo
 from .runs import BlockNumbers, block_numbers, joined, lost_block
@@ -154,7 +153,8 @@ def monte_carlo(
         bootstrap=bootstrap,
         levels=Levels(level=level, least_share=least_share),
     )
-    return _run(plan, _Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
+    _check_spread(block, jobs, executor)
+    return _run(plan, _numbers_of(plan, block, jobs, executor), progress, keep)
 
 
 def _moves(moves: object) -> tuple[Any, ...] | None:
@@ -178,59 +178,44 @@ def _methods(methods: object) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*named, *fits)))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Spreading:
-    """How the runs are spread; what they give does not depend on it.
+def _check_spread(block: object, jobs: object, executor: object) -> None:
+    for what, value in (("block", block), ("jobs", jobs)):
+        if not (is_whole(value) and value >= 1):
+            raise UsageError(
+                f"{what}={quoted(value)}; give a whole number of 1 or more.",
+                code="monte-carlo-spread",
+            )
+    if executor is not None and jobs != 1:
+        raise UsageError(
+            "both jobs and an executor are given; give one of them.", code="monte-carlo-both"
+        )
+    if executor is not None and not isinstance(executor, Executor):
+        raise UsageError(
+            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what "
+            "Dask's Client.get_executor() gives.",
+            code="monte-carlo-executor",
+        )
 
-    Attributes
-    ----------
-    block : int
-        Runs of a block, which are simulated side by side.
-    jobs : int
-        Processes of this machine; 1 for none but this one.
-    executor : Executor or None
-        That takes the blocks in their place.
+
+def _numbers_of(
+    plan: MonteCarloPlan, block: int, jobs: int, executor: Executor | None
+) -> Generator[BlockNumbers, None, None]:
+    """The numbers of blocks of so many runs, as they come; they do not depend on who works.
+
+    Raises
+    ------
+    EstimationError
+        Something failed that no twin is to blame for.
     """
-
-    block: int = 32
-    jobs: int = 1
-    executor: Executor | None = None
-
-    def __post_init__(self) -> None:
-        for what, value in (("block", self.block), ("jobs", self.jobs)):
-            if not (is_whole(value) and value >= 1):
-                raise UsageError(
-                    f"{what}={quoted(value)}; give a whole number of 1 or more.",
-                    code="monte-carlo-spread",
-                )
-        if self.executor is not None and self.jobs > 1:
-            raise UsageError(
-                "both jobs and an executor are given; give one of them.", code="monte-carlo-both"
-            )
-        if self.executor is not None and not isinstance(self.executor, Executor):
-            raise UsageError(
-                f"the executor is {quoted(self.executor)}; give one of concurrent.futures, or what "
-                "Dask's Client.get_executor() gives.",
-                code="monte-carlo-executor",
-            )
-
-    def numbers(self, plan: MonteCarloPlan) -> Generator[BlockNumbers, None, None]:
-        """The numbers of each block, as they come.
-
-        Raises
-        ------
-        EstimationError
-            Something failed that no twin is to blame for.
-        """
-        runs = range(plan.runs)
-        blocks = [runs[first : first + self.block] for first in runs[:: self.block]]
-        jobs = min(self.jobs, len(blocks))
-        alone = self.executor is None and jobs == 1
-        # In one thread with others beside it: there are as many as processors can serve.
-        work = partial(block_numbers, plan, threads=None if alone else 1)
-        jobs = 0 if alone else jobs
-        for outcome in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=self.executor):
-            yield _numbers(outcome, blocks[outcome.place])
+    runs = range(plan.runs)
+    blocks = [runs[first : first + block] for first in runs[::block]]
+    jobs = min(jobs, len(blocks))
+    alone = executor is None and jobs == 1
+    # In one thread with others beside it: there are as many as processors can serve.
+    work = partial(block_numbers, plan, threads=None if alone else 1)
+    jobs = 0 if alone else jobs
+    for outcome in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor):
+        yield _numbers(outcome, blocks[outcome.place])
 
 
 def _numbers(outcome: Outcome[BlockNumbers], block: range) -> BlockNumbers:
@@ -247,12 +232,15 @@ def _numbers(outcome: Outcome[BlockNumbers], block: range) -> BlockNumbers:
 
 
 def _run(
-    plan: MonteCarloPlan, spreading: _Spreading, progress: Progress | None, keep: Keep | None
+    plan: MonteCarloPlan,
+    numbers: Generator[BlockNumbers, None, None],
+    progress: Progress | None,
+    keep: Keep | None,
 ) -> MonteCarlo:
-    calibration = StudyCalibration.of(plan)
+    calibrations = study_calibrations(plan)
     begin, done, count = monotonic(), list[BlockNumbers](), 0
     try:
-        with contextlib.closing(spreading.numbers(plan)) as blocks:
+        with contextlib.closing(numbers) as blocks:
             for block in blocks:
                 done.append(block)
                 count += len(block.runs)
@@ -261,7 +249,7 @@ def _run(
                     progress(count, plan.runs, f"twins of {plan.twin.axis.name}, {told}")
     except BaseException:
         if keep is not None and done:
-            numbers_so_far = calibration.of_runs(joined(done), plan.checks)
+            numbers_so_far = calibrated_runs(joined(done), calibrations, plan.checks)
             keep(MonteCarlo(plan=plan, numbers=numbers_so_far))
         raise
     found = joined(done)
@@ -269,4 +257,4 @@ def _run(
         reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in found.failures)
         listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])
         raise EstimationError(f"no twin gave an estimate. {listed}.", code="no-twin-identified")
-    return MonteCarlo(plan=plan, numbers=calibration.of_runs(found, plan.checks))
+    return MonteCarlo(plan=plan, numbers=calibrated_runs(found, calibrations, plan.checks))

@@ -121,7 +121,7 @@ class _Run:
 
 
 def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None) -> BlockNumbers:
-    """The numbers of runs that follow each other, simulated side by side.
+    """The numbers of runs that follow each other.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None
     """
     count = max(plan.checks - block.start, 0) if are_lanes(plan) else len(block)
     alone, side_by_side = block[:count], block[count:]
-    runs = [_run(plan, run, record) for run, record in twins(plan, alone, threads)] if alone else []
+    runs = [_run(plan, run, record) for run, record in twins(plan, alone)]
     if side_by_side:
         runs += _lane_runs(plan, side_by_side, threads)
     return packed(runs)

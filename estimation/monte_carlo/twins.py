@@ -1,4 +1,4 @@
-"""The records of a block of twins, simulated side by side, one by one or as lanes."""
+"""The records of twins, one by one or as lanes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,14 +9,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.batched import RecordLanes, is_served
 from axisid.estimation.choices import ROW_LOSSES, STARTS
 from axisid.estimation.records import Record
-from axisid.estimation.simulation import (
-    SIMULATED,
-    Simulation,
-    TwinPlan,
-    measured_positions,
-    simulate_batch,
-    twin_plan,
-)
+from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, twin_plan
 from axisid.estimation.twins import Chain, Draws
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
@@ -76,25 +69,19 @@ class DrawnChain:
         return chain.logged(record, self.draws(_SENSORS), self.draws(_CONTROL))
 
 
-def twins(
-    plan: MonteCarloPlan, runs: Sequence[int], threads: int | None = None
-) -> Iterator[tuple[int, Record | Note]]:
-    """The record of each run, or why there is none.
-
-    A record is made when it is asked for: of a block the signals of the loops are held, not the
-    records.
-    """
+def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | Note]]:
+    """The record of each run, or why there is none; made when it is asked for."""
     made = twin_plan(plan.twin)
-    drawn = [DrawnChain(chain=plan.noise, seed=plan.seed, run=run) for run in runs]
-    # A law with a clock of its own is simulated loop by loop.
-    loops = _alone(made, drawn) if made.clocks is not None else _together(made, drawn, threads)
-    for each, (own, loop) in zip(drawn, loops, strict=True):
-        if isinstance(loop, Note):
-            yield each.run, loop
-        elif still := _at_rest(own, loop.position):
-            yield each.run, Note(still)
-        else:
-            yield each.run, each.record(own, loop)
+    for run in runs:
+        drawn = DrawnChain(chain=plan.noise, seed=plan.seed, run=run)
+        own = drawn.own(made)
+        try:
+            loop = own.loop(drawn.position)
+        except AxisidError as error:
+            yield run, error.note
+            continue
+        still = _at_rest(own, loop.position)
+        yield run, Note(still) if still else drawn.record(own, loop)
 
 
 def _at_rest(plan: TwinPlan, position: Array) -> str:
@@ -132,52 +119,6 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     drawn = DrawnChain(chain=noise, seed=seed, run=run)
     own = drawn.own(plan)
     return drawn.record(own, own.loop(drawn.position))
-
-
-Loop = tuple[TwinPlan, Simulation | Note]
-
-
-def _alone(plan: TwinPlan, drawn: Sequence[DrawnChain]) -> Iterator[Loop]:
-    for each in drawn:
-        own = each.own(plan)
-        try:
-            yield own, own.loop(each.position)
-        except AxisidError as error:
-            yield own, error.note
-
-
-def _together(plan: TwinPlan, drawn: Sequence[DrawnChain], threads: int | None) -> Iterator[Loop]:
-    samples, resolution = len(plan.reference), drawn[0].chain.position_step
-    own = [each.own(plan) for each in drawn]
-    noise = np.column_stack([each.position(samples) for each in drawn])
-    disturbed = [each.added["control"] for each in own if each.added]
-    batch = simulate_batch(
-        plan.axis,
-        np.tile(plan.truth, (len(own), 1)),
-        np.column_stack([each.reference for each in own]),
-        plan.period,
-        start=np.array([each.reference[0] for each in own]),
-        position_noise=noise,
-        injected=np.column_stack(disturbed) if disturbed else None,
-        signals=plan.signals,
-        resolution=resolution,
-        wanted=SIMULATED,
-        threads=threads,
-    )
-    time = plan.period * np.arange(samples, dtype=np.float64)
-    recorded = tuple(np.asarray(plan.signals[s.name], dtype=float) for s in plan.axis.axis.signals)
-    for lane, each in enumerate(own):
-        if lane in batch.failures:
-            yield each, Note(batch.failures[lane])
-            continue
-        signals: Mapping[str, Array] = {
-            name: np.ascontiguousarray(values[:, lane]) for name, values in batch.signals.items()
-        }
-        measured = measured_positions(signals["position"], noise[:, lane], resolution)
-        yield (
-            each,
-            Simulation(time=time, measured_position=measured, recorded=recorded, **signals),
-        )
 
 
 def are_lanes(plan: MonteCarloPlan) -> bool:

@@ -13,6 +13,7 @@ from .covariance import (
     Robust as Robust,
     correlation as correlation,
     delta_method as delta_method,
+    joint_p as joint_p,
     most_lags as most_lags,
     score_products as score_products,
     widened as widened,
@@ -28,7 +29,6 @@ from .forms import (
     Form as Form,
     InverseForm as InverseForm,
 )
-from .joint_test import joint_p as joint_p
 from .linear import (
     Applied as Applied,
     Columns as Columns,
@@ -50,7 +50,11 @@ from .propagation import (
     draw_parameters as draw_parameters,
     summarised as summarised,
 )
-from .residual_tests import ResidualTests as ResidualTests, residual_tests as residual_tests
+from .residual_tests import (
+    ResidualTests as ResidualTests,
+    power_density as power_density,
+    residual_tests as residual_tests,
+)
 from .sensor_steps import sensor_steps as sensor_steps
 from .simulated_rows import (
     LoopDataError as LoopDataError,
@@ -61,7 +65,6 @@ from .simulated_rows import (
     simulated_position as simulated_position,
     simulated_right as simulated_right,
 )
-from .spectrum import power_density as power_density
 from .variable_projection import (
     damped_step as damped_step,
     search_bounds as search_bounds,
