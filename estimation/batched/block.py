@@ -45,7 +45,7 @@ def _thinning_of(sampled: SampledFilter, samples: int) -> Thinning:
     kept = samples - start - end
     ends = sampled.weightless_ends(samples)
     low, high = (ends[0][1], ends[1][0]) if ends else (0, kept)
-    rows = sampled.rows_between(samples, 0, samples) - start
+    rows = sampled.rows(samples) - start
     first = int(rows[0])
     padding = DECIMATION_PADDING if every > 1 else 0
     skipped = max(0, math.ceil((first - every + padding) / every))

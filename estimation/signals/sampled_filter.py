@@ -192,7 +192,7 @@ class SampledFilter:
         kept = weighted[start : len(weighted) - end]
         if self.settings.decimate > 1:
             kept = self.smoothed(kept)
-        return kept[self.rows_between(len(signals), 0, len(signals)) - start]
+        return kept[self.rows(len(signals)) - start]
 
     def _without_phase(self, sections: "Sections", signals: Array, padding: int) -> Array:
         """Forward and backward along the first axis, with odd extensions at both ends."""
@@ -216,17 +216,13 @@ class SampledFilter:
         """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
         return self._without_phase(self.decimation, signals, DECIMATION_PADDING)
 
-    def rows(self, samples: int) -> Array:
-        """Sample numbers of the rows of one stretch, (n,)."""
-        return self.rows_between(samples, 0, samples).astype(np.float64)
-
-    def rows_between(self, samples: int, start: int, stop: int) -> NDArray[np.int64]:
-        """Rows of one stretch of so many samples, from `start` to before `stop`."""
+    def rows(self, samples: int) -> NDArray[np.int64]:
+        """Sample numbers of the rows of one stretch of so many samples, (n,)."""
         low, high = self.dropped
         decimate = self.settings.decimate
         first = self.cut[0] + self._first(samples - sum(self.cut))
-        first += max(-(-(max(start, low) - first) // decimate), 0) * decimate
-        return np.arange(first, min(stop, samples - high), decimate)
+        first += max(-(-(low - first) // decimate), 0) * decimate
+        return np.arange(first, samples - high, decimate)
 
     def _transient(self, level: float) -> int:
         # The slowest pole of a Butterworth filter is the one nearest the imaginary axis.

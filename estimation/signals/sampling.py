@@ -151,7 +151,7 @@ class Sampling:
     @cached_property
     def _all_rows(self) -> Array:
         pieces = [a + self.filter.rows(b - a) for a, b in self.spans]
-        return np.concatenate(pieces)
+        return np.concatenate(pieces).astype(np.float64)
 
     @cached_property
     def _clean(self) -> NDArray[np.bool_]:
