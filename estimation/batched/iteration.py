@@ -9,11 +9,11 @@ from axisid.estimation.methods import Pace
 from axisid.estimation.problems import Reach, shown_up_to
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import (
-    Information,
     Prefilter,
     Signals,
     drive_force,
     losses_count,
+    remaining_information,
     searches_friction,
 )
 from axisid.estimation.thresholds import (
@@ -136,12 +136,9 @@ def _show_too_little(block: Block, near: Chosen) -> Chosen:
     """Which lanes hardly show a parameter without what is near reversals, (L,)."""
     slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
     moving, left = block.information(near, slow)
-    found = np.zeros(near.shape[1], dtype=bool)
-    for lane in range(len(found)):
-        information = Information(losses_count(block.axis))
-        information.add(moving[lane], left[lane])
-        found[lane] = information.remaining < MIN_INFORMATION_LEFT.value
-    return found
+    counts = losses_count(block.axis)
+    remaining = [remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)]
+    return np.asarray(np.array(remaining) < MIN_INFORMATION_LEFT.value)
 
 
 def _clearly_shown(

@@ -33,9 +33,9 @@ from .signals import (
     drive_force as drive_force,
 )
 from .without_turns import (
-    Information as Information,
     dependence as dependence,
     losses_count as losses_count,
     of_signals as of_signals,
+    remaining_information as remaining_information,
     searches_friction as searches_friction,
 )
