@@ -8,7 +8,6 @@ from .covariance import (
     Classical as Classical,
     Covariance as Covariance,
     Hac as Hac,
-    LongRun as LongRun,
     PublishedCovariance as PublishedCovariance,
     Robust as Robust,
     correlation as correlation,

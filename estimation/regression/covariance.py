@@ -175,11 +175,14 @@ class Hac(Covariance):
     def of_scores(self, products: Callable[[int], Array], shape: tuple[int, ...]) -> Applied:
         """Of scores, (n, k), by their products as `long_run` takes them; never widened."""
         found = self.long_run(products, shape[0])
-        applied = _applied(found.covariance, shape, found.description, corrected=self.corrected)
+        applied = _applied(found.matrix, shape, found.description, corrected=self.corrected)
         return replace(applied, freedom=np.minimum(found.freedom, applied.freedom))
 
-    def long_run(self, products: Callable[[int], Array], rows: int) -> "LongRun":
+    def long_run(self, products: Callable[[int], Array], rows: int) -> Applied:
         """The long-run covariance of scores, from their products up to so many lags.
+
+        Its degrees of freedom are by the relative variance of the kernel, ``2/n sum w^2``, and by
+        the delta method of the autoregression, whose own variance is ``(1 - rho^2)/n``.
 
         Parameters
         ----------
@@ -193,79 +196,42 @@ class Hac(Covariance):
         UsageError
             The lags that were given are too many for the rows.
         """
+        white, colour, whitens = self.whitened(products, rows)
+        lags = len(white) - 1
+        gain = 1 / (1 - colour)
+        kernel = 1 + 2 * float(np.sum((1 - np.arange(1, lags + 1) / (lags + 1)) ** 2))
+        coloured = 2 * (1 + colour) / (1 - colour) if whitens else 0.0
+        capped = self.lags is None and lags == most_lags(rows)
+        rule = "as given" if self.lags is not None else f"plug-in rule{', capped' * capped}"
+        scores = "scores prewhitened by AR(1), " * whitens
+        return Applied(
+            matrix=np.asarray(bartlett(white) * np.outer(gain, gain), dtype=float),
+            freedom=np.asarray(rows / (kernel + coloured) * np.ones_like(colour), dtype=float),
+            description=f"HAC, {scores}Bartlett kernel, {lags} lags ({rule})",
+        )
+
+    def whitened(self, products: Callable[[int], Array], rows: int) -> tuple[Array, Array, bool]:
+        """Products of whitened scores at the lags that count, and their autoregression, (k,).
+
+        The latter is 0 where scores are not whitened, which comes last.
+        """
         if self.lags is not None and self.lags > rows // 4:
             raise UsageError(
                 f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
                 code="too-many-lags",
             )
-        whiten = self.lags is None if self.prewhitened is None else self.prewhitened
-        looked_at = first_lags(rows) if self.lags is None else int(self.lags)
+        whitens = self.lags is None if self.prewhitened is None else self.prewhitened
+        lags = looked_at = first_lags(rows) if self.lags is None else int(self.lags)
         raw = products(looked_at + 1)
-        colour = _autoregression(raw) if whiten else np.zeros(raw.shape[1])
+        colour = _autoregression(raw) if whitens else np.zeros(raw.shape[1])
         white = _whitened(raw, colour)
-        lags = looked_at
         if self.lags is None:
             # Each parameter's scores by themselves, so that neither units nor signs enter.
             sums = np.diagonal(white, axis1=1, axis2=2) / rows
             lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
         if lags > looked_at:
             white = _whitened(products(lags + 1), colour)
-        return LongRun(
-            white=bartlett(white[: lags + 1]),
-            colour=colour,
-            lags=lags,
-            rows=rows,
-            prewhitened=whiten,
-            given=self.lags is not None,
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LongRun:
-    """A long-run covariance of scores.
-
-    Attributes
-    ----------
-    white : (k, k) array
-        Of the whitened scores.
-    colour : (k,) array
-        Autoregression of each parameter's scores; 0 where they were not whitened.
-    lags, rows : int
-    prewhitened, given : bool
-        Whether the scores were whitened, and the lags were given.
-    """
-
-    white: Array
-    colour: Array
-    lags: int
-    rows: int
-    prewhitened: bool
-    given: bool
-
-    @property
-    def covariance(self) -> Array:
-        """Recoloured, (k, k)."""
-        gain = 1 / (1 - self.colour)
-        return np.asarray(self.white * np.outer(gain, gain), dtype=float)
-
-    @property
-    def freedom(self) -> Array:
-        """Degrees of freedom of the chi-squared with the variances' relative error, (k,).
-
-        That of the kernel, ``2/n sum w^2``, and by the delta method that of the autoregression,
-        whose variance is ``(1 - rho^2)/n``.
-        """
-        kernel = 1 + 2 * float(np.sum((1 - np.arange(1, self.lags + 1) / (self.lags + 1)) ** 2))
-        coloured = 2 * (1 + self.colour) / (1 - self.colour) if self.prewhitened else 0.0
-        return np.asarray(self.rows / (kernel + coloured) * np.ones_like(self.colour), dtype=float)
-
-    @property
-    def description(self) -> str:
-        """Kernel, lags and whitening, for notes."""
-        capped = not self.given and self.lags == most_lags(self.rows)
-        rule = "as given" if self.given else f"plug-in rule{', capped' * capped}"
-        whitened = "scores prewhitened by AR(1), " * self.prewhitened
-        return f"HAC, {whitened}Bartlett kernel, {self.lags} lags ({rule})"
+        return white[: lags + 1], colour, whitens
 
 
 def _at_least(applied: Applied, other: Applied) -> Applied:

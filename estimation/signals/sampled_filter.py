@@ -69,9 +69,13 @@ class SampledFilter:
 
         Rows further apart are made of different samples.
         """
-        motion, rows = self.settling(_SETTLED_TRANSIENT)
-        decimate = self.settings.decimate
-        return motion if decimate == 1 else math.ceil((motion + rows) / decimate)
+        motion, decimate = self._transient(_SETTLED_TRANSIENT), self.settings.decimate
+        if decimate == 1:
+            return motion
+        sections = self.decimation.sections
+        slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
+        rows = math.ceil(math.log(_SETTLED_TRANSIENT) / math.log(slowest))
+        return math.ceil((motion + rows) / decimate)
 
     @property
     def turn_reach(self) -> int:
@@ -89,14 +93,6 @@ class SampledFilter:
         order, decimate = self.settings.order, self.settings.decimate
         padding = DECIMATION_PADDING if decimate > 1 else 0
         return max(3 * order, padding, 2 * decimate) + sum(self.dropped) + 1
-
-    def settling(self, level: float) -> tuple[int, int]:
-        """Samples over which the low-pass and the decimation filter decay to a level."""
-        if self.settings.decimate == 1:
-            return self._transient(level), 0
-        sections = self.decimation.sections
-        slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
-        return self._transient(level), math.ceil(math.log(level) / math.log(slowest))
 
     def check(self, samples: int, what: str = "the record") -> None:
         """Refuse a record, or its longest segment, that the settings cannot serve.
