@@ -165,11 +165,6 @@ class Block:
         """What the prefilter does to a lane."""
         return self.template.sampling.filter
 
-    @property
-    def held(self) -> bool:
-        """Whether the force is paired with the motion as a hold does."""
-        return self.template.prefilter.hold == "zoh"
-
     @cached_property
     def motion(self) -> Motion:
         """The measured motion, filtered, (N, L) each."""
@@ -223,7 +218,8 @@ class Block:
         """Regressor, (n, p, L), and known part, (n, L) or nothing, of simulated loops."""
         names = ("position", "velocity", "acceleration", "force", "direction")
         signals = tuple(loops[name] for name in names)
-        before = loops["direction_before"] if self.held else None
+        held = self.template.prefilter.hold == "zoh"
+        before = loops["direction_before"] if held else None
         found = self.library.simulated(signals, before, physical, excluded, self.thinning)
         found, p = _kept(found, rows), len(self.axis.parameters)
         return found[:, :p], found[:, p] if found.shape[1] > p else 0.0

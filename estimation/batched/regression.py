@@ -14,7 +14,6 @@ from axisid.codegen.native import LaneLibrary
 from axisid.support.arrays import Array
 
 _MOST_CONDITION = 1e6  # of the scaled products: digits are lost beyond
-_ROUNDS = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,10 +86,9 @@ def solved(
         mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
     theta = _applied(mixing, aside)
     residuals = left - fitted(regressor, theta)
-    for _ in range(_ROUNDS):
-        step = products(library, instruments, residuals[:, None])[:, :, 0]
-        theta = theta + _applied(mixing, step)
-        residuals = left - fitted(regressor, theta)
+    step = products(library, instruments, residuals[:, None])[:, :, 0]
+    theta = theta + _applied(mixing, step)
+    residuals = left - fitted(regressor, theta)
     return LaneSolutions(
         theta=theta,
         residuals=residuals,

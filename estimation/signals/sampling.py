@@ -1,6 +1,5 @@
 """Which samples of a record count, and which rows they make under a prefilter."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -131,7 +130,9 @@ class Sampling:
 
         `fastest` is the largest speed of other records of the machine.
         """
-        rest = _rest_below((velocity[a:b] for a, b in self.spans), fastest)
+        # What noise makes of a rest is the same in all records of a machine.
+        speeds = (float(np.abs(velocity[a:b]).max()) for a, b in self.spans)
+        rest = REST_SPEED.value * max(fastest, *speeds)
         reach = self.filter.turn_reach
         return tuple(
             stretch
@@ -171,16 +172,6 @@ class Sampling:
         if not self.excluded:
             return self._clean
         return self._clean & (self._reduced(np.ones(self.samples)) > MIN_ROW_WEIGHT.value)
-
-
-def _rest_below(velocities: Iterable[Array], beside: float) -> float:
-    """Speed below which an axis rests, from the stretches of its filtered velocity.
-
-    `beside` is the largest speed of other records of the machine: what noise makes of a rest is
-    the same in all of them.
-    """
-    fastest = max((float(np.abs(v).max()) for v in velocities if len(v)), default=0.0)
-    return REST_SPEED.value * max(fastest, beside)
 
 
 def near_turns(velocity: Array, reach: int, rest: float) -> NDArray[np.bool_]:
