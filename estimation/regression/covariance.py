@@ -50,12 +50,12 @@ class Covariance(ABC):
         return self.applied(solution).description
 
 
-def _applied(
+def applied_covariance(
     matrix: Array, shape: tuple[int, ...], description: str, *, corrected: bool = False
 ) -> Applied:
-    """A covariance by the rows and parameters, (n, k), there are, for small samples if corrected.
+    """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k).
 
-    That is, times ``n/(n - k)``.
+    For small samples it is corrected, times ``n/(n - k)``.
     """
     n, k = shape
     return Applied(
@@ -81,7 +81,7 @@ class PublishedCovariance(Covariance):
         e, factor = solution.counted, solution.inverse_factor
         matrix = float(e @ e) / (len(e) - 1) * (factor @ factor.T)
         description = f"i.i.d., residual variance with n - 1 = {len(e) - 1}"
-        return _applied(matrix, solution.influence.shape, description)
+        return applied_covariance(matrix, solution.influence.shape, description)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ class Classical(Covariance):
         n, k = A.shape
         matrix = float(e @ e) / (n - k if self.unbiased else n) * (A.T @ A)
         description = f"i.i.d., residual variance with {'n - k' if self.unbiased else 'n'}"
-        return _applied(matrix, A.shape, description)
+        return applied_covariance(matrix, A.shape, description)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +123,7 @@ class Robust(Covariance):
         """See `Covariance.applied`."""
         scores = _scores(solution)
         name = "heteroscedasticity-robust"
-        return _applied(scores.T @ scores, scores.shape, name, corrected=self.corrected)
+        return applied_covariance(scores.T @ scores, scores.shape, name, corrected=self.corrected)
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +175,9 @@ class Hac(Covariance):
     def of_scores(self, products: Callable[[int], Array], shape: tuple[int, ...]) -> Applied:
         """Of scores, (n, k), by their products as `long_run` takes them; never widened."""
         found = self.long_run(products, shape[0])
-        applied = _applied(found.matrix, shape, found.description, corrected=self.corrected)
+        applied = applied_covariance(
+            found.matrix, shape, found.description, corrected=self.corrected
+        )
         return replace(applied, freedom=np.minimum(found.freedom, applied.freedom))
 
     def long_run(self, products: Callable[[int], Array], rows: int) -> Applied:
