@@ -263,8 +263,8 @@ class RecordScores:
         for left in (residuals - block @ values[place], residuals):
             scores = partial(score_products, block * left[:, None], self.neighbours)
             run = Hac().long_run(scores, len(left))
-            square = float(away @ np.linalg.solve(run.covariance, away))
-            chances.append((joint_p(square, g, float(np.min(run.freedom))), run.covariance))
+            square = float(away @ np.linalg.solve(run.matrix, away))
+            chances.append((joint_p(square, g, float(np.min(run.freedom))), run.matrix))
         (wald, spread[place]), (score, _) = chances
         mostly = powers[place] > _MOSTLY * np.mean(residuals**2)
         p_values[place] = wald if mostly or score <= _CONFIRMED else max(wald, score)

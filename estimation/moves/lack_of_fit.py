@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import Hac, LongRun, score_products
+from axisid.estimation.regression import Applied, Hac, score_products
 from axisid.estimation.signals import FilteredRecord, Neighbours
 from axisid.estimation.thresholds import MIN_MODEL_SHARE
 from axisid.support.arrays import Array
@@ -162,7 +162,7 @@ def _split(estimate: Estimate, repeats: Repeats, phases: _Phases, left: Array) -
     share = float(common.sum()) / total
     beside = estimate.neighbours[phases.first]
     scatter = _long_run((common - share * power)[:, None], beside)
-    deviation = float(np.sqrt(max(scatter.covariance[0, 0], 0.0))) / total
+    deviation = float(np.sqrt(max(scatter.matrix[0, 0], 0.0))) / total
     mean = sums / count
     scaled = (left - mean[phases.of]) * np.sqrt(count / (count - 1))[phases.of]
     times = estimate.rows * estimate.period if estimate.times is None else estimate.times
@@ -227,13 +227,13 @@ def _hac_excess(estimate: Estimate, rows: Index, left: Array, noise: Array) -> d
     Z = estimate.slope_columns.T @ estimate.X
     weights = np.linalg.solve(Z, estimate.score_columns[rows].T).T @ estimate.jacobian.T
     beside = estimate.neighbours[rows]
-    of_both = (_long_run(weights * each[:, None], beside).covariance for each in (left, noise))
+    of_both = (_long_run(weights * each[:, None], beside).matrix for each in (left, noise))
     whole, alone = (np.sqrt(np.maximum(np.diag(of_one), 0.0)) for of_one in of_both)
     ratios = np.divide(whole, alone, out=np.full(len(whole), np.inf), where=alone > 0)
     return {q.name: float(r) for q, r in zip(estimate.quantities, ratios, strict=True)}
 
 
-def _long_run(scores: Array, neighbours: Neighbours) -> LongRun:
+def _long_run(scores: Array, neighbours: Neighbours) -> Applied:
     """Covariance of the sum of scores, (n, k), that may depend on their neighbours."""
     # Held against each other, or of residuals on no regressor: the kernel alone.
     products = partial(score_products, scores, neighbours)

@@ -163,7 +163,8 @@ def simulated_right(
     With `zoh`, the rows just before and just after a sample are averaged, as the measured force is.
     """
     pieces = [loop_equations(form, loop, physical, data.prefilter.hold) for loop in loops]
-    return Equations.stacked(pieces).reduced_right(data)
+    rows = Equations.stacked(pieces).reduced(data)
+    return rows.intercept, rows.regressor
 
 
 def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | None) -> Equations:

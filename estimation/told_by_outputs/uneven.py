@@ -86,7 +86,7 @@ def uneven(
     whole = np.concatenate(scores)
     lags = min(round(_SCORES_ALIKE / period), len(whole) // _FEWEST_ROWS)
     long_run = Hac(lags).long_run(lambda most: score_products(whole, pieces, most), len(whole))
-    told = Scattering(matrix=long_run.covariance, freedom=long_run.freedom)
+    told = Scattering(matrix=long_run.matrix, freedom=long_run.freedom)
     return larger(told, columns, twins, spans)
 
 
