@@ -22,8 +22,8 @@ from axisid.estimation.diagnostics.estimates import (
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import (
     Alignment,
+    ColumnComparison,
     ForceTiming,
-    MotionComparison,
     alignment_of,
     compared_motions,
     force_timing,
@@ -72,7 +72,7 @@ class Diagnosis(Presentable, Exact):
         Of the model's error, by method and physical parameter.
     differences : mapping of str to mapping of str to HausmanTest
         Of two estimates, ``idm-iv less didim``, by physical parameter.
-    motions : mapping of str to MotionComparison or Missing
+    motions : mapping of str to ColumnComparison or Missing
         A measured velocity and acceleration beside what is differentiated, by role.
     records : tuple of RecordDiagnosis
         By record, where there are several.
@@ -87,7 +87,7 @@ class Diagnosis(Presentable, Exact):
     lack_of_fit: LackOfFit | None = None
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
     differences: Mapping[str, Mapping[str, HausmanTest]] = field(default_factory=dict)
-    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
+    motions: Mapping[str, ColumnComparison | Missing] = field(default_factory=dict)
     records: "tuple[RecordDiagnosis, ...]" = ()
 
 
@@ -104,7 +104,7 @@ class RecordDiagnosis:
         The checks that are of one record.
     apart : Apart or Missing
         The record alone beside the others.
-    motions : mapping of str to MotionComparison or Missing
+    motions : mapping of str to ColumnComparison or Missing
         As of a `Diagnosis`.
     """
 
@@ -113,7 +113,7 @@ class RecordDiagnosis:
     lack_of_fit: LackOfFit | None
     verdict: tuple[Check, ...]
     apart: Apart | Missing
-    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
+    motions: Mapping[str, ColumnComparison | Missing] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,7 +255,7 @@ class Case:
         return alignment_of(scores)
 
     @cached_property
-    def motions(self) -> Mapping[str, MotionComparison | Missing]:
+    def motions(self) -> Mapping[str, ColumnComparison | Missing]:
         """A measured velocity and acceleration beside what is differentiated, by role."""
         return compared_motions(self.data.record, self._velocities)
 
