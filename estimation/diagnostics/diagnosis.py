@@ -13,7 +13,6 @@ from axisid.estimation.diagnostics.estimates import (
     Excitation,
     InstrumentTests,
     excitation,
-    excitation_of_several,
     fixed_check,
     moved_by_steps,
     strength_check,
@@ -32,10 +31,9 @@ from axisid.estimation.diagnostics.loop import (
 from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of
 from axisid.estimation.lacking import Lack, RecordScores, lacking, scores_at
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
-from axisid.estimation.problems import Problem, Reach, noise_free_record
+from axisid.estimation.problems import Problem, noise_free_record
 from axisid.estimation.records import record_labels
 from axisid.estimation.regression import (
-    InverseForm,
     recorded_loops,
 )
 from axisid.estimation.signals import FilteredRecord
@@ -222,18 +220,7 @@ class Case:
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
         """By physical parameter, of the motion that the regressor is made of."""
-        if self.has_parts:
-            return excitation_of_several(self.regressed, self.preferred.physical)
-        data, physical = self.regressed.data[0], self.preferred.physical
-        every = InverseForm(data.axis).at(physical).equations(data.signals)
-        return excitation(
-            data.axis,
-            data.signals,
-            every.reduced(data),
-            data.weights,
-            physical,
-            Reach.of(data.signals, every, data.kept),
-        )
+        return excitation(self.regressed, self.preferred.physical)
 
     @cached_property
     def regressed(self) -> Problem:

@@ -9,7 +9,6 @@ from .drive_gain import gain_check as gain_check
 from .excitation import (
     Excitation as Excitation,
     excitation as excitation,
-    excitation_of_several as excitation_of_several,
 )
 from .fixed_values import fixed_check as fixed_check
 from .instruments import (

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.problems import Problem, Reach, natural_sizes
 from axisid.estimation.regression import Equations, InverseForm
 from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
@@ -80,45 +79,10 @@ class Excitation:
         return f"{why}: {', and '.join(self.lacking)}" if self.lacking else why
 
 
-def excitation(
-    axis: GeneratedAxis,
-    signals: Signals,
-    equations: Equations,
-    weights: Array,
-    physical: Array,
-    reach: Reach | None,
-) -> tuple[Excitation, ...]:
+def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     """Judge every parameter's column of the inverse model.
 
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    signals : Signals
-        Measured, (N,).
-    equations : Equations
-        Of the inverse form, reduced, (n,).
-    weights : (n,) array
-        Of the rows, as `Prefilter.weights` has them.
-    physical : (p,) array
-        An estimate.
-    reach : Reach or None
-        Of the force and of each column along the record, with that estimate.
-    """
-    nowhere = np.zeros(len(physical))
-    return _judged(
-        axis.names,
-        [signals],
-        equations,
-        weights,
-        physical,
-        dependence(axis),
-        nowhere if reach is None else np.abs(physical) * reach.columns / reach.force,
-        nowhere + np.inf if reach is None else natural_sizes(axis, reach),
-    )
-
-
-def excitation_of_several(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
-    """The same of several records together; what the motion lacks, it lacks in all of them.
+    What the motion of several records lacks, it lacks in all of them.
 
     Parameters
     ----------
