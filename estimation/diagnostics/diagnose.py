@@ -125,7 +125,7 @@ def _alignment(case: Case) -> Check | Missing:
         case.data,
         late=_delay(case),
         weak=case.weak,
-        remedy=timing_remedy(case.timing, case.data.axis.axis.control),
+        remedy=timing_remedy(case.timing, case.data.axis.axis.control, case.law),
         by_log=_is_logged_elsewhere(case),
     )
 

@@ -196,10 +196,9 @@ class Case:
     @cached_property
     def timing(self) -> ForceTiming | Missing:
         """Whole samples between where the force is recorded and where it acts."""
-        data, found = self.data, self.alignment
         if self.weak:
             return Missing("the instruments are too weak to measure a delay")
-        return force_timing(data.axis, data.record, found, data.hold_delay)
+        return force_timing(self.data, self.alignment)
 
     @cached_property
     def instruments(self) -> InstrumentTests | Missing:
