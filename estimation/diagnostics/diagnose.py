@@ -43,7 +43,7 @@ from axisid.support.missing import Missing
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .joined import joined
 from .preferred import Choice
-from .records_alike import Apart, alike_check
+from .records_alike import alike_check
 from .repeated_samples import repeated_check
 
 #: How far the numbers of a result can be believed.
@@ -268,22 +268,23 @@ def diagnose(choice: Choice) -> Diagnosis:
     by_record = {
         d.name: [d.made(part) for part in case.parts] for d in DIAGNOSTICS.values() if d.by_record
     }
+    records = [_of_record(case, i, by_record) for i in range(len(case.parts))]
     checks = (_checked(diagnostic, case, by_record) for diagnostic in DIAGNOSTICS.values())
     law, alignment, velocity = (
-        _first_failing(by_record[name])
+        records[_first_failing(by_record[name])]
         for name in ("control law", "alignment", "measured velocity")
     )
     return Diagnosis(
         preferred=case.judged,
-        law=unless_faulty(lambda: case.parts[law].law),
+        law=law.law,
         instruments=told_or(None, lambda: case.instruments),
         excitation=told_or((), lambda: case.excitation),
-        alignment=unless_faulty(lambda: case.parts[alignment].alignment),
-        motions=told_or({}, lambda: case.parts[velocity].motions),
+        alignment=alignment.alignment,
+        motions=velocity.motions,
         verdict=tuple(check for check in checks if check is not None),
-        lack_of_fit=None if case.has_parts else told_or(None, lambda: case.lack_of_fit),
+        lack_of_fit=None if case.has_parts else records[0].lack_of_fit,
         bands={} if case.has_parts else told_or({}, lambda: case.bands),
-        records=_of_records(case, by_record) if len(case.names) > 1 else (),
+        records=tuple(records) if len(records) > 1 else (),
         differences=told_or({}, lambda: case.differences),
     )
 
@@ -302,29 +303,19 @@ def _first_failing(found: Sequence[Check | None]) -> int:
     return min(fails, default=(False, 0))[1]
 
 
-def _of_records(
-    case: Case, made: Mapping[str, Sequence[Check | None]]
-) -> tuple[RecordDiagnosis, ...]:
-    """What there is to say of each of several records."""
+def _of_record(
+    case: Case, number: int, made: Mapping[str, Sequence[Check | None]]
+) -> RecordDiagnosis:
+    """What there is to say of a record by itself."""
+    part = case.parts[number]
     alike = unless_faulty(lambda: case.alike)
-    return tuple(
-        _of_record(
-            part,
-            [found[i] for found in made.values()],
-            alike if isinstance(alike, Missing) else alike.records[i],
-        )
-        for i, part in enumerate(case.parts)
-    )
-
-
-def _of_record(part: Case, made: Sequence[Check | None], apart: Apart | Missing) -> RecordDiagnosis:
     return RecordDiagnosis(
         law=unless_faulty(lambda: part.law),
         alignment=unless_faulty(lambda: part.alignment),
         motions=told_or({}, lambda: part.motions),
         lack_of_fit=told_or(None, lambda: part.lack_of_fit),
-        verdict=tuple(check for check in made if check is not None),
-        apart=apart,
+        verdict=tuple(check for found in made.values() if (check := found[number]) is not None),
+        apart=alike if isinstance(alike, Missing) else alike.records[number],
     )
 
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 
-from axisid.estimation.checks import Check, unless_faulty
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import (
     FORMS,
     LESS,
@@ -28,7 +28,7 @@ from axisid.estimation.diagnostics.loop import (
     force_timing,
     law_in_time,
 )
-from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of
+from axisid.estimation.estimates import Estimate, HausmanTest, part_of
 from axisid.estimation.lacking import Lack, RecordScores, lacking, scores_at
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.problems import Problem, noise_free_record
@@ -45,73 +45,63 @@ from axisid.support.presentable import Presentable
 from .preferred import Choice
 from .records_alike import Alike, Apart, rows_alike
 
+_ALONE = Missing("there is one record")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Diagnosis(Presentable, Exact):
-    """What was measured of a result.
+class RecordDiagnosis(Exact):
+    """What was measured of a record.
+
+    Attributes
+    ----------
+    law : LawCheck or Missing
+        The control law against the record, or why it cannot be checked.
+    alignment : Alignment or Missing
+        The delay of the force, or why it cannot be measured.
+    verdict : tuple of Check
+        All of it against thresholds; of one of several records what is of that record.
+    lack_of_fit : LackOfFit or None
+        Of the judged estimate; None where the reference does not repeat, or there is none.
+    motions : mapping of str to ColumnComparison or Missing
+        A measured velocity and acceleration beside what is differentiated, by role.
+    apart : Apart or Missing
+        The record alone beside the others.
+    """
+
+    law: LawCheck | Missing
+    alignment: Alignment | Missing
+    verdict: tuple[Check, ...]
+    lack_of_fit: LackOfFit | None = None
+    motions: Mapping[str, ColumnComparison | Missing] = field(default_factory=dict)
+    apart: Apart | Missing = _ALONE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Diagnosis(RecordDiagnosis, Presentable):
+    """What was measured of a result: of several records the first whose check fails, or the first.
 
     Attributes
     ----------
     preferred : str
         The method that the checks of one estimate are of.
-    law : LawCheck or Missing
-        The control law against the record, or why it cannot be checked.
     instruments : InstrumentTests or None
         Of `preferred`, or of idm-iv beside it where that is by output error; None without any.
     excitation : tuple of Excitation
         By physical parameter.
-    alignment : Alignment or Missing
-        The delay of the force, or why it cannot be measured.
-    verdict : tuple of Check
-        All of it against thresholds.
-    lack_of_fit : LackOfFit or None
-        Of `preferred`; None where the reference does not repeat, or there is none.
     bands : mapping of str to mapping of str to Band
         Of the model's error, by method and physical parameter.
     differences : mapping of str to mapping of str to HausmanTest
         Of two estimates, ``idm-iv less didim``, by physical parameter.
-    motions : mapping of str to ColumnComparison or Missing
-        A measured velocity and acceleration beside what is differentiated, by role.
     records : tuple of RecordDiagnosis
         By record, where there are several.
     """
 
     preferred: str
-    law: LawCheck | Missing
     instruments: InstrumentTests | None
     excitation: tuple[Excitation, ...]
-    alignment: Alignment | Missing
-    verdict: tuple[Check, ...]
-    lack_of_fit: LackOfFit | None = None
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
     differences: Mapping[str, Mapping[str, HausmanTest]] = field(default_factory=dict)
-    motions: Mapping[str, ColumnComparison | Missing] = field(default_factory=dict)
-    records: "tuple[RecordDiagnosis, ...]" = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RecordDiagnosis:
-    """What was measured of one of several records.
-
-    Attributes
-    ----------
-    law : LawCheck or Missing
-    alignment : Alignment or Missing
-    lack_of_fit : LackOfFit or None
-    verdict : tuple of Check
-        The checks that are of one record.
-    apart : Apart or Missing
-        The record alone beside the others.
-    motions : mapping of str to ColumnComparison or Missing
-        As of a `Diagnosis`.
-    """
-
-    law: LawCheck | Missing
-    alignment: Alignment | Missing
-    lack_of_fit: LackOfFit | None
-    verdict: tuple[Check, ...]
-    apart: Apart | Missing
-    motions: Mapping[str, ColumnComparison | Missing] = field(default_factory=dict)
+    records: tuple[RecordDiagnosis, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,6 +163,8 @@ class Case:
     @cached_property
     def alike(self) -> Alike | Missing:
         """Each of several records against the others."""
+        if len(self.problem.data) == 1:
+            return _ALONE
         return rows_alike(self.problem, self.preferred, self.choice.levels)
 
     @property
@@ -293,18 +285,14 @@ class Case:
     @cached_property
     def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
         """Estimates against each other, or why they cannot be; none that are not there both."""
-        weak = Missing("the instruments are too weak to tell")
         instruments = any(each.loop_rows is not None for each in self.estimates.values())
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
-        pairs = [SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS]
-        found: dict[str, Mapping[str, HausmanTest] | Missing] = {}
-        for pair in pairs:
-            one, other = (self.estimates.get(method) for method in pair.split(LESS))
-            if one is not None and other is not None:
-                tested = partial(hausman, one, other)
-                told = self.choice.apart if pair == SECOND_OPINION else unless_faulty(tested)
-                found[pair] = weak if instruments and is_weak else told
-        return found
+        weak = Missing("the instruments are too weak to tell")
+        return {
+            pair: weak if instruments and is_weak else self.choice.less(*pair.split(LESS))
+            for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS])
+            if {*pair.split(LESS)} <= {*self.estimates}
+        }
 
     @property
     def differences(self) -> Mapping[str, Mapping[str, HausmanTest]]:

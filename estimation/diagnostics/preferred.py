@@ -42,8 +42,10 @@ class Choice:
         first, by_law = self._best(by_law=False), self._best(by_law=True)
         if by_law == first or not self.laws_hold:
             return first
+        apart = self.less("idm-iv", "didim")
+        if isinstance(apart, Missing):
+            return by_law
         iv, didim = self.estimates[first], self.estimates[by_law]
-        apart = {} if isinstance(self.apart, Missing) else self.apart
         return first if prefers_instruments(apart, iv, didim, self.levels) else by_law
 
     @cached_property
@@ -58,13 +60,11 @@ class Choice:
         """Whether every record's control is the declared law's."""
         return all(isinstance(law, LawCheck) and law.passed for law in self.laws)
 
-    @cached_property
-    def apart(self) -> Mapping[str, HausmanTest] | Missing:
-        """IDM-IV less DIDIM by parameter, or why that cannot be told."""
-        iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
-        if iv is None or didim is None:
-            return Missing("idm-iv and didim did not both give an estimate")
-        return unless_faulty(partial(hausman, iv, didim))
+    def less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
+        """Estimate by one method less that by another, by parameter, or why that is not known."""
+        if not {one, other} <= {*self.estimates}:
+            return Missing(f"{one} and {other} did not both give an estimate")
+        return unless_faulty(partial(hausman, self.estimates[one], self.estimates[other]))
 
     def _best(self, *, by_law: bool) -> str:
         def preference(method: str) -> tuple[bool, bool, bool]:
