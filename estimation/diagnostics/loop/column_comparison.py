@@ -14,6 +14,7 @@ from scipy.ndimage import minimum_filter1d, shift
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
+from axisid.estimation.tables import label_unit
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     MAX_SCALE_ERROR,
@@ -37,6 +38,12 @@ _OFTEN = 4  # rows in a period of the highest frequency that is left
 _STEPS, _STILL = 12, 1e-3  # of the search for the delay, samples
 _TINY = 1e-300
 _FARTHEST = 50.0  # samples of delay that are looked for
+#: That a column may be in though nobody said so, the likelier before.
+_UNITS = (
+    *("bar", "mbar", "kPa", "MPa", "mV", "kV", "mA", "kN", "mm", "deg", "min"),
+    *("mm/s", "cm/s", "m/min", "mm/min", "rpm", "deg/s", "rev/s"),
+    *("mm/s^2", "cm/s^2", "g", "deg/s^2", "rev/s^2"),
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -192,3 +199,28 @@ class ColumnComparison:
 
 def _allowed(most: float, deviation: float) -> float:
     return max(most, MIN_DISTANCE_FROM_NOISE.value * deviation)
+
+
+def likely_unit(declared: str, times: float, vague: float) -> str:
+    """The unit of a column whose numbers are so many times those in the declared one.
+
+    Parameters
+    ----------
+    declared : str
+    times : float
+    vague : float
+        Part of it, by which it may be another.
+
+    Returns
+    -------
+    str
+        Empty for no usual one.
+    """
+    own = label_unit(declared)
+    for name in _UNITS:
+        known = label_unit(name)
+        if own is None or known is None or known[1] != own[1]:
+            continue
+        if abs(times * known[0] / own[0] - 1) <= vague < np.inf:
+            return name
+    return ""

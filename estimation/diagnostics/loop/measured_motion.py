@@ -11,19 +11,18 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.records import Record, advised_between, advised_shift, samples_apart
-from axisid.estimation.tables import label_unit
 from axisid.estimation.thresholds import MAX_SCALE_ERROR, MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
-from .column_comparison import MAX_COLUMN_DELAY, MAX_COLUMN_OFFSET, ColumnComparison, LowPassed
-
-#: Units that a column may be in though nobody said so, by what the coordinate is measured in.
-_UNITS = {
-    "velocity": {"m": ("mm/s", "cm/s", "m/min", "mm/min"), "rad": ("rpm", "deg/s", "rev/s")},
-    "acceleration": {"m": ("mm/s^2", "cm/s^2", "g"), "rad": ("deg/s^2", "rev/s^2")},
-}
+from .column_comparison import (
+    MAX_COLUMN_DELAY,
+    MAX_COLUMN_OFFSET,
+    ColumnComparison,
+    LowPassed,
+    likely_unit,
+)
 
 
 def compared_motion(
@@ -116,14 +115,17 @@ def _derivative(record: Record, role: str) -> str:
 
 def _told(axis: GeneratedAxis, found: ColumnComparison, role: str) -> str:
     """Factor, delay and constant with their deviations."""
-    q = axis.axis.coordinate
-    unit = q.velocity_unit if role == "velocity" else q.acceleration_unit
     way = "late" if found.delay >= 0 else "early"
     return (
         f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times, "
         f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
-        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {unit}"
+        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {_unit(axis, role)}"
     )
+
+
+def _unit(axis: GeneratedAxis, role: str) -> str:
+    q = axis.axis.coordinate
+    return str(q.velocity_unit if role == "velocity" else q.acceleration_unit)
 
 
 def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: str) -> Remedy:
@@ -136,8 +138,7 @@ def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: 
         beside = "reference" if role == "velocity" and record.integrated else "position"
         parts.append(_in_scale(axis, found, role, name, beside))
     if found.moved > 1:
-        unit = f"{axis.axis.coordinate.unit}/s{'^2' * (role == 'acceleration')}"
-        zero = Setting("columns", f"{role}={name}:UNIT{-found.offset:+.3g}{unit}")
+        zero = Setting("columns", f"{role}={name}:UNIT{-found.offset:+.3g}{_unit(axis, role)}")
         parts.append(Remedy.of("take off its zero (", zero, ")"))
     joined: list[Remedy | str] = []
     for part in parts:
@@ -155,11 +156,11 @@ def _in_time(record: Record, found: ColumnComparison, role: str) -> Remedy:
 def _in_scale(
     axis: GeneratedAxis, found: ColumnComparison, role: str, name: str, beside: str
 ) -> Remedy:
-    vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation + MAX_SCALE_ERROR.value
-    for unit in _UNITS[role][axis.axis.coordinate.unit]:
-        known = label_unit(unit)
-        if known is not None and abs(found.factor * known[0] - 1) <= vague:
-            return Remedy.of("it is in ", Setting("columns", f"{role}={name}:{unit}"))
+    vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / abs(found.factor)
+    vague += MAX_SCALE_ERROR.value
+    unit = likely_unit(_unit(axis, role), found.factor, vague)
+    if unit:
+        return Remedy.of("it is in ", Setting("columns", f"{role}={name}:{unit}"))
     if abs(found.factor + 1) <= vague:
         return Remedy.of("turn its sign (", Setting("columns", f"{role}={name}:UNIT*-1"), ")")
     return Remedy.of(

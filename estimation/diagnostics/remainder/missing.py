@@ -1,14 +1,13 @@
 """What the model lacks, as checks: each term comes with the element that declares it."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, passed
+from axisid.estimation.diagnostics.loop import likely_unit
 from axisid.estimation.lacking import Lack, sentence
 from axisid.estimation.records import Record, advised_shift
-from axisid.estimation.tables import label_unit
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
@@ -20,7 +19,6 @@ _LESS = Remedy.of(
     Setting("loss", "huber"),
 )
 _SAME_UNIT = 0.02  # distance of a factor from that of another unit, up to which it is that
-_UNITS = ("bar", "mbar", "kPa", "MPa", "mV", "kV", "mA", "kN", "mm", "mm/s", "deg", "rpm", "min")
 
 
 def terms_check(
@@ -93,7 +91,9 @@ def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:
     if found.kind == "late signal":
         return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
     column = record.provenance.columns.get(name, "NAME")
-    unit = _unit(axis, found)
+    (declared,) = (s for s in axis.axis.signals if s.name == name)
+    vague = _SAME_UNIT + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
+    unit = likely_unit(str(declared.unit), 1 / value, vague)
     if unit:
         return Remedy.of("it is in ", Setting("columns", f"{name}={column}:{unit}"))
     scaled = Setting("columns", f"{name}={column}:UNIT*{value:.4g}")
@@ -102,17 +102,3 @@ def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:
         scaled,
         "), and what is declared as known of its force",
     )
-
-
-def _unit(axis: GeneratedAxis, found: Lack) -> str:
-    """The unit that the column would be in; empty for no usual one."""
-    (declared,) = (s for s in axis.axis.signals if s.name == found.parameter)
-    own, factor = label_unit(str(declared.unit)), found.values[0]
-    vague = _SAME_UNIT + MIN_DISTANCE_FROM_NOISE.value * found.deviation / abs(factor)
-    for name in _UNITS:
-        known = label_unit(name)
-        if own is None or known is None or known[1] != own[1]:
-            continue
-        if math.isfinite(vague) and abs(factor / (known[0] / own[0]) - 1) <= vague:
-            return name
-    return ""
