@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, Protocol
 
-from axisid.estimation.checks import Check, kind_of, lines_of, made, told_or, unless_faulty
+from axisid.estimation.checks import Check, joined, kind_of, lines_of, made, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     forms_check,
@@ -30,20 +30,13 @@ from axisid.estimation.diagnostics.loop import (
     motion_check,
     timing_remedy,
 )
-from axisid.estimation.diagnostics.remainder import (
-    lack_of_fit_check,
-    outliers_check,
-    signals_check,
-    terms_check,
-)
 from axisid.estimation.lacking import Lack
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
-from .diagnosis import Case, Diagnosis, RecordDiagnosis
-from .joined import joined
-from .preferred import Choice
+from .diagnosis import Case, Choice, Diagnosis, RecordDiagnosis
 from .records_alike import alike_check
+from .remainder import lack_of_fit_check, outliers_check, signals_check, terms_check
 from .repeated_samples import repeated_check
 
 #: How far the numbers of a result can be believed.

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     FORMS,
     LESS,
@@ -15,10 +15,11 @@ from axisid.estimation.diagnostics.estimates import (
     excitation,
     fixed_check,
     moved_by_steps,
+    prefers_instruments,
     strength_check,
     tests_of_instruments,
 )
-from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.diagnostics.loop import (
     Alignment,
     ColumnComparison,
@@ -28,21 +29,18 @@ from axisid.estimation.diagnostics.loop import (
     force_timing,
     law_in_time,
 )
-from axisid.estimation.estimates import Estimate, HausmanTest, part_of
+from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of
 from axisid.estimation.lacking import Lack, RecordScores, lacking, scores_at
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.problems import Problem, noise_free_record
 from axisid.estimation.records import record_labels
-from axisid.estimation.regression import (
-    recorded_loops,
-)
+from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
-from .preferred import Choice
 from .records_alike import Alike, Apart, rows_alike
 
 _ALONE = Missing("there is one record")
@@ -102,6 +100,68 @@ class Diagnosis(RecordDiagnosis, Presentable):
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
     differences: Mapping[str, Mapping[str, HausmanTest]] = field(default_factory=dict)
     records: tuple[RecordDiagnosis, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Choice:
+    """Which estimate of a result is judged, and what was measured to tell, each thing once.
+
+    Attributes
+    ----------
+    problem : Problem
+        What the estimates were made from.
+    estimates : mapping of str to Estimate
+        By method.
+    levels : Levels
+        From when on a check tells something.
+    """
+
+    problem: Problem
+    estimates: Mapping[str, Estimate]
+    levels: Levels = DEFAULT_LEVELS
+
+    @cached_property
+    def method(self) -> str:
+        """The method that is judged: output error or instruments, else least squares.
+
+        Output error where every record's control is the declared law's, on which it rests, but
+        where instruments differ from it and are the more precise; where the control is not the
+        law's, or that cannot be told, instruments. The inverse model before the direct one.
+        """
+        first, by_law = self._best(by_law=False), self._best(by_law=True)
+        if by_law == first or not self.laws_hold:
+            return first
+        apart = self.less("idm-iv", "didim")
+        if isinstance(apart, Missing):
+            return by_law
+        iv, didim = self.estimates[first], self.estimates[by_law]
+        return first if prefers_instruments(apart, iv, didim, self.levels) else by_law
+
+    @cached_property
+    def laws(self) -> tuple[LawCheck | Missing, ...]:
+        """The control law against each record, or why it cannot be checked."""
+        return tuple(
+            unless_faulty(partial(check_law, data.axis, data.record)) for data in self.problem.data
+        )
+
+    @property
+    def laws_hold(self) -> bool:
+        """Whether every record's control is the declared law's."""
+        return all(isinstance(law, LawCheck) and law.passed for law in self.laws)
+
+    def less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
+        """Estimate by one method less that by another, by parameter, or why that is not known."""
+        if not {one, other} <= {*self.estimates}:
+            return Missing(f"{one} and {other} did not both give an estimate")
+        return unless_faulty(partial(hausman, self.estimates[one], self.estimates[other]))
+
+    def _best(self, *, by_law: bool) -> str:
+        def preference(method: str) -> tuple[bool, bool, bool]:
+            estimate = self.estimates[method]
+            other = estimate.by_output_error != by_law
+            return estimate.loop_rows is None, other, isinstance(estimate.form, DirectForm)
+
+        return min(self.estimates, key=preference)
 
 
 @dataclass(frozen=True, kw_only=True)
