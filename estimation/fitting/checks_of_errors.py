@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, Levels, passed
+from axisid.estimation.checks import Check, Levels, joined, passed
 from axisid.estimation.diagnostics import (
     OwnColumns,
     alike_check,
-    joined,
+    outliers_check,
     records_alike,
     repeated_check,
+    terms_check,
 )
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.remainder import outliers_check, terms_check
 from axisid.estimation.estimates import few_rows
 from axisid.estimation.lacking import Lack
 from axisid.estimation.parameters import GAIN

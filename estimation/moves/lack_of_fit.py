@@ -22,8 +22,7 @@ from axisid.estimation.signals import FilteredRecord, Neighbours
 from axisid.estimation.thresholds import MIN_MODEL_SHARE
 from axisid.support.arrays import Array
 
-from .moves import Index
-from .repeats import Repeats, repeats_of
+from .moves import Index, Repeats, repeats_of
 
 _MIN_REPEATED_ROWS = 50  # rows at phases that repeat; of fewer, residuals are not split
 # that noise alone repeats as much, up to which something of the residuals repeats
@@ -166,9 +165,10 @@ def _split(estimate: Estimate, repeats: Repeats, phases: _Phases, left: Array) -
     mean = sums / count
     scaled = (left - mean[phases.of]) * np.sqrt(count / (count - 1))[phases.of]
     times = estimate.rows * estimate.period if estimate.times is None else estimate.times
+    first, last = map(float, times[phases.rows][[0, -1]])
     return LackOfFit(
         period=None if repeats.period is None else repeats.period * estimate.period,
-        span=_span(times[phases.rows]),
+        span=(first, last),
         times=repeats.times,
         rows=rows,
         share=share,
@@ -195,10 +195,6 @@ def _smoothness(mean: Array, neighbours: Neighbours) -> float:
     late, early = neighbours.pairs(1)
     power = float(np.sqrt(np.sum(mean[late] ** 2) * np.sum(mean[early] ** 2)))
     return float(mean[late] @ mean[early]) / power if power > 0 else 0.0
-
-
-def _span(times: Array) -> tuple[float, float]:
-    return float(times[0]), float(times[-1])
 
 
 def _phases(repeats: Repeats, rows: Index, step: int) -> _Phases:

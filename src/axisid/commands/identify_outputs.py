@@ -27,7 +27,7 @@ def put_identification(
     like: int | None = None,
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
-    from axisid.estimation.diagnostics import joined
+    from axisid.estimation.checks import joined
     from axisid.estimation.studies import validate
     from axisid.presentation.text import missing_notes
     from axisid.presentation.views import as_blocks

@@ -24,7 +24,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 from axisid.elements import Drive
-from axisid.estimation.diagnostics.estimates.fixed_values import fixed_check
+from axisid.estimation.diagnostics.estimates import fixed_check
 from axisid.estimation.estimates.base_distance import BaseMap, Distance
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.estimates.physical import Physical, physical_parameters
