@@ -97,6 +97,7 @@ def _screen(result: Identification, wording: Wording) -> Document:
     diagnosis = result.diagnosis
     noted = [check.line for check in by_weight(diagnosis.verdict) if check.status == "note"]
     missing = missing_notes({**result.skipped, **result.failed}, wording, diagnosis.verdict)
+    remarks = shared_remarks([_judged(result)], wording)
     verdict = verdict_block(diagnosis.verdict, wording)
     more = f"notes on {', '.join(dict.fromkeys(noted))} and " * bool(noted)
     return (
@@ -106,7 +107,7 @@ def _screen(result: Identification, wording: Wording) -> Document:
         replace(verdict, judged=tuple(e for e in verdict.judged if e.status != "note")),
         Paragraph(
             sentences=(
-                *(Sentence(text=each) for each in missing),
+                *(Sentence(text=each) for each in (*remarks, *missing)),
                 Sentence(
                     text=f"{_rows_in_short(result)} See {more}every method "
                     f"with {wording([Setting('all')])}."
