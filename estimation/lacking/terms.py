@@ -378,8 +378,8 @@ _TERMS = (
     Term(
         kind="feed-forward",
         what="a force of the drive by the acceleration of the reference, which is not in the "
-        "recorded control (feed-forward)",
-        declare="record the control with it",
+        "recorded control (feed-forward, or a lag that is declared several samples too long)",
+        declare="record the control with it, or declare the lag that the drive has",
         unit="{force}/({unit}/s^2)",
         columns=_one(lambda s: -s.reference_acceleration),
         is_of_force=True,

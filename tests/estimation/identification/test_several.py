@@ -397,7 +397,7 @@ def test_a_record_without_motion_costs_no_estimate(
         reference=np.where(np.arange(samples) < samples - 10, 0.0, 1e-6),
     )
     result = by(plain, [three[1], still])
-    assert "nan" not in result.summary(every=True)
+    assert "nan" not in result.summary()
     assert not any("fault" in check.meaning for check in result.checks)
     assert json.dumps(result.to_dict(), allow_nan=False)
 

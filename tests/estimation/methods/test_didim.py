@@ -342,11 +342,11 @@ def test_without_reference_or_law_it_says_what_it_needs(
 
 @pytest.mark.slow
 def test_the_command_runs_it_where_it_is_named(run: Run) -> None:
-    code, out, _ = run("identify", "emps2015", "--method", "idm-iv", "--method", "didim")
+    code, out, _ = run("identify", "emps2015", "--method", "idm-iv", "--method", "didim", "--all")
     assert code == 0
     assert "IDM-IV" in out
     assert "DIDIM" in out
-    code, out, _ = run("identify", "emps2015", "--method", "didim", "--start", "nominal")
+    code, out, _ = run("identify", "emps2015", "--method", "didim", "--start", "nominal", "--all")
     assert code == 0
     assert "from nominal" in out
     code, _, err = run("identify", "emps2015", "--method", "all", "--method", "didim")
