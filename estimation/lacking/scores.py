@@ -387,8 +387,7 @@ def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Arr
 
 
 def _along(s: Signals, data: FilteredRecord) -> Along:
-    sampling, reference = data.sampling, data.record.reference
-    asked = np.zeros(len(s.position)) if reference is None else reference
+    sampling = data.sampling
     rows = sampling.rows.astype(np.int64)
     time = sampling.period * np.arange(len(s.position), dtype=float)
     return Along(
@@ -399,7 +398,6 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
         acceleration=s.acceleration,
         direction=s.direction,
         force=s.force,
-        reference_acceleration=sampling.motion(asked, None, None)[2],
         spans=sampling.spans,
         rows=rows,
         reduce=sampling.reduce,

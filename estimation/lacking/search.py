@@ -2,8 +2,8 @@
 
 A hypothesis is one line: columns of the motion, over a grid of places where it has one. All are
 tested at once, their level by Holm's rule, and what is told must matter too: more than 1 % of the
-force, or a parameter by more than its interval. Of what fails, the name is the one that leaves
-least to say of the others once it is taken into the model; then it is asked again.
+force, or a parameter by more than its interval. Of what fails, the name is the one that makes the
+largest part of the force; it is taken into the model, and the others are asked again.
 """
 
 import math
@@ -28,8 +28,6 @@ from .scores import AddedColumns, ColumnTests, RecordScores, scores_of
 _NEGLIGIBLE_RESIDUAL = 1e-4
 
 _MOST = 3  # that are told
-_RIVALS, _NEARLY = 4, 0.6  # of the strongest: how many may be the name, from which share on
-_CERTAIN = 40.0  # of -log10 p: what is beyond it is as certain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,11 +112,6 @@ class TestedHypothesis:
         moves = self.moved > 1 and self.share > _NEGLIGIBLE_RESIDUAL
         return self.share > least_share or moves
 
-    @property
-    def certainty(self) -> float:
-        """Of its being there, -log10 p."""
-        return min(-math.log10(max(self.p_value, 1e-300)), _CERTAIN)
-
 
 def scores_at(
     data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
@@ -169,7 +162,7 @@ def found_beside(
         failing = findings(beside, hypotheses, half, own)
         if not failing:
             break
-        name = _name(beside, hypotheses, failing, half, own)
+        name = _located(beside, failing[0])
         if named and name.share <= own.least_share:
             break
         named.append(_told(beside, name))
@@ -217,22 +210,6 @@ def _finding(
         share=float(np.sqrt(tested.powers[best])) / (scores.force_size or 1.0),
         moved=float(far.max(initial=0.0)),
     )
-
-
-def _name(
-    scores: RecordScores,
-    hypotheses: Sequence[Prepared],
-    failing: Sequence[TestedHypothesis],
-    half: Array,
-    levels: Levels,
-) -> TestedHypothesis:
-    """Of what fails the one that leaves least to be said by the others."""
-    rivals = [e for e in failing if e.share > _NEARLY * failing[0].share][:_RIVALS]
-    tried = [
-        (each, findings(scores.beside(each.columns), hypotheses, half, levels))
-        for each in (_located(scores, rival) for rival in rivals)
-    ]
-    return min(tried, key=lambda t: sum(e.certainty for e in t[1]) - 1e-3 * t[0].certainty)[0]
 
 
 def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:

@@ -46,8 +46,6 @@ class Along:
     ----------
     time, position, velocity, acceleration, direction, force : (N,) array
         SI; the position about its middle, and so is the time of what drifts.
-    reference_acceleration : (N,) array
-        Through the same filter; zero without a reference.
     spans : sequence of (int, int)
         Stretches that do not go on from each other.
     rows : (n,) array of int, optional
@@ -66,7 +64,6 @@ class Along:
     acceleration: Array
     direction: Array
     force: Array
-    reference_acceleration: Array
     spans: Sequence[Span]
     row_period: float
     rows: NDArray[np.int64] | None = None
@@ -127,6 +124,8 @@ class Term:
         The grid; one place where there is none.
     between : callable, optional
         Places about one of a grid that is coarse.
+    opposite : (str, str), optional
+        What it is where its size is negative, and what to do then.
     is_positive : bool
         Whether it must be: friction, what a dead band takes, a mass.
     is_of_force : bool
@@ -141,13 +140,14 @@ class Term:
     columns: Callable[[Along, Array], Array]
     places: Callable[[Along], Array] = lambda _: np.array([np.nan])
     between: Callable[[Array, float], Array] | None = None
+    opposite: tuple[str, str] | None = None
     is_positive: bool = False
     is_of_force: bool = False
 
     def __post_init__(self) -> None:
         words = dict.fromkeys(("q", "unit", "drive", "force"), "") | dict.fromkeys(_NUMBERS, 0.0)
         try:
-            for text in (self.what, self.declare, self.unit):
+            for text in (self.what, self.declare, self.unit, *(self.opposite or ())):
                 text.format(**words)
         except (LookupError, ValueError, AttributeError) as error:
             raise UsageError(
@@ -371,17 +371,13 @@ _TERMS = (
         kind="delay",
         what="another lag or delay of the drive, or a limited rate that noise reaches",
         declare="declare it, or move the column that is late",
+        opposite=(
+            "a force that comes before the recorded control: a feed-forward that is not in it, a "
+            "delay or lag that is declared too long, or a column that is late",
+            "record the control with it, declare what the drive has, or move the column",
+        ),
         unit="s",
         columns=_one(lambda s: s.by_stretch(np.gradient, s.force) / s.period),
-        is_of_force=True,
-    ),
-    Term(
-        kind="feed-forward",
-        what="a force of the drive by the acceleration of the reference, which is not in the "
-        "recorded control (feed-forward, or a lag that is declared several samples too long)",
-        declare="record the control with it, or declare the lag that the drive has",
-        unit="{force}/({unit}/s^2)",
-        columns=_one(lambda s: -s.reference_acceleration),
         is_of_force=True,
     ),
     Term(
@@ -435,7 +431,7 @@ def terms_for(axis: Axis, *, commanded: bool) -> tuple[Term, ...]:
     return tuple(term for term in TERMS.values() if told.get(term.kind, True))
 
 
-def said_of(term: Term, at: float, axis: Axis, more: float = 0.0) -> tuple[str, str]:
+def said_of(term: Term, at: float, axis: Axis, size: float = 0.0) -> tuple[str, str]:
     """What a term is, and what to do about it.
 
     Parameters
@@ -444,14 +440,16 @@ def said_of(term: Term, at: float, axis: Axis, more: float = 0.0) -> tuple[str, 
     at : float
         Its place on the grid.
     axis : Axis
-    more : float
-        Force that a dead band takes beyond the declared one.
+    size : float
+        How much of it there is; of a dead band the force beyond the declared one.
     """
     q, drive = axis.coordinate, axis.drive
     words: dict[str, object] = {"q": q.name, "unit": q.unit, "drive": drive.unit, "at": at}
     words["rigid"] = at / _RIGID_PART
     if term.kind == "dead band":
-        words["band"] = drive.deadband + more / abs(drive.gain)
+        words["band"] = drive.deadband + size / abs(drive.gain)
     declared = term.kind == "stribeck" and axis.has_stribeck
-    advice = "another velocity or exponent of stribeck" if declared else term.declare
-    return term.what.format(**words), advice.format(**words)
+    what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
+    if declared:
+        advice = "another velocity or exponent of stribeck"
+    return what.format(**words), advice.format(**words)

@@ -92,11 +92,15 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     by_filter = _residuals(quiet, physical, moving)
     left = _residuals(data, physical, moving) - by_filter
     found = rows.power(left)
-    twins = [
-        _residuals(twin, physical, moving) - by_filter
-        for twin in twins_of(data, physical, chain, _TWINS)
-    ]
-    known = rows.power(np.column_stack(twins)) if twins else np.zeros_like(found)
+
+    def power_of_twins(noise: Chain) -> Array:
+        twins = [
+            _residuals(twin, physical, moving) - by_filter
+            for twin in twins_of(data, physical, noise, _TWINS)
+        ]
+        return rows.power(np.column_stack(twins)) if twins else np.zeros_like(found)
+
+    known = power_of_twins(chain)
     if rows.counts @ found < _LEAST_FOUND * (rows.counts @ known):
         raise EstimationError(
             "its position has noise at the highest frequencies that is not white: there is less "
@@ -110,11 +114,20 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     there = np.any(variances[:, None] * units > _SMALLEST * found, axis=1)
     if np.linalg.norm(left) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
         there[:] = False
-    sizes = np.sqrt(variances)
-    found_of = zip(times, map(float, sizes), there, strict=True)
-    return replace(
-        chain, disturbances=tuple((time, sd) for time, sd, is_there in found_of if is_there)
-    )
+
+    def with_disturbances(share: float) -> Chain:
+        sizes = map(float, np.sqrt(share * variances))
+        listed = zip(times, sizes, there, strict=True)
+        return replace(chain, disturbances=tuple((time, sd) for time, sd, is_ in listed if is_))
+
+    whole = with_disturbances(1.0)
+    if not (chain.position_step and whole.disturbances):
+        return whole
+    # A loop hunts over the steps of its encoder the more, the more it is disturbed: not in
+    # proportion, so that of what was found it takes less to leave the same in the rows.
+    added = np.maximum(power_of_twins(whole) - known, 0.0)
+    share = likeliest_variances(found, added[None], known, rows.counts)[0] if added.any() else 1.0
+    return with_disturbances(float(share)) if share > 0 else chain
 
 
 def control_step(record: Record) -> float:

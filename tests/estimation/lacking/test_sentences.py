@@ -26,7 +26,6 @@ _OTHERS = (
     "resonance",
     "delay",
     "dead band",
-    "feed-forward",
     "loss",
     "presliding",
     "backlash",
