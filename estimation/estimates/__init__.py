@@ -6,7 +6,6 @@ Knows nothing of methods, of verdicts and of how it is shown.
 
 from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
-from .fitted import FittedParameters as FittedParameters
 from .hausman import (
     NOTICEABLE as NOTICEABLE,
     HausmanTest as HausmanTest,
@@ -23,10 +22,11 @@ from .physical import (
 )
 from .value import (
     CORRECTED as CORRECTED,
+    Distribution as Distribution,
     NamedValues as NamedValues,
     Value as Value,
-    derived_value as derived_value,
     few_rows as few_rows,
+    fewest as fewest,
+    freedom_of as freedom_of,
     student_interval as student_interval,
-    value_with_interval as value_with_interval,
 )

@@ -36,7 +36,7 @@ from axisid.support.user_values import is_among, quoted
 
 from .inference import Inference
 from .iterate import Iterate, NotSimulated
-from .value import NamedValues, Value, derived_value, value_with_interval
+from .value import Distribution, NamedValues, Value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -262,31 +262,42 @@ class Estimate(Presentable, Exact):
         return self.parameters[name]
 
     @property
+    def distribution(self) -> Distribution:
+        """Of the physical parameters."""
+        return Distribution(
+            quantities=self.quantities,
+            theta=self.physical,
+            covariances=self.covariances,
+            freedom=self.freedom,
+            chosen=self.chosen,
+            bias=self.filter_bias,
+            by_gain=self._by_gain(self.gain_slopes),
+        )
+
+    @property
     def parameters(self) -> NamedValues:
         """Physical parameters by name."""
-        return self._values(
-            self.quantities,
-            self.physical,
-            self.covariances,
-            self.freedom,
-            self.gain_slopes,
-            self.filter_bias,
-        )
+        return self.distribution.values
 
     @property
     def ddm_parameters(self) -> NamedValues:
         """Parameters of the direct model by name; empty for an inverse model."""
-        biases = None
+        bias = None
         if self.ddm_quantities and self.filter_bias is not None:
-            biases = self.theta_ddm - self.form.regressed(self.corrected)
-        return self._values(
-            self.ddm_quantities,
-            self.theta_ddm,
-            self.ddm_covariances,
-            self.ddm_freedom,
-            self.theta_gain_slopes,
-            biases,
-        )
+            bias = self.theta_ddm - self.form.regressed(self.corrected)
+        return Distribution(
+            quantities=self.ddm_quantities,
+            theta=self.theta_ddm,
+            covariances=self.ddm_covariances,
+            freedom=self.ddm_freedom,
+            chosen=self.chosen,
+            bias=bias,
+            by_gain=self._by_gain(self.theta_gain_slopes),
+        ).values
+
+    def _by_gain(self, slopes: Array | None) -> Array | None:
+        """What a deviation of the drive gain makes of slopes by its logarithm."""
+        return None if slopes is None else self.gain_relative_sd * slopes
 
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the physical parameters, with its unit and interval.
@@ -314,14 +325,8 @@ class Estimate(Presentable, Exact):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        slopes = np.zeros(len(self.physical)) if self.gain_slopes is None else self.gain_slopes
-        return derived_value(
-            function,
-            self,
-            curvature=self._bend().ratio,
-            moved_by_gain=self.gain_relative_sd * slopes,
-            advice="draw instead: propagate()",
-        )
+        advice = "draw instead: propagate()"
+        return self.distribution.derived(function, advice, self._bend().ratio)
 
     @property
     def curvatures(self) -> Array:
@@ -398,43 +403,6 @@ class Estimate(Presentable, Exact):
             return self.covariances[name]
         inverse = np.asarray(np.linalg.inv(self.jacobian), dtype=float)
         return delta_method(self.covariances[name], inverse)
-
-    def _values(
-        self,
-        quantities: tuple[Quantity, ...],
-        theta: Array,
-        covariances: Mapping[str, Array],
-        freedom: Mapping[str, Array],
-        slopes: Array | None,
-        biases: Array | None,
-    ) -> NamedValues:
-        return NamedValues(
-            (
-                q.name,
-                self.valued(
-                    float(theta[i]),
-                    q.unit,
-                    {name: float(c[i, i]) for name, c in covariances.items()},
-                    float(freedom[self.chosen][i]),
-                    None if slopes is None else float(slopes[i]),
-                    None if biases is None else float(biases[i]),
-                ),
-            )
-            for i, q in enumerate(quantities)
-        )
-
-    def valued(
-        self,
-        value: float,
-        unit: str,
-        variances: Mapping[str, float],
-        freedom: float,
-        by_gain: float | None,
-        filter_bias: float | None = None,
-    ) -> Value:
-        """A value from its variances, their freedom and its slope by the logarithm of the gain."""
-        sd_gain = 0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain)
-        return value_with_interval(self, value, unit, variances, sd_gain, filter_bias, freedom)
 
 
 def alike_corrected(one: Estimate, other: Estimate) -> tuple[Array, Array]:

@@ -9,7 +9,6 @@ from axisid.estimation.problems import NoiseFree, Problem
 from axisid.estimation.regression import (
     RowCounts,
     condition_number,
-    delta_method,
     simulated_loops,
     simulated_right,
 )
@@ -98,6 +97,7 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         columns = quiet.regressor @ np.linalg.pinv(form.slopes(record))
         quiet = replace(quiet, regressor=columns)
     by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes
+    made = part.distribution.through(axis.parameters, physical, slopes)
     return replace(
         part,
         form=own,
@@ -105,18 +105,15 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         theta=physical,
         physical=physical,
         jacobian=np.eye(len(physical)),
-        freedom={
-            name: np.min(np.where(slopes != 0, freedom, np.inf), axis=1)
-            for name, freedom in part.freedom.items()
-        },
+        freedom=made.freedom,
         X=X,
         Z=Z,
         condition_number=condition_number(X),
         iterates=(),
     ).with_inference(
-        covariances={name: delta_method(c, slopes) for name, c in part.covariances.items()},
+        covariances=made.covariances,
         gain_slopes=by_gain,
         theta_gain_slopes=by_gain,
         noise_free=quiet,
-        bias=None if part.filter_bias is None else slopes @ part.filter_bias,
+        bias=made.bias,
     )

@@ -6,7 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from axisid.estimation.estimates import COVARIANCES, Estimate, Inference, NotSimulated, few_rows
+from axisid.estimation.estimates import (
+    COVARIANCES,
+    Estimate,
+    Inference,
+    NotSimulated,
+    few_rows,
+    fewest,
+)
 from axisid.estimation.parameters import Layout, moved_layouts
 from axisid.estimation.problems import NoiseFree, Problem, noise_free, slopes_by_gain
 from axisid.estimation.regression import (
@@ -98,7 +105,7 @@ def estimate_by(
         physical=physical,
         jacobian=jacobian,
         ddm_quantities=form.quantities if direct else (),
-        freedom={name: _fewest(f, jacobian) for name, f in freedom.items()},
+        freedom={name: fewest(f, jacobian) for name, f in freedom.items()},
         ddm_freedom=freedom if direct else {},
         y=left,
         X=_own_rows(fit.measured.regressor, weights),
@@ -148,11 +155,6 @@ def _applied(
     if known is None:
         return found
     return {name: replace(each, matrix=each.matrix + known) for name, each in found.items()}
-
-
-def _fewest(freedom: Array, jacobian: Array) -> Array:
-    """Degrees of freedom of mapped parameters, (p,): the fewest of those that each is made of."""
-    return np.asarray(np.min(np.where(jacobian != 0, freedom, np.inf), axis=1), dtype=float)
 
 
 def _not_finite(method: Method, form: Form) -> EstimationError:

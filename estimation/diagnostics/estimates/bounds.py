@@ -25,7 +25,7 @@ def within_bounds(
         Parameters that are none of the estimate, since they are held at a bound.
     """
     axis, values = estimate.form.axis, dict(estimate.parameters)
-    physical = physical_parameters(estimate)
+    physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is not None:
         known = {p.name for p in axis.base.known}
         values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}

@@ -11,7 +11,7 @@ from axisid.support.missing import Missing
 
 def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missing | None:
     """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
-    physical = physical_parameters(estimate)
+    physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is None or not (physical.base.known or physical.dof):
         return None
     if physical.p_value is None:
