@@ -23,7 +23,6 @@ from axisid.estimation.parameters import (
     FormByDriveGain,
     FormByGains,
     FormByStart,
-    JointForm,
     Unknowns,
     least_sizes,
 )
@@ -87,7 +86,7 @@ def searched(shared: Shared) -> Searched:
     axes = tuple(shared.axes(axis, layout))
     if layout is None:
         return Searched(form=InverseForm(axis), axes=axes, local={})
-    return Searched(form=JointForm(axis, layout=layout), axes=axes, local=layout.local)
+    return Searched(form=layout, axes=axes, local=layout.local)
 
 
 def with_free(

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import GAIN, Layout, Told, prefilters_of
+from axisid.estimation.parameters import GAIN, JointForm, Told, prefilters_of
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import AxisidError, UsageError
@@ -83,7 +83,7 @@ def of_used(
 def with_what_is_lost(
     aside: Mapping[str, Note],
     axis: GeneratedAxis,
-    layouts: tuple[Layout | None, Layout | None],
+    layouts: tuple[JointForm | None, JointForm | None],
     used: Sequence[int],
 ) -> dict[str, Note]:
     """Why records are set aside, the last of them with what is not identified without them.
@@ -92,7 +92,7 @@ def with_what_is_lost(
     ----------
     aside : mapping of str to Note
     axis : GeneratedAxis
-    layouts : (Layout or None, Layout or None)
+    layouts : (JointForm or None, JointForm or None)
         How the parameters of all records are shared, and those of the records that are left.
     used : sequence of int
         Which these are.
@@ -108,7 +108,9 @@ def with_what_is_lost(
     return found
 
 
-def _lost(axis: GeneratedAxis, whole: Layout, left: Layout | None, used: Sequence[int]) -> str:
+def _lost(
+    axis: GeneratedAxis, whole: JointForm, left: JointForm | None, used: Sequence[int]
+) -> str:
     """What the records that are left identify no more, and why; empty for nothing."""
     alone = len(used) == 1
     said = []
@@ -133,7 +135,7 @@ def _lost(axis: GeneratedAxis, whole: Layout, left: Layout | None, used: Sequenc
     return ", and ".join(said)
 
 
-def _shared(axis: GeneratedAxis, layout: Layout | None) -> list[str]:
+def _shared(axis: GeneratedAxis, layout: JointForm | None) -> list[str]:
     """Names of the parameters that all records share."""
     if layout is None:
         return [p.name for p in axis.axis.parameters]

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import Layout, Told
+from axisid.estimation.parameters import JointForm, Told
 from axisid.estimation.problems import check_time_known
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -24,7 +24,7 @@ class Shared:
     ----------
     axis : GeneratedAxis
         That was asked of.
-    own_layout : Layout or None
+    own_layout : JointForm or None
         Its own.
     records : tuple of Record
     local : tuple of str
@@ -37,14 +37,14 @@ class Shared:
     """
 
     axis: GeneratedAxis
-    own_layout: Layout | None
+    own_layout: JointForm | None
     records: tuple[Record, ...]
     local: tuple[str, ...]
     known: Mapping[str, Sequence[Told]]
     commanded: bool
     set_aside: Mapping[str, Note]
 
-    def layout(self, axis: GeneratedAxis) -> Layout | None:
+    def layout(self, axis: GeneratedAxis) -> JointForm | None:
         """How the parameters of an axis are shared; None where all are, of all records.
 
         A candidate may be without a parameter that others have for each record.
@@ -60,12 +60,12 @@ class Shared:
         own = [name for name in self.local if name in declared]
         return layout_for(axis, len(self.records), own, self.known, commanded=self.commanded)
 
-    def axes(self, axis: GeneratedAxis, layout: Layout | None) -> list[GeneratedAxis]:
+    def axes(self, axis: GeneratedAxis, layout: JointForm | None) -> list[GeneratedAxis]:
         """That of each record, with what is known of it put in."""
         return [axis] * len(self.records) if layout is None else [m.axis for m in layout.members]
 
     def bound(
-        self, axis: GeneratedAxis, layout: Layout | None, prefilter: Prefilter
+        self, axis: GeneratedAxis, layout: JointForm | None, prefilter: Prefilter
     ) -> tuple[FilteredRecord, ...]:
         """The records under a prefilter, each of its own axis."""
         into = () if layout is None else [*map(layout.slopes, range(len(self.records)))]

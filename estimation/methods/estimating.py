@@ -14,7 +14,7 @@ from axisid.estimation.estimates import (
     few_rows,
     fewest,
 )
-from axisid.estimation.parameters import Layout, moved_layouts
+from axisid.estimation.parameters import moved_layouts
 from axisid.estimation.problems import NoiseFree, Problem, noise_free, slopes_by_gain
 from axisid.estimation.regression import (
     Applied,
@@ -354,23 +354,20 @@ def _known_spread(problem: Problem, fit: Fit) -> Array | None:
     layout = problem.layout
     if layout is None:
         return None
+    values = dict(zip((q.name for q in layout.quantities), fit.solution.theta, strict=True))
+    own = _unexplained(problem, layout, values)
     moved = [
-        fit.solution.response.T @ _changed(problem, layout, other, fit)
+        fit.solution.response.T @ (own - _unexplained(problem, other, values))
         for other in moved_layouts(problem.axis, layout)
     ]
     return np.transpose(moved) @ moved if moved else None
 
 
-def _changed(problem: Problem, layout: Layout, other: Layout, fit: Fit) -> Array:
-    """By how much less the model leaves of each row under another layout, (n,)."""
-    theta = fit.solution.theta
-    # What appears only beside a value, as at one of 0, has no estimate to be moved.
-    there = dict(zip((q.name for q in layout.quantities), theta, strict=True))
-    other_theta = np.array([there.get(q.name, 0.0) for q in other.quantities])
-    found = np.concatenate(
-        [
-            layout.force_of(data, theta, i) - other.force_of(data, other_theta, i)
-            for i, data in enumerate(problem.data)
-        ]
-    )
-    return found if problem.row_weights is None else problem.row_weights * found
+def _unexplained(problem: Problem, form: Form, values: Mapping[str, float]) -> Array:
+    """What the model leaves of each row with parameters by name, (n,).
+
+    What appears only beside a value, as at one of 0, has no estimate.
+    """
+    rows = problem.reduced(form, [data.signals for data in problem.data])
+    theta = np.array([values.get(q.name, 0.0) for q in form.quantities])
+    return np.asarray(rows.left - rows.intercept - rows.regressor @ theta, dtype=float)

@@ -1,16 +1,15 @@
 """What is searched: shared by records or local to one, known, bounded, and what else is free.
 
-In: axes, forms, records, values known of each record. Out: `Layout` and `JointForm` of several
-records, forms with gains of drive and law, starts of loops or a time behind a model's parameters,
-and `Unknowns` of a search. Knows nothing of estimates, outputs and how a search is made.
+In: axes, forms, records, values known of each record. Out: `JointForm` of several records, forms
+with gains of drive and law, starts of loops or a time behind a model's parameters, and `Unknowns`
+of a search. Knows nothing of estimates, outputs and how a search is made.
 """
 
 from .drive_gain import FormByDriveGain as FormByDriveGain, by_declared_gain as by_declared_gain
-from .form import JointForm as JointForm
 from .known import Known as Known, Told as Told, known_of as known_of, read_known as read_known
 from .layout import (
     GAIN as GAIN,
-    Layout as Layout,
+    JointForm as JointForm,
     layout_of as layout_of,
     moved_layouts as moved_layouts,
 )

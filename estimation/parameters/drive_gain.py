@@ -17,8 +17,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 from axisid.support.remedy import Remedy, Setting
 
-from .form import JointForm
-from .layout import GAIN, drive_gain_of
+from .layout import GAIN, JointForm, drive_gain_of
 from .nuisance import FormByMore
 
 _MOTIONS, _SEED = 64, 0  # on which a force is held against twice its parameters
@@ -50,7 +49,7 @@ class FormByDriveGain(FormByMore):
         ModelError
             The force of the drive, or of an axis, is no multiple of what would be searched.
         """
-        if isinstance(form, JointForm) and form.layout.gain is not None:
+        if isinstance(form, JointForm) and form.gain is not None:
             return form
         for axis in axes:
             _check(axis, [q.name for q in form.physical_quantities])

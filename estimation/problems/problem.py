@@ -9,7 +9,7 @@ from itertools import accumulate
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import JointForm, Layout
+from axisid.estimation.parameters import JointForm
 from axisid.estimation.records import is_same_period
 from axisid.estimation.regression import (
     Equations,
@@ -50,7 +50,7 @@ class Problem(Uncached):
     axis : GeneratedAxis
     data : tuple of FilteredRecord
         One or more, of that axis, or each of its own where a layout has one for it.
-    layout : Layout or None
+    layout : JointForm or None
         Which parameters the records share, where they do not share all; None where they do.
     weights : tuple of float
         Of each record's rows, the inverse of its noise; empty where all are of one.
@@ -67,7 +67,7 @@ class Problem(Uncached):
 
     axis: GeneratedAxis
     data: tuple[FilteredRecord, ...]
-    layout: Layout | None = None
+    layout: JointForm | None = None
     weights: tuple[float, ...] = ()
     held: tuple[Held, ...] = ()
 
@@ -119,7 +119,7 @@ class Problem(Uncached):
                 "and none is known of them; its own are quotients of them.",
                 code="direct-of-several",
             )
-        return JointForm(self.axis, layout=self.layout)
+        return self.layout
 
     def reduced(self, form: Form, signals: Sequence[Signals]) -> Equations:
         """The rows of a form for signals of each record, each under the record's filter."""

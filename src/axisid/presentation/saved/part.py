@@ -9,7 +9,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Distribution, NamedValues
 from axisid.estimation.identification import OfRecord, RecordInfo
-from axisid.estimation.parameters import JointForm, Layout
+from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Prefilter
 
@@ -38,7 +38,7 @@ class PartEstimate:
     @property
     def form(self) -> InverseForm:
         """Of the record's axis."""
-        return InverseForm(self.joint.layout.members[self.place].axis)
+        return InverseForm(self.joint.members[self.place].axis)
 
     @property
     def method(self) -> str:
@@ -84,21 +84,15 @@ class SavedPart:
     estimates : mapping of str to PartEstimate
         By method.
     of_record : OfRecord
-    layout : Layout
-    place : int
+    axis : GeneratedAxis
+        With what is known of the record put in.
     """
 
     requested: Prefilter | None
     preferred_method: str
     estimates: Mapping[str, PartEstimate]
     of_record: OfRecord
-    layout: Layout
-    place: int
-
-    @property
-    def axis(self) -> GeneratedAxis:
-        """With what is known of the record put in."""
-        return self.layout.members[self.place].axis
+    axis: GeneratedAxis
 
     @property
     def record(self) -> RecordInfo:
