@@ -22,7 +22,6 @@ from axisid.estimation.diagnostics.law import LawCheck, first_law
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.parameters import (
     End,
-    FormByTime,
     Told,
     Unknowns,
     are_starts,
@@ -30,6 +29,7 @@ from axisid.estimation.parameters import (
     check_enough,
     moved_layouts,
     unknowns_of,
+    with_time,
 )
 from axisid.estimation.predictions import (
     LoopPredictions,
@@ -285,7 +285,7 @@ class _Asked:
         asked = (self.free, self.outputs, self.known or {}, records)
         whose = loops = with_free(searched(shared), *asked)
         if time is not None:
-            whose = replace(loops, form=FormByTime(generated, of_model=loops.form, time=time))
+            whose = replace(loops, form=with_time(loops.form, loops.axes, time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
         predictions, horizon = self._predictions(loops, records, begins[0], horizon)
