@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.estimates import COVARIANCES, covariance_of
 from axisid.estimation.identification import identify
 from axisid.estimation.regression import Covariance, Hac, Solution, most_lags
 from axisid.estimation.signals import (
@@ -173,7 +173,7 @@ def _lane_deviations(
     inverse = inverse_products(block.library, fits.instruments)
     scores = combined(fits.instruments, fits.mixing) * fits.residuals[:, None]
     lagged = _lagged(block, scores, lags)
-    models = {name: COVARIANCES[name].covariance(lags) for name in names}
+    models = {name: covariance_of(name, lags) for name in names}
     for lane in map(int, np.flatnonzero(fits.well)):
         n, k = fits.counts[lane], shape[1]
         by_name = {

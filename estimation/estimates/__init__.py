@@ -4,16 +4,19 @@ In: the solution of a regression. Out: `Estimate` with its `Value` of each param
 Knows nothing of methods, of verdicts and of how it is shown.
 """
 
-from .covariances import COVARIANCES as COVARIANCES
-from .estimate import Estimate as Estimate
+from .covariances import COVARIANCES as COVARIANCES, covariance_of as covariance_of
+from .estimate import (
+    Estimate as Estimate,
+    Inference as Inference,
+    Iterate as Iterate,
+    NotSimulated as NotSimulated,
+)
 from .hausman import (
     NOTICEABLE as NOTICEABLE,
     HausmanTest as HausmanTest,
     hausman as hausman,
     parted as parted,
 )
-from .inference import Inference as Inference
-from .iterate import Iterate as Iterate, NotSimulated as NotSimulated
 from .part import part_of as part_of
 from .physical import (
     Physical as Physical,

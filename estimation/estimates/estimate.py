@@ -25,18 +25,87 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import LIGHT_ROW
+from axisid.estimation.twins import Chain
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.deferred import Deferred
 from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
-from .inference import Inference
-from .iterate import Iterate, NotSimulated
 from .value import Distribution, NamedValues, Value
+
+
+@dataclass(frozen=True, slots=True)
+class NotSimulated(Missing):
+    """Why no loop was simulated with an estimate.
+
+    Attributes
+    ----------
+    by_estimate : bool
+        Whether its law and its reference are there and the estimate is at fault: too stiff, no
+        inertia, diverging.
+    """
+
+    by_estimate: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Iterate(Exact):
+    """One iterate of the instrumental-variable estimate.
+
+    Attributes
+    ----------
+    physical : (p,) array
+    theta : (k,) array
+        In the regression's own parameters.
+    simulation_error_percent : float
+        Of the loop simulated with it.
+    """
+
+    physical: Array
+    theta: Array
+    simulation_error_percent: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Inference(Exact):
+    """What takes further simulated loops to know of an estimate, so that it waits to be asked for.
+
+    Attributes
+    ----------
+    covariances : dict of str to (p, p) array
+        Of the physical parameters, by name: ``iid``, ``robust`` and ``hac``; by the delta method
+        for a direct model. ``hac`` as twins scatter, where there are any.
+    covariance_names : dict of str to str
+        What each covariance is, with lags and corrections, for the notes of a table.
+    ddm_covariances : dict of str to (m, m) array
+        Of a direct model's own parameters; empty for an inverse model.
+    gain_slopes : (p,) array or None
+        Of the physical parameters by the logarithm of the gain; None where it is exact.
+    theta_gain_slopes : (k,) array or None
+        The same of the regression's own parameters.
+    noise_free : NoiseFree or None
+        The rows of the loops simulated with the estimate, behind the same filter: from the records'
+        references, or following them where they have none. None where they could not be simulated,
+        or move otherwise than the records.
+    bias : (p,) array or None
+        What filter and noise move the physical parameters by, as twins tell; None without twins.
+    chains : tuple of Chain
+        The noise of each record, as its twins have it; none without twins.
+    """
+
+    covariances: Mapping[str, Array]
+    covariance_names: Mapping[str, str]
+    ddm_covariances: Mapping[str, Array]
+    gain_slopes: Array | None = None
+    theta_gain_slopes: Array | None = None
+    noise_free: NoiseFree | None = None
+    bias: Array | None = None
+    chains: tuple[Chain, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)

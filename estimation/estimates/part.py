@@ -14,8 +14,7 @@ from axisid.estimation.regression import (
 )
 from axisid.support.arrays import Array, relative_error_percent
 
-from .estimate import Estimate
-from .iterate import NotSimulated
+from .estimate import Estimate, NotSimulated
 
 
 def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:

@@ -26,9 +26,8 @@ from axisid.estimation.thresholds import CONVERGED, MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
-from .instrumental import Instruments, Iteration, IterationState, IterationStep
+from .instrumental import Instruments, Iteration, IterationState, IterationStep, Start
 from .robust import robust_least_squares, scale_of, size_by_loss
-from .starting import Start
 
 # of a parameter, left by a step where the loop does not follow: measured, from 5 to 1000 kg on
 # the EMPS record, with 0.1 to 0.5 alike

@@ -1,5 +1,6 @@
 """From a problem and a method to an estimate: fit, map, covariances and remarks."""
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -11,6 +12,7 @@ from axisid.estimation.estimates import (
     Estimate,
     Inference,
     NotSimulated,
+    covariance_of,
     few_rows,
     fewest,
 )
@@ -72,7 +74,7 @@ def estimate_by(
     form, solution, y = fit.form, fit.solution, fit.measured.left
     weights = problem.row_weights
     physical, jacobian = form.physical(solution.theta)
-    models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
+    models = {name: covariance_of(name, lags) for name in reversed(COVARIANCES)}
     known = _known_spread(problem, fit)
     applied = _applied(method, fit, models, known, jacobian)
     freedom = {name: each.freedom for name, each in applied.items()}
@@ -173,14 +175,11 @@ def _row_times(problem: Problem) -> Array | None:
 
 def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:
     """What the user should know whatever the method."""
-    measured, simulated = fit.measured, fit.simulated
     every = (data.sampling.filter.remarks() for data in problem.data)
     remarks: list[str | Note] = [*dict.fromkeys(remark for of_one in every for remark in of_one)]
-    if few := few_rows(*measured.regressor.shape):
+    if few := few_rows(*fit.measured.regressor.shape):
         remarks.append(f"{few}; record longer, or decimate less")
-    if isinstance(simulated, NotSimulated):
-        return remarks
-    if relative_error_percent(measured.left - simulated, measured.left) > NO_RELATION.value:
+    if math.inf > fit.simulation_error_percent > NO_RELATION.value:
         remarks.append(
             Note.of(
                 "the simulated loop does not follow the record; ",

@@ -49,6 +49,7 @@ class LeastSquares(Method):
             solution=solution,
             solver=solver,
             loops=loops,
+            right=(intercept, right),
             simulated=simulated,
         )
 

@@ -1,5 +1,6 @@
 """What a method of estimation is, and what it makes of a problem before that is judged."""
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 
@@ -33,6 +34,8 @@ class Fit:
         Where the iteration started, of `STARTS`; empty for what is no iteration.
     loops : tuple of Simulation
         One for each segment of each record; empty where they could not be simulated.
+    right : tuple of array or None
+        Intercept and regressor of the loops, reduced, where they were simulated with the solution.
     simulated : (n,) array or NotSimulated
         Left side as the simulated loops have it.
     remarks : tuple of str or Note
@@ -45,6 +48,7 @@ class Fit:
     iterates: tuple[Iterate, ...] = ()
     started: str = ""
     loops: tuple[Simulation, ...] = ()
+    right: tuple[Array, Array] | None = None
     simulated: Array | NotSimulated = _NO_LOOP
     remarks: tuple[str | Note, ...] = ()
 
@@ -54,12 +58,17 @@ class Fit:
         return self.solver.instruments if isinstance(self.solver, ByInstruments) else None
 
     @property
+    def simulation_error_percent(self) -> float:
+        """What the simulated loops leave of the left side; infinite where there are none."""
+        left = self.measured.left
+        if isinstance(self.simulated, NotSimulated):
+            return math.inf
+        return relative_error_percent(left - self.simulated, left)
+
+    @property
     def follows(self) -> bool:
         """Whether the simulated loops move as the records do, so that they stand for them."""
-        if isinstance(self.simulated, NotSimulated):
-            return False
-        left = self.measured.left
-        return relative_error_percent(left - self.simulated, left) < MAX_SIMULATION_ERROR.value
+        return self.simulation_error_percent < MAX_SIMULATION_ERROR.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
