@@ -8,7 +8,6 @@ import numpy as np
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import ROW_LOSSES, is_output_error
-from axisid.estimation.problems import NoiseFree
 from axisid.estimation.regression import (
     Bend,
     Covariance,
@@ -88,10 +87,11 @@ class Inference(Exact):
         Of the physical parameters by the logarithm of the gain; None where it is exact.
     theta_gain_slopes : (k,) array or None
         The same of the regression's own parameters.
-    noise_free : NoiseFree or None
-        The rows of the loops simulated with the estimate, behind the same filter: from the records'
-        references, or following them where they have none. None where they could not be simulated,
-        or move otherwise than the records.
+    noise_free : (n,) array or None
+        What the same estimator leaves of loops simulated with the estimate, behind the same filter,
+        or of twins in the mean: errors of the filter, but for what moves the estimate. The loops
+        are from the records' references, or follow them where they have none. None where they could
+        not be simulated, or move otherwise than the records.
     bias : (p,) array or None
         What filter and noise move the physical parameters by, as twins tell; None without twins.
     chains : tuple of Chain
@@ -103,7 +103,7 @@ class Inference(Exact):
     ddm_covariances: Mapping[str, Array]
     gain_slopes: Array | None = None
     theta_gain_slopes: Array | None = None
-    noise_free: NoiseFree | None = None
+    noise_free: Array | None = None
     bias: Array | None = None
     chains: tuple[Chain, ...] = ()
 
@@ -249,8 +249,8 @@ class Estimate(Presentable, Exact):
         return self.inference.theta_gain_slopes
 
     @property
-    def noise_free(self) -> NoiseFree | None:
-        """Rows of the loops simulated with the estimate; see `Inference`."""
+    def noise_free(self) -> Array | None:
+        """What is left of the loops simulated with the estimate, (n,); see `Inference`."""
         return self.inference.noise_free
 
     @property
@@ -267,7 +267,7 @@ class Estimate(Presentable, Exact):
     def net_residuals(self) -> Array:
         """Residuals less what is left of the noise-free loop, or of twins in the mean, (n,)."""
         quiet = self.noise_free
-        return self.residuals if quiet is None else self.residuals - quiet.residuals
+        return self.residuals if quiet is None else self.residuals - quiet
 
     @property
     def corrected(self) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtr
 
-from axisid.estimation.problems import ByInstruments, ByLeastSquares, ByOutputError, Solver
+from axisid.estimation.problems import Solver
 from axisid.estimation.regression import Equations, Hac, Solution, factor, joint_p
 from axisid.estimation.thresholds import LEVEL
 from axisid.support.arrays import Array
@@ -169,17 +169,14 @@ def _solver_of(estimate: Estimate) -> Solver:
     EstimationError
         The simulated loop's columns cannot be told apart.
     """
-    columns = estimate.loop_rows
-    if columns is None:
-        return ByLeastSquares(estimate.counts)
-    weights = estimate.row_weights
-    loop = factor(
-        weights[:, None] * columns,
-        [q.label for q in estimate.form.quantities],
-        "the simulated loop",
-        estimate.neighbours,
-    )
-    if not estimate.by_output_error:
-        return ByInstruments(loop, estimate.counts)
-    intercept = estimate.y - estimate.residuals - estimate.X @ estimate.theta
-    return ByOutputError(weights * intercept, loop, estimate.counts)
+    loop, intercept, weights = None, None, estimate.row_weights
+    if estimate.loop_rows is not None:
+        loop = factor(
+            weights[:, None] * estimate.loop_rows,
+            [q.label for q in estimate.form.quantities],
+            "the simulated loop",
+            estimate.neighbours,
+        )
+    if estimate.by_output_error:
+        intercept = weights * (estimate.y - estimate.residuals - estimate.X @ estimate.theta)
+    return Solver(loop=loop, intercept=intercept, counts=estimate.counts)

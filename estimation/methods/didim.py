@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.choices import SQUARES_LOSS
-from axisid.estimation.problems import ByOutputError, Problem, Solver
+from axisid.estimation.problems import Problem, Solver
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -119,7 +119,7 @@ class _ByOutputError(Iteration):
 
     def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
         left, counts = reached.measured.left, step.solution.counts
-        solver = ByOutputError(step.intercept, step.simulated, counts)
+        solver = Solver(loop=step.simulated, intercept=step.intercept, counts=counts)
         if self._form.is_linear:
             intercept, regressor = step.intercept, step.simulated.columns
         else:

@@ -17,7 +17,7 @@ from axisid.estimation.estimates import (
     fewest,
 )
 from axisid.estimation.parameters import moved_layouts
-from axisid.estimation.problems import NoiseFree, Problem, noise_free, slopes_by_gain
+from axisid.estimation.problems import Problem, noise_free_residuals, slopes_by_gain
 from axisid.estimation.regression import (
     Applied,
     Covariance,
@@ -78,7 +78,7 @@ def estimate_by(
     known = _known_spread(problem, fit)
     applied = _applied(method, fit, models, known, jacobian)
     freedom = {name: each.freedom for name, each in applied.items()}
-    direct = isinstance(form, DirectForm)
+    direct, instruments = isinstance(form, DirectForm), fit.solver.instruments
     residuals, left = _own_rows(solution.residuals, weights), _own_rows(y, weights)
     point = _FittedPoint(
         problem=problem,
@@ -111,7 +111,7 @@ def estimate_by(
         ddm_freedom=freedom if direct else {},
         y=left,
         X=_own_rows(fit.measured.regressor, weights),
-        Z=None if fit.instruments is None else _own_rows(fit.instruments.columns, weights),
+        Z=None if instruments is None else _own_rows(instruments.columns, weights),
         rows=problem.stacked(lambda data: data.row_numbers),
         neighbours=problem.neighbours,
         times=_row_times(problem),
@@ -261,8 +261,7 @@ class _FittedPoint:
                 names[_PIVOT] += self._noise(twins, told.count)
                 chains, bias = twins.chains, told.bias
                 if quiet is not None:
-                    residuals = _own_rows(told.residuals, self.problem.row_weights)
-                    quiet = replace(quiet, residuals=residuals)
+                    quiet = _own_rows(told.residuals, self.problem.row_weights)
             by_gain, theta_by_gain = self._slopes()
             return Inference(
                 covariances=mapped,
@@ -297,11 +296,11 @@ class _FittedPoint:
             noise = [f"record {number}: {told}" for number, told in enumerate(noise, 1)]
         return f", as {count} twins with {'; '.join(noise)} scatter"
 
-    def _noise_free(self) -> NoiseFree | None:
-        """The estimate's own loop behind the filter; None where it does not follow."""
+    def _noise_free(self) -> Array | None:
+        """What is left of the estimate's own loop; None where it does not follow."""
         with suppress(ModelError, DataError, EstimationError):
             loops = loops_of(self.problem, self.fit)
-            return noise_free(self.form, self.problem, loops, self.fit.solver)
+            return noise_free_residuals(self.form, self.problem, loops, self.fit.solver)
         return None
 
     def _slopes(self) -> tuple[Array | None, Array | None]:

@@ -9,7 +9,7 @@ import numpy as np
 from axisid.codegen.lowering import STEPS_OF_SEARCH
 from axisid.estimation.choices import LEAST_SQUARES_START, NOMINAL_START
 from axisid.estimation.estimates import Iterate, NotSimulated
-from axisid.estimation.problems import ByInstruments, Problem, Solver
+from axisid.estimation.problems import Problem, Solver
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -287,7 +287,7 @@ class Iteration:
 
     def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
         """The rows that were solved, and by what."""
-        return reached.measured, ByInstruments(step.simulated, step.solution.counts)
+        return reached.measured, Solver(loop=step.simulated, counts=step.solution.counts)
 
     def _why_not(self) -> tuple[Note, ...]:
         """Why it did not start from least squares, if it was to."""

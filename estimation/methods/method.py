@@ -2,12 +2,12 @@
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from axisid.estimation.choices import ROW_LOSSES, STARTS
 from axisid.estimation.estimates import Iterate, NotSimulated
-from axisid.estimation.problems import ByInstruments, Problem, Solver, by_least_squares
-from axisid.estimation.regression import Equations, Form, QrFactors, Solution
+from axisid.estimation.problems import Problem, Solver
+from axisid.estimation.regression import Equations, Form, Solution
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
@@ -26,7 +26,7 @@ class Fit:
         At the point that the rows are linearised about.
     measured : Equations
     solution : Solution
-    solver : callable
+    solver : Solver
         What solved the rows, and solves others as it did.
     iterates : tuple of Iterate
         The start and every iterate; empty for what is no iteration.
@@ -44,7 +44,7 @@ class Fit:
     form: Form
     measured: Equations
     solution: Solution
-    solver: Solver = by_least_squares
+    solver: Solver = field(default_factory=Solver)
     iterates: tuple[Iterate, ...] = ()
     started: str = ""
     loops: tuple[Simulation, ...] = ()
@@ -56,11 +56,6 @@ class Fit:
     def physical(self) -> Array:
         """Physical parameters, (p,)."""
         return self.form.physical(self.solution.theta)[0]
-
-    @property
-    def instruments(self) -> QrFactors | None:
-        """None where there are none."""
-        return self.solver.instruments if isinstance(self.solver, ByInstruments) else None
 
     @property
     def simulation_error_percent(self) -> float:
