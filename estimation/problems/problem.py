@@ -316,15 +316,12 @@ class Problem(Uncached):
 
     def _check(self, every: list[Equations], rows: Equations) -> None:
         """Refuse columns that the rows do not show, of what every sample has."""
-        found = [
-            Reach.of(data.signals, equations, data.kept)
-            for data, equations in zip(self.data, every, strict=True)
-        ]
-        reaches = [reach for reach in found if reach is not None]
+        pairs = zip(self.data, every, strict=True)
+        reach = Reach.of([(data.signals, rows_of, data.kept) for data, rows_of in pairs])
         with adding(lambda: self.lacking):
             check_visible(
                 self.axis,
-                Reach.joined(reaches) if reaches else None,
+                reach,
                 rows.regressor,
                 rows.left - rows.intercept,
                 rows=len(rows.left),
