@@ -468,8 +468,6 @@ class Estimate(Presentable, Exact):
         """Covariance of the regression's own parameters."""
         if self.is_direct:
             return self.ddm_covariances[name]
-        if np.array_equal(self.jacobian, np.eye(len(self.theta))):
-            return self.covariances[name]
         inverse = np.asarray(np.linalg.inv(self.jacobian), dtype=float)
         return delta_method(self.covariances[name], inverse)
 

@@ -19,6 +19,7 @@ from scipy.special import stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity, build
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.parameters import least_within
 from axisid.estimation.problems import Held
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.modeling.declaration import leave_out
@@ -128,8 +129,6 @@ def _places(names: Sequence[Quantity], among: Sequence[Quantity]) -> list[int] |
 
 def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     """Declared parameters that the bounded estimate has at a bound, with that bound."""
-    from scipy.optimize import lsq_linear
-
     names = {p.name for p in axis.declared.parameters}
     declared = [p if p.name in names else None for p in estimate.form.declared]
     free = estimate.corrected
@@ -141,8 +140,8 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     scale = np.sqrt(np.diag(covariance))
     sizes, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
     root = directions.T / np.sqrt(np.maximum(sizes, _ROUNDING))[:, None]
-    found = lsq_linear(root, root @ (free / scale), (lower / scale, upper / scale), "bvls")
-    active = zip(declared, found.active_mask, strict=True)
+    _, sides = least_within(lower, upper, free, root / scale, np.zeros(len(free)))
+    active = zip(declared, sides, strict=True)
     return {p.name: p.lower if side < 0 else p.upper for p, side in active if p and side}
 
 

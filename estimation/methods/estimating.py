@@ -34,7 +34,7 @@ from axisid.support.deferred import Deferred
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
-from .bootstrap import TOO_FEW, Bootstrap, loops_of
+from .bootstrap import TOO_FEW, Bootstrap, with_loops
 from .method import Fit, Method
 from .robust import loss_remarks
 
@@ -299,8 +299,9 @@ class _FittedPoint:
     def _noise_free(self) -> Array | None:
         """What is left of the estimate's own loop; None where it does not follow."""
         with suppress(ModelError, DataError, EstimationError):
-            loops = loops_of(self.problem, self.fit)
-            return noise_free_residuals(self.form, self.problem, loops, self.fit.solver)
+            fit = with_loops(self.problem, self.fit)
+            if fit.follows:
+                return noise_free_residuals(self.form, self.problem, fit.loops, fit.solver)
         return None
 
     def _slopes(self) -> tuple[Array | None, Array | None]:

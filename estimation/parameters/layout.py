@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, Quantity, build
 from axisid.estimation.regression import Form, InverseForm
 from axisid.modeling.declaration import leave_out
-from axisid.modeling.derivation import common_parameters
+from axisid.modeling.derivation import CommonParameters, common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import ModelError, UsageError
@@ -206,7 +206,8 @@ def layout_of(
     products.sort(key=lambda p: _place(axis, p))
     tables = [[[row.get(p, Fraction(0)) for p in products] for row in of_one] for of_one in terms]
     offsets = [[row.get(((), None), Fraction(0)) for row in of_one] for of_one in terms]
-    found = _common(axis, products, [row for table in tables for row in table], records)
+    every = [row for table in tables for row in table]
+    found, local_names = _common(axis, products, every, records)
     members = tuple(
         Member(
             axis=own,
@@ -219,10 +220,10 @@ def layout_of(
     tells = commanded and drive.is_gain and _tells_gain(members)
     return JointForm(
         axis,
-        parameters=(*found.parameters, *([drive_gain_of(axis)] * tells)),
-        expressions=(*found.expressions, *([""] * tells)),
+        parameters=(*(p for p, _ in found.parameters), *([drive_gain_of(axis)] * tells)),
+        expressions=(*(said for _, said in found.parameters), *([""] * tells)),
         members=members,
-        local=found.local,
+        local=local_names,
         known=tuple(known),
         gain=drive.gain if tells else None,
     )
@@ -241,16 +242,6 @@ def moved_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator[Joi
         other = replace(known, values=tuple(v + sd * ((v, sd) == told) for v, sd in pairs))
         every = [other if each is known else each for each in layout.known]
         yield layout_of(axis, records, every, layout.local, commanded=commanded)
-
-
-@dataclass(frozen=True, slots=True)
-class _Common:
-    """Parameters of all records, and the products that lead them."""
-
-    parameters: tuple[Parameter, ...]
-    expressions: tuple[str, ...]
-    pivots: tuple[int, ...]
-    local: Mapping[str, tuple[str, ...]]
 
 
 def _check(
@@ -384,7 +375,8 @@ def _place(axis: GeneratedAxis, product: _Product) -> tuple[int, int, int]:
 
 def _common(
     axis: GeneratedAxis, products: Sequence[_Product], rows: list[list[Fraction]], records: int
-) -> _Common:
+) -> tuple[CommonParameters, dict[str, tuple[str, ...]]]:
+    """Parameters of all records, and names by record of those that each has for itself."""
     taken = {p.name.lower() for p in axis.declared.parameters} | {GAIN}
     alone = {p.name: p for p in axis.declared.parameters}
     symbols: list[Parameter | None] = []
@@ -399,12 +391,7 @@ def _common(
             local.setdefault(powers[0][0], [""] * records)[record] = name
         symbols.append(declared)
     reduced = common_parameters(axis.declared, products, symbols, rows, taken)
-    return _Common(
-        parameters=tuple(p for p, _ in reduced.parameters),
-        expressions=tuple(said for _, said in reduced.parameters),
-        pivots=reduced.pivots,
-        local={name: tuple(of_records) for name, of_records in local.items()},
-    )
+    return reduced, {name: tuple(of_records) for name, of_records in local.items()}
 
 
 def _tells_gain(members: Sequence[Member]) -> bool:
