@@ -153,7 +153,7 @@ def _clearly_shown(
     q, dq, ddq, control = (np.ascontiguousarray(each[:, 0]) for each in columns)
     force = drive_force(block.axis, control, q, dq)
     signals = Signals(position=q, velocity=dq, acceleration=ddq, force=force, direction=np.sign(dq))
-    reach = Reach.of(signals, InverseForm(block.axis).equations(signals), block.template.kept)
+    reach = Reach.of([(signals, InverseForm(block.axis).equations(signals), block.template.kept)])
     if reach is None:
         return np.zeros(len(block.lanes), dtype=bool)
     most: Array = shown_up_to(block.axis, reach)

@@ -4,17 +4,19 @@ In: the solution of a regression. Out: `Estimate` with its `Value` of each param
 Knows nothing of methods, of verdicts and of how it is shown.
 """
 
-from .covariances import COVARIANCES as COVARIANCES
-from .estimate import Estimate as Estimate
-from .fitted import FittedParameters as FittedParameters
+from .covariances import COVARIANCES as COVARIANCES, covariance_of as covariance_of
+from .estimate import (
+    Estimate as Estimate,
+    Inference as Inference,
+    Iterate as Iterate,
+    NotSimulated as NotSimulated,
+)
 from .hausman import (
     NOTICEABLE as NOTICEABLE,
     HausmanTest as HausmanTest,
     hausman as hausman,
     parted as parted,
 )
-from .inference import Inference as Inference
-from .iterate import Iterate as Iterate, NotSimulated as NotSimulated
 from .part import part_of as part_of
 from .physical import (
     Physical as Physical,
@@ -23,10 +25,11 @@ from .physical import (
 )
 from .value import (
     CORRECTED as CORRECTED,
+    Distribution as Distribution,
     NamedValues as NamedValues,
     Value as Value,
-    derived_value as derived_value,
     few_rows as few_rows,
+    fewest as fewest,
+    freedom_of as freedom_of,
     student_interval as student_interval,
-    value_with_interval as value_with_interval,
 )

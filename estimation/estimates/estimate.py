@@ -8,7 +8,6 @@ import numpy as np
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import ROW_LOSSES, is_output_error
-from axisid.estimation.problems import NoiseFree
 from axisid.estimation.regression import (
     Bend,
     Covariance,
@@ -25,18 +24,88 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import LIGHT_ROW
+from axisid.estimation.twins import Chain
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.deferred import Deferred
 from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
-from .inference import Inference
-from .iterate import Iterate, NotSimulated
-from .value import NamedValues, Value, derived_value, value_with_interval
+from .value import Distribution, NamedValues, Value
+
+
+@dataclass(frozen=True, slots=True)
+class NotSimulated(Missing):
+    """Why no loop was simulated with an estimate.
+
+    Attributes
+    ----------
+    by_estimate : bool
+        Whether its law and its reference are there and the estimate is at fault: too stiff, no
+        inertia, diverging.
+    """
+
+    by_estimate: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Iterate(Exact):
+    """One iterate of the instrumental-variable estimate.
+
+    Attributes
+    ----------
+    physical : (p,) array
+    theta : (k,) array
+        In the regression's own parameters.
+    simulation_error_percent : float
+        Of the loop simulated with it.
+    """
+
+    physical: Array
+    theta: Array
+    simulation_error_percent: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Inference(Exact):
+    """What takes further simulated loops to know of an estimate, so that it waits to be asked for.
+
+    Attributes
+    ----------
+    covariances : dict of str to (p, p) array
+        Of the physical parameters, by name: ``iid``, ``robust`` and ``hac``; by the delta method
+        for a direct model. ``hac`` as twins scatter, where there are any.
+    covariance_names : dict of str to str
+        What each covariance is, with lags and corrections, for the notes of a table.
+    ddm_covariances : dict of str to (m, m) array
+        Of a direct model's own parameters; empty for an inverse model.
+    gain_slopes : (p,) array or None
+        Of the physical parameters by the logarithm of the gain; None where it is exact.
+    theta_gain_slopes : (k,) array or None
+        The same of the regression's own parameters.
+    noise_free : (n,) array or None
+        What the same estimator leaves of loops simulated with the estimate, behind the same filter,
+        or of twins in the mean: errors of the filter, but for what moves the estimate. The loops
+        are from the records' references, or follow them where they have none. None where they could
+        not be simulated, or move otherwise than the records.
+    bias : (p,) array or None
+        What filter and noise move the physical parameters by, as twins tell; None without twins.
+    chains : tuple of Chain
+        The noise of each record, as its twins have it; none without twins.
+    """
+
+    covariances: Mapping[str, Array]
+    covariance_names: Mapping[str, str]
+    ddm_covariances: Mapping[str, Array]
+    gain_slopes: Array | None = None
+    theta_gain_slopes: Array | None = None
+    noise_free: Array | None = None
+    bias: Array | None = None
+    chains: tuple[Chain, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -180,8 +249,8 @@ class Estimate(Presentable, Exact):
         return self.inference.theta_gain_slopes
 
     @property
-    def noise_free(self) -> NoiseFree | None:
-        """Rows of the loops simulated with the estimate; see `Inference`."""
+    def noise_free(self) -> Array | None:
+        """What is left of the loops simulated with the estimate, (n,); see `Inference`."""
         return self.inference.noise_free
 
     @property
@@ -198,7 +267,7 @@ class Estimate(Presentable, Exact):
     def net_residuals(self) -> Array:
         """Residuals less what is left of the noise-free loop, or of twins in the mean, (n,)."""
         quiet = self.noise_free
-        return self.residuals if quiet is None else self.residuals - quiet.residuals
+        return self.residuals if quiet is None else self.residuals - quiet
 
     @property
     def corrected(self) -> Array:
@@ -262,31 +331,42 @@ class Estimate(Presentable, Exact):
         return self.parameters[name]
 
     @property
+    def distribution(self) -> Distribution:
+        """Of the physical parameters."""
+        return Distribution(
+            quantities=self.quantities,
+            theta=self.physical,
+            covariances=self.covariances,
+            freedom=self.freedom,
+            chosen=self.chosen,
+            bias=self.filter_bias,
+            by_gain=self._by_gain(self.gain_slopes),
+        )
+
+    @property
     def parameters(self) -> NamedValues:
         """Physical parameters by name."""
-        return self._values(
-            self.quantities,
-            self.physical,
-            self.covariances,
-            self.freedom,
-            self.gain_slopes,
-            self.filter_bias,
-        )
+        return self.distribution.values
 
     @property
     def ddm_parameters(self) -> NamedValues:
         """Parameters of the direct model by name; empty for an inverse model."""
-        biases = None
+        bias = None
         if self.ddm_quantities and self.filter_bias is not None:
-            biases = self.theta_ddm - self.form.regressed(self.corrected)
-        return self._values(
-            self.ddm_quantities,
-            self.theta_ddm,
-            self.ddm_covariances,
-            self.ddm_freedom,
-            self.theta_gain_slopes,
-            biases,
-        )
+            bias = self.theta_ddm - self.form.regressed(self.corrected)
+        return Distribution(
+            quantities=self.ddm_quantities,
+            theta=self.theta_ddm,
+            covariances=self.ddm_covariances,
+            freedom=self.ddm_freedom,
+            chosen=self.chosen,
+            bias=bias,
+            by_gain=self._by_gain(self.theta_gain_slopes),
+        ).values
+
+    def _by_gain(self, slopes: Array | None) -> Array | None:
+        """What a deviation of the drive gain makes of slopes by its logarithm."""
+        return None if slopes is None else self.gain_relative_sd * slopes
 
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the physical parameters, with its unit and interval.
@@ -314,14 +394,8 @@ class Estimate(Presentable, Exact):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        slopes = np.zeros(len(self.physical)) if self.gain_slopes is None else self.gain_slopes
-        return derived_value(
-            function,
-            self,
-            curvature=self._bend().ratio,
-            moved_by_gain=self.gain_relative_sd * slopes,
-            advice="draw instead: propagate()",
-        )
+        advice = "draw instead: propagate()"
+        return self.distribution.derived(function, advice, self._bend().ratio)
 
     @property
     def curvatures(self) -> Array:
@@ -394,47 +468,8 @@ class Estimate(Presentable, Exact):
         """Covariance of the regression's own parameters."""
         if self.is_direct:
             return self.ddm_covariances[name]
-        if np.array_equal(self.jacobian, np.eye(len(self.theta))):
-            return self.covariances[name]
         inverse = np.asarray(np.linalg.inv(self.jacobian), dtype=float)
         return delta_method(self.covariances[name], inverse)
-
-    def _values(
-        self,
-        quantities: tuple[Quantity, ...],
-        theta: Array,
-        covariances: Mapping[str, Array],
-        freedom: Mapping[str, Array],
-        slopes: Array | None,
-        biases: Array | None,
-    ) -> NamedValues:
-        return NamedValues(
-            (
-                q.name,
-                self.valued(
-                    float(theta[i]),
-                    q.unit,
-                    {name: float(c[i, i]) for name, c in covariances.items()},
-                    float(freedom[self.chosen][i]),
-                    None if slopes is None else float(slopes[i]),
-                    None if biases is None else float(biases[i]),
-                ),
-            )
-            for i, q in enumerate(quantities)
-        )
-
-    def valued(
-        self,
-        value: float,
-        unit: str,
-        variances: Mapping[str, float],
-        freedom: float,
-        by_gain: float | None,
-        filter_bias: float | None = None,
-    ) -> Value:
-        """A value from its variances, their freedom and its slope by the logarithm of the gain."""
-        sd_gain = 0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain)
-        return value_with_interval(self, value, unit, variances, sd_gain, filter_bias, freedom)
 
 
 def alike_corrected(one: Estimate, other: Estimate) -> tuple[Array, Array]:

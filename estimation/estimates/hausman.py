@@ -13,14 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtr
 
-from axisid.estimation.regression import Equations, Hac, Solution, joint_p
+from axisid.estimation.problems import Solver
+from axisid.estimation.regression import Equations, Hac, Solution, factor, joint_p
 from axisid.estimation.thresholds import LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 
 from .estimate import Estimate, alike_corrected
-from .solver_of import solver_of
 
 NOTICEABLE = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
 _SAME = 1e-9  # of the eigenvalues of a correlation matrix
@@ -143,7 +143,7 @@ def _influence(estimate: Estimate) -> Array:
         intercept=np.zeros(len(estimate.y)),
         regressor=weights[:, None] * estimate.X,
     )
-    solved = solver_of(estimate)(estimate.form, rows)
+    solved = _solver_of(estimate)(estimate.form, rows)
     influence = solved.influence_as_counted @ estimate.jacobian.T
     return np.asarray(weights[:, None] * influence, dtype=float)
 
@@ -159,3 +159,24 @@ def _joint_p(apart: Array, covariance: Array, freedom: float) -> float:
     kept = sizes > _SAME * sizes[-1]
     along = directions[:, kept].T @ (apart[there] / deviations[there])
     return joint_p(float(np.sum(along**2 / sizes[kept])), int(kept.sum()), freedom)
+
+
+def _solver_of(estimate: Estimate) -> Solver:
+    """What solves rows of the estimate's own records as the estimate's were, weighted like them.
+
+    Raises
+    ------
+    EstimationError
+        The simulated loop's columns cannot be told apart.
+    """
+    loop, intercept, weights = None, None, estimate.row_weights
+    if estimate.loop_rows is not None:
+        loop = factor(
+            weights[:, None] * estimate.loop_rows,
+            [q.label for q in estimate.form.quantities],
+            "the simulated loop",
+            estimate.neighbours,
+        )
+    if estimate.by_output_error:
+        intercept = weights * (estimate.y - estimate.residuals - estimate.X @ estimate.theta)
+    return Solver(loop=loop, intercept=intercept, counts=estimate.counts)

@@ -5,18 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.parameters import JointForm
-from axisid.estimation.problems import NoiseFree, Problem
+from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     RowCounts,
     condition_number,
-    delta_method,
     simulated_loops,
     simulated_right,
 )
 from axisid.support.arrays import Array, relative_error_percent
 
-from .estimate import Estimate
-from .iterate import NotSimulated
+from .estimate import Estimate, NotSimulated
 
 
 def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
@@ -48,7 +46,7 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         weights=None,
         counts=None if estimate.counts is None else _counts(estimate.counts, span),
     ).with_inference(
-        noise_free=_noise_free(estimate.noise_free, span),
+        noise_free=None if estimate.noise_free is None else estimate.noise_free[span],
         chains=estimate.inference.chains[record : record + 1],
     )
     if not isinstance(estimate.form, JointForm):
@@ -74,12 +72,6 @@ def _simulation_error(estimate: Estimate, span: slice) -> float | None:
     return relative_error_percent(left - estimate.simulated[span], left) if len(left) else None
 
 
-def _noise_free(quiet: NoiseFree | None, span: slice) -> NoiseFree | None:
-    if quiet is None:
-        return None
-    return replace(quiet, regressor=quiet.regressor[span], residuals=quiet.residuals[span])
-
-
 def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record: int) -> Estimate:
     """A part whose axis has parameters of its own."""
     data, axis = problem.data[record], problem.data[record].axis
@@ -93,11 +85,8 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         Z = simulated_right(own, loops, physical, data)[1]
     if part.by_output_error and Z is not None:
         X, Z = Z, None
-    quiet = part.noise_free
-    if quiet is not None:
-        columns = quiet.regressor @ np.linalg.pinv(form.slopes(record))
-        quiet = replace(quiet, regressor=columns)
     by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes
+    made = part.distribution.through(axis.parameters, physical, slopes)
     return replace(
         part,
         form=own,
@@ -105,18 +94,14 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         theta=physical,
         physical=physical,
         jacobian=np.eye(len(physical)),
-        freedom={
-            name: np.min(np.where(slopes != 0, freedom, np.inf), axis=1)
-            for name, freedom in part.freedom.items()
-        },
+        freedom=made.freedom,
         X=X,
         Z=Z,
         condition_number=condition_number(X),
         iterates=(),
     ).with_inference(
-        covariances={name: delta_method(c, slopes) for name, c in part.covariances.items()},
+        covariances=made.covariances,
         gain_slopes=by_gain,
         theta_gain_slopes=by_gain,
-        noise_free=quiet,
-        bias=None if part.filter_bias is None else slopes @ part.filter_bias,
+        bias=made.bias,
     )

@@ -10,11 +10,12 @@ the drive gain's deviation adds is in V.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from scipy.special import chdtrc
 
+from axisid.codegen.artefacts import Quantity
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Form, delta_method
 from axisid.modeling.derivation import BaseModel
@@ -25,37 +26,13 @@ from axisid.support.errors import UsageError
 from axisid.support.user_values import is_among, quoted
 
 from .base_distance import BaseMap, Distance
-from .value import EstimateLike, NamedValues, value_with_interval
+from .value import Distribution, NamedValues
 
 # deviations^2 from the estimate, up to which physical parameters reproduce it
 _MAX_EXACT_DISTANCE = 1e-6
 # smallest singular value of the scaled map to base parameters, by the largest; below, physical
 # ones do not follow
 _MIN_SENSITIVITY = 1e-9
-
-
-class OfBase(EstimateLike, Protocol):
-    """An estimate of base parameters, with what declared ones are made of beside its values."""
-
-    @property
-    def method(self) -> str:
-        """How it was estimated."""
-
-    @property
-    def form(self) -> Form:
-        """Of the axis that the parameters are of."""
-
-    @property
-    def corrected(self) -> Array:
-        """Values less the bias of filter and noise, (p,)."""
-
-    @property
-    def gain_slopes(self) -> Array | None:
-        """Of the values by the logarithm of the gain, (p,)."""
-
-    @property
-    def gain_relative_sd(self) -> float:
-        """Of the drive gain."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -120,8 +97,17 @@ class PhysicalByMethod(dict[str, P]):
         )
 
 
-def physical_parameters(estimate: OfBase) -> Physical | None:
+def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physical | None:
     """Physical parameters from an estimate and what its axis declares as known.
+
+    Parameters
+    ----------
+    method : str
+        That it was estimated by.
+    form : Form
+        Of the axis that the parameters are of.
+    of_base : Distribution
+        Of the base parameters.
 
     Returns
     -------
@@ -133,46 +119,48 @@ def physical_parameters(estimate: OfBase) -> Physical | None:
     ----------
     [NeweyMcFadden1994]_.
     """
-    base = estimate.form.axis.base
-    if isinstance(estimate.form, JointForm) or not (base.changed or base.known):
+    base = form.axis.base
+    if isinstance(form, JointForm) or not (base.changed or base.known):
         return None
-    distance = Distance(BaseMap(base), estimate.corrected, _expected(estimate))
+    distance = Distance(BaseMap(base), of_base.corrected, _expected(of_base))
     found = distance.minimum()
     lost = undetermined_names(base)
     rank = len(distance.free) - len(base.undetermined)
     dof = len(distance.target) - rank
     reason = _no_solution(found.cost, dof, distance, found.theta, rank)
     if reason:
-        return _none(estimate, base, (*describe_undetermined(base), reason))
-    influence = distance.influence(found.theta, rank)
-    names = [p.name for p in base.declared.parameters]
-    kept = [j for j, name in enumerate(names) if name not in lost]
-    covariances = {
-        name: delta_method(distance.covariance(c), influence)[np.ix_(kept, kept)]
-        for name, c in estimate.covariances.items()
-    }
-    by_gain = None
-    if estimate.gain_slopes is not None:
-        by_gain = influence[:, : len(estimate.physical)] @ estimate.gain_slopes
+        return Physical(
+            method=method,
+            base=base,
+            parameters=NamedValues(),
+            covariances={name: np.zeros((0, 0)) for name in of_base.covariances},
+            undetermined=(*describe_undetermined(base), reason),
+            statistic=0.0,
+            dof=0,
+            p_value=None,
+            remarks=(),
+        )
+    declared, by_gain = base.declared.parameters, of_base.by_gain
+    kept = [j for j, p in enumerate(declared) if p.name not in lost]
+    influence = distance.influence(found.theta, rank)[kept]
+    made = Distribution(
+        quantities=tuple(Quantity(name=declared[j].name, unit=declared[j].unit) for j in kept),
+        theta=found.theta[kept],
+        covariances={
+            name: delta_method(distance.covariance(c), influence)
+            for name, c in of_base.covariances.items()
+        },
+        freedom={
+            name: np.full(len(kept), np.min(freedom)) for name, freedom in of_base.freedom.items()
+        },
+        chosen=of_base.chosen,
+        by_gain=None if by_gain is None else influence[:, : len(by_gain)] @ by_gain,
+    )
     return Physical(
-        method=estimate.method,
+        method=method,
         base=base,
-        parameters=NamedValues(
-            (
-                names[j],
-                value_with_interval(
-                    estimate,
-                    float(found.theta[j]),
-                    base.declared.parameters[j].unit,
-                    {name: float(c[i, i]) for name, c in covariances.items()},
-                    0.0 if by_gain is None else estimate.gain_relative_sd * abs(float(by_gain[j])),
-                    None,
-                    float(np.min(estimate.freedom[estimate.chosen])),
-                ),
-            )
-            for i, j in enumerate(kept)
-        ),
-        covariances=covariances,
+        parameters=made.values,
+        covariances=made.covariances,
         undetermined=describe_undetermined(base),
         statistic=found.cost if dof else 0.0,
         dof=dof,
@@ -181,27 +169,10 @@ def physical_parameters(estimate: OfBase) -> Physical | None:
     )
 
 
-def _expected(estimate: OfBase) -> Array:
+def _expected(of_base: Distribution) -> Array:
     """Covariance of the base parameters about the truth: noise, and the drive gain."""
-    noise = estimate.covariances[estimate.chosen]
-    if estimate.gain_slopes is None:
-        return noise
-    moved = estimate.gain_relative_sd * estimate.gain_slopes
-    return np.asarray(noise + np.outer(moved, moved), dtype=float)
-
-
-def _none(estimate: OfBase, base: BaseModel, reasons: tuple[str, ...]) -> Physical:
-    return Physical(
-        method=estimate.method,
-        base=base,
-        parameters=NamedValues(),
-        covariances={name: np.zeros((0, 0)) for name in estimate.covariances},
-        undetermined=reasons,
-        statistic=0.0,
-        dof=0,
-        p_value=None,
-        remarks=(),
-    )
+    noise, by_gain = of_base.covariances[of_base.chosen], of_base.by_gain
+    return noise if by_gain is None else noise + np.outer(by_gain, by_gain)
 
 
 def _no_solution(cost: float, dof: int, distance: Distance, theta: Array, rank: int) -> str:

@@ -2,17 +2,17 @@
 
 import math
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.special import stdtridf, stdtrit
 
 from axisid.codegen.artefacts import Quantity
+from axisid.estimation.regression import delta_method
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
 from axisid.modeling.text import FunctionLike, parameter_function
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.number_text import range_text
@@ -131,34 +131,6 @@ class NamedValues(dict[str, Value]):
         return ", ".join(values)
 
 
-class EstimateLike(Protocol):
-    """Parameters with their covariances: what values are made of, see `Estimate`."""
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """Parameters, length p."""
-
-    @property
-    def physical(self) -> Array:
-        """Their values, (p,)."""
-
-    @property
-    def covariances(self) -> Mapping[str, Array]:
-        """Of these, (p, p), by name."""
-
-    @property
-    def filter_bias(self) -> Array | None:
-        """What filter and noise move them by, (p,), as twins tell."""
-
-    @property
-    def chosen(self) -> str:
-        """Of `covariances`, what intervals are of."""
-
-    @property
-    def freedom(self) -> Mapping[str, Array]:
-        """Degrees of freedom of their variances, (p,), by name of the covariance."""
-
-
 def few_rows(rows: int, parameters: int) -> str | None:
     """What is to be said of rows that are too few for the deviations of so many parameters."""
     if rows >= MIN_ROWS_PER_PARAMETER.value * parameters:
@@ -174,88 +146,177 @@ def student_interval(centre: float, deviation: float, freedom: float) -> tuple[f
     return centre - reach, centre + reach
 
 
-def value_with_interval(
-    estimate: EstimateLike,
-    value: float,
-    unit: str,
-    variances: Mapping[str, float],
-    sd_gain: float,
-    filter_bias: float | None,
-    freedom: float,
-) -> Value:
-    """A value from its variance under each covariance; `freedom` is that of the chosen one."""
-    # Rounding may leave a variance of nothing a little below zero.
-    sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
-    corrected = value - (filter_bias or 0.0)
-    return Value(
-        value=value,
-        unit=unit,
-        deviations=sds,
-        interval=student_interval(corrected, sds[estimate.chosen], freedom),
-        sd_gain=sd_gain,
-        filter_bias=filter_bias,
-        chosen=estimate.chosen,
-    )
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Distribution(Exact):
+    """Estimated parameters and how far they may be off: what their values are made of.
 
-
-def derived_value(
-    function: FunctionLike,
-    estimate: EstimateLike,
-    *,
-    curvature: Callable[[Array, Array], float],
-    moved_by_gain: Array,
-    advice: str,
-) -> Value:
-    """A function of an estimate's parameters by the delta method, for a method ``derive``.
-
-    Parameters
+    Attributes
     ----------
-    function : str or SymPy expression
-    estimate : EstimateLike
-    curvature : callable
-        Takes gradient (p,) and Hessian (p, p), gives the second-order part of the deviation against
-        the first.
-    moved_by_gain : (p,) array
-        What a deviation of the drive gain moves the parameters by.
-    advice : str
-        What to do where the function bends too much.
-
-    Raises
-    ------
-    UsageError
-        The function cannot be read, or its units do not fit.
-    EstimationError
-        It has no finite value at the estimate.
+    quantities : tuple of Quantity
+        Length p.
+    theta : (p,) array
+        The estimate.
+    covariances : mapping of str to (p, p) array
+        By name; infinite variances of what nothing shows.
+    freedom : mapping of str to (p,) array
+        Degrees of freedom of the variances, by name of the covariance; at least of the chosen one.
+    chosen : str
+        Of `covariances`, what intervals are of.
+    bias : (p,) array or None
+        What filter and noise move the parameters by, where that is known.
+    by_gain : (p,) array or None
+        What a deviation of the drive gain moves them by; None where it is exact.
+    at_bound : container of str
+        Names of what is at a bound.
     """
-    read = parameter_function(function, {q.name: q.unit for q in estimate.quantities})
-    value, slopes, bends = read.at([float(x) for x in estimate.physical])
-    gradient, hessian = np.array(slopes), np.array(bends)
-    if not np.all(np.isfinite([value, *gradient, *hessian.ravel()])):
-        raise EstimationError(
-            f"{function} is not a finite real number with finite derivatives at the estimate; "
-            f"its value is {value:g}."
+
+    quantities: tuple[Quantity, ...]
+    theta: Array
+    covariances: Mapping[str, Array]
+    freedom: Mapping[str, Array]
+    chosen: str
+    bias: Array | None = None
+    by_gain: Array | None = None
+    at_bound: Container[str] = ()
+
+    @property
+    def corrected(self) -> Array:
+        """The estimate less its bias, where that is known, (p,)."""
+        return self.theta if self.bias is None else self.theta - self.bias
+
+    @property
+    def values(self) -> NamedValues:
+        """The parameters by name."""
+        return NamedValues((q.name, self._value(i, q.unit)) for i, q in enumerate(self.quantities))
+
+    def _value(self, i: int, unit: str) -> Value:
+        # Rounding may leave a variance of nothing a little below zero.
+        deviations = {
+            name: math.sqrt(max(float(c[i, i]), 0.0)) for name, c in self.covariances.items()
+        }
+        freedom = float(self.freedom[self.chosen][i])
+        return Value(
+            value=float(self.theta[i]),
+            unit=unit,
+            deviations=deviations,
+            interval=student_interval(float(self.corrected[i]), deviations[self.chosen], freedom),
+            sd_gain=0.0 if self.by_gain is None else abs(float(self.by_gain[i])),
+            filter_bias=None if self.bias is None else float(self.bias[i]),
+            chosen=self.chosen,
         )
-    second_order = curvature(gradient, hessian)
-    if second_order > _MAX_CURVATURE:
-        warnings.warn(
-            f"{function} bends within the uncertainty: the second-order part of its standard "
-            f"deviation is about {second_order:.2g} of the first; {advice}",
-            RuntimeWarning,
-            stacklevel=3,  # whoever called `derive`
+
+    def through(
+        self, quantities: tuple[Quantity, ...], theta: Array, slopes: Array
+    ) -> "Distribution":
+        """That of functions of the parameters, to first order.
+
+        Parameters
+        ----------
+        quantities : tuple of Quantity
+            Length r.
+        theta : (r,) array
+            Their values.
+        slopes : (r, p) array
+            Their derivatives by the parameters.
+        """
+        return Distribution(
+            quantities=quantities,
+            theta=theta,
+            covariances={
+                name: delta_method(_used(c, slopes), slopes) for name, c in self.covariances.items()
+            },
+            freedom={name: fewest(freedom, slopes) for name, freedom in self.freedom.items()},
+            chosen=self.chosen,
+            bias=None if self.bias is None else slopes @ self.bias,
+            by_gain=None if self.by_gain is None else slopes @ self.by_gain,
         )
-    bias = estimate.filter_bias
-    return value_with_interval(
-        estimate,
-        value,
-        str(read.unit),
-        {name: _variance(gradient, c) for name, c in estimate.covariances.items()},
-        abs(float(gradient @ moved_by_gain)),
-        None if bias is None else float(gradient @ bias),
-        float(np.min(estimate.freedom[estimate.chosen], where=gradient != 0, initial=np.inf)),
-    )
+
+    def curvature(self, gradient: Array, hessian: Array) -> float:
+        """Second-order part of a function's deviation against the first.
+
+        Parameters
+        ----------
+        gradient, hessian : (p,) and (p, p) arrays
+            Of the function by the parameters.
+        """
+        used = np.flatnonzero((gradient != 0) | hessian.any(axis=0))
+        covariance = self.covariances[self.chosen][np.ix_(used, used)]
+        if not np.isfinite(covariance).all():
+            return 0.0  # its deviation is infinite
+        slopes, scaled = gradient[used], hessian[np.ix_(used, used)] @ covariance
+        first = math.sqrt(max(float(slopes @ covariance @ slopes), 0.0))
+        second = math.sqrt(max(float(np.trace(scaled @ scaled)), 0.0) / 2)
+        return second / first if first else math.inf if second else 0.0
+
+    def derived(
+        self,
+        function: FunctionLike,
+        advice: str,
+        curvature: Callable[[Array, Array], float] | None = None,
+    ) -> Value:
+        """A function of the parameters by the delta method, for a method ``derive``.
+
+        Parameters
+        ----------
+        function : str or SymPy expression
+        advice : str
+            What to do where the function bends too much.
+        curvature : callable, optional
+            In place of `curvature`, where the parameters are no linear functions of what was
+            regressed.
+
+        Raises
+        ------
+        UsageError
+            The function cannot be read, its units do not fit, or it is of a parameter at a bound,
+            whose errors go to one side.
+        EstimationError
+            It has no finite value at the estimate.
+        """
+        read = parameter_function(function, {q.name: q.unit for q in self.quantities})
+        value, slopes, bends = read.at([float(x) for x in self.theta])
+        gradient, hessian = np.array(slopes), np.array(bends)
+        if not np.all(np.isfinite([value, *gradient, *hessian.ravel()])):
+            raise EstimationError(
+                f"{function} is not a finite real number with finite derivatives at the estimate; "
+                f"its value is {value:g}."
+            )
+        names = [q.name for q, slope in zip(self.quantities, gradient, strict=True) if slope]
+        if held := [name for name in names if name in self.at_bound]:
+            raise UsageError(
+                f"{held[0]} is at a bound, so that its errors go to one side and the delta method "
+                "tells nothing of functions of it; take its own interval, or fit with other "
+                "bounds.",
+                code="derive-at-bound",
+            )
+        second_order = (curvature or self.curvature)(gradient, hessian)
+        if second_order > _MAX_CURVATURE:
+            warnings.warn(
+                f"{function} bends within the uncertainty: the second-order part of its standard "
+                f"deviation is about {second_order:.2g} of the first; {advice}",
+                RuntimeWarning,
+                stacklevel=3,  # whoever called `derive`
+            )
+        made = Quantity(name=str(function), unit=str(read.unit))
+        (found,) = self.through((made,), np.array([value]), gradient[None, :]).values.values()
+        return found
 
 
-def _variance(gradient: Array, covariance: Array) -> float:
-    """Of a function; what nothing shows has an infinite variance, and counts where it is used."""
-    used = (gradient[:, None] != 0) & (gradient != 0)
-    return float(gradient @ np.where(used | np.isfinite(covariance), covariance, 0.0) @ gradient)
+def fewest(freedom: Array, slopes: Array) -> Array:
+    """Degrees of freedom of functions, (r,): the fewest of the parameters that each is made of."""
+    return np.asarray(np.min(np.where(slopes != 0, freedom, np.inf), axis=1), dtype=float)
+
+
+def freedom_of(value: Value) -> float:
+    """Of Student's distribution, by how many deviations the 95 % interval reaches."""
+    low, high = value.interval
+    if not 0 < value.deviation < math.inf:
+        return math.inf
+    found = float(stdtridf((1 + INTERVAL_LEVEL.value) / 2, (high - low) / 2 / value.deviation))
+    return found if math.isfinite(found) else math.inf
+
+
+def _used(covariance: Array, slopes: Array) -> Array:
+    """What nothing shows has an infinite variance, which counts where it is used."""
+    used = np.any(slopes != 0, axis=0)
+    return np.where(np.outer(used, used) | np.isfinite(covariance), covariance, 0.0)

@@ -198,7 +198,8 @@ class Ended:
             return physical, side
         rows = np.vstack([np.sqrt(scores.curvature)[:, None] * scores.jacobian, scores.known])
         physical, side = at.copy(), np.zeros_like(side)
-        physical[u.free], side[u.free] = least_within(u, at, rows, downhill)
+        lower, upper, start = (each[u.free] for each in (u.lower, u.upper, at))
+        physical[u.free], side[u.free] = least_within(lower, upper, start, rows, downhill)
         return physical, side
 
     @cached_property

@@ -22,7 +22,6 @@ from axisid.estimation.diagnostics.law import LawCheck, first_law
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.parameters import (
     End,
-    FormByTime,
     Told,
     Unknowns,
     are_starts,
@@ -30,6 +29,7 @@ from axisid.estimation.parameters import (
     check_enough,
     moved_layouts,
     unknowns_of,
+    with_time,
 )
 from axisid.estimation.predictions import (
     LoopPredictions,
@@ -274,7 +274,7 @@ class _Asked:
         asked = (self.free, self.outputs, self.known or {}, records)
         whose = with_free(searched(shared), *asked)
         if time is not None:
-            whose = replace(whose, form=FormByTime(generated, of_model=whose.form, time=time))
+            whose = replace(whose, form=with_time(whose.form, whose.axes, time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
         first_at = begins[0].physical

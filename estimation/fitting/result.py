@@ -15,7 +15,7 @@ from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unl
 from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
-from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
+from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
 from axisid.estimation.lacking import Lack, found_beside, scores_of
 from axisid.estimation.methods import bound_record
 from axisid.estimation.predictions import Predictions
@@ -373,20 +373,15 @@ class OutputFit(Checked, Presentable, Exact):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        told = FittedParameters(
+        freedom = np.array([freedom_of(value) for value in self.values.values()])
+        return Distribution(
             quantities=self.quantities,
-            values=self.values,
+            theta=self.physical,
             covariances=self.covariances,
+            freedom={self.chosen: freedom},
             chosen=self.chosen,
             at_bound=self.at_bound,
-        )
-        return derived_value(
-            function,
-            told,
-            curvature=told.bend,
-            moved_by_gain=np.zeros(len(self.names)),
-            advice="fit with bootstrap= and look at the parameters",
-        )
+        ).derived(function, "fit with bootstrap= and look at the parameters")
 
     @property
     def covariance(self) -> Array:

@@ -20,12 +20,11 @@ from axisid.estimation.parameters import (
     GAIN,
     START,
     STARTS,
-    FormByDriveGain,
-    FormByGains,
-    FormByStart,
-    JointForm,
     Unknowns,
     least_sizes,
+    with_drive_gain,
+    with_gains,
+    with_starts,
 )
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, InverseForm
@@ -87,7 +86,7 @@ def searched(shared: Shared) -> Searched:
     axes = tuple(shared.axes(axis, layout))
     if layout is None:
         return Searched(form=InverseForm(axis), axes=axes, local={})
-    return Searched(form=JointForm(axis, layout=layout), axes=axes, local=layout.local)
+    return Searched(form=layout, axes=axes, local=layout.local)
 
 
 def with_free(
@@ -127,7 +126,7 @@ def with_free(
     if starts := [n for n in names if n in (START, *STARTS) and n not in gains]:
         others = [n for n in names if n not in starts]
         found = with_free(whose, others, outputs, known, records)
-        form = FormByStart.of(found.form, found.axes, records, starts)
+        form = with_starts(found.form, found.axes, records, starts)
         return replace(found, form=form, local={**found.local, **form.local})
     if law is not None and law.gains and (others := [n for n in names if n not in law.gains]):
         raise UsageError(
@@ -137,7 +136,7 @@ def with_free(
             f"{' and '.join(STARTS)}.",
             code="free-name",
         )
-    return replace(whose, form=FormByGains.of(whose.form, whose.axes, names))
+    return replace(whose, form=with_gains(whose.form, whose.axes, names))
 
 
 def _with_drive_gain(
@@ -157,7 +156,7 @@ def _with_drive_gain(
             "that column.",
             code="free-gain-force",
         )
-    form = FormByDriveGain.of(whose.form, whose.axes)
+    form = with_drive_gain(whose.form, whose.axes)
     return [n for n in names if n not in asked], replace(whose, form=form)
 
 

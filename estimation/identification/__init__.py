@@ -8,23 +8,18 @@ from .bound import (
     bound_records as bound_records,
     layout_for as layout_for,
     tells_gain as tells_gain,
-    weighted as weighted,
 )
 from .by_method import ByMethod as ByMethod
 from .drive_time import DriveTiming as DriveTiming, check_time as check_time
-from .drive_timing import estimate_drive_timing as estimate_drive_timing
 from .identify import (
     check_choices as check_choices,
+    estimate_drive_timing as estimate_drive_timing,
     identify as identify,
     identify_problem as identify_problem,
     records_of as records_of,
     requested_methods as requested_methods,
 )
 from .result import DriveTime as DriveTime, Identification as Identification
-from .set_aside import (
-    check_bad as check_bad,
-    of_used as of_used,
-    with_what_is_lost as with_what_is_lost,
-)
+from .set_aside import check_bad as check_bad, layout_without as layout_without
 from .several import OfRecord as OfRecord, RecordInfo as RecordInfo, record_place as record_place
 from .shared import Shared as Shared, shared_records as shared_records

@@ -8,7 +8,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.methods import METHODS, bound_record, scale_of
-from axisid.estimation.parameters import Layout, Told, known_of, layout_of, prefilters_of
+from axisid.estimation.parameters import JointForm, Told, known_of, layout_of, prefilters_of
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import (
@@ -31,7 +31,7 @@ def layout_for(
     known: Mapping[str, Sequence[Told]] | None,
     *,
     commanded: bool,
-) -> Layout | None:
+) -> JointForm | None:
     """How the parameters are shared; None where all are, of all records.
 
     Raises

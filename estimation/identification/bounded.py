@@ -11,16 +11,18 @@ nearer to whatever is within the bounds than the free one is, so that it is enou
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from functools import cache
 
 import numpy as np
+from scipy.special import stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity, build
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.parameters import least_within
 from axisid.estimation.problems import Held
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.modeling.declaration import leave_out
-from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, EstimationError
 
@@ -28,7 +30,7 @@ from .result import Identification
 
 #: Identifies an axis, from records that it knows.
 Identify = Callable[[GeneratedAxis], Identification]
-_Bounds = Mapping[str, float]
+_Bounds = tuple[tuple[str, float], ...]  # names of parameters, each with the bound it is held at
 _ROUNDING = 1e-13  # of a correlation matrix
 
 
@@ -45,23 +47,45 @@ def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
     EstimationError
         Nothing is left to identify, or no inertia, with the parameters at their bounds.
     """
-    search = _BoundedSearch(axis, identify)
-    bounds: dict[str, float] = {}
+
+    @cache
+    def result(bounds: _Bounds) -> Identification:
+        return identify(_axis_with(axis, bounds))
+
+    bounds: _Bounds = ()
     for _ in range(2 * len(axis.declared.parameters)):
-        if beyond := _at_bounds(axis, search.result(bounds).preferred):
-            bounds |= beyond
+        if beyond := _at_bounds(axis, result(bounds).preferred):
+            bounds = tuple((dict(bounds) | beyond).items())
             continue
-        held = [search.held(name, bounds) for name in bounds]
-        back = [each.name for each in held if not each.distance and each.is_inside]
+        others = [tuple(other for other in bounds if other is not pair) for pair in bounds]
+        held = [
+            _held(result(rest).preferred, axis, *pair)
+            for pair, rest in zip(bounds, others, strict=True)
+        ]
+        back = [rest for each, rest in zip(held, others, strict=True) if each.is_inside]
         if not back:
-            result = search.result(bounds)
-            return _with_held(result, held, search.result({})) if held else result
-        bounds = {name: bound for name, bound in bounds.items() if name != back[0]}
+            return _with_held(result(bounds), held, result(())) if held else result(bounds)
+        bounds = back[0]
     raise EstimationError(
-        f"which of {', '.join(bounds)} are at their bounds does not settle; identify without "
+        f"which of {', '.join(dict(bounds))} are at their bounds does not settle; identify without "
         "bounds, and leave out what the record does not show.",
         code="bounds-unsettled",
     )
+
+
+def _axis_with(axis: GeneratedAxis, bounds: _Bounds) -> GeneratedAxis:
+    """An axis whose parameters at a bound are held there."""
+    if not bounds:
+        return axis
+    try:
+        return build(leave_out(axis.declared, **dict(bounds)), native=axis.native.enabled)
+    except AxisidError as error:
+        said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds)
+        raise EstimationError(
+            f"with {said} there is no axis left: {error.problem.rstrip('.')}. Check the signs "
+            "and units of the record.",
+            code="nothing-within-bounds",
+        ) from error
 
 
 def _with_held(result: Identification, held: list[Held], free: Identification) -> Identification:
@@ -103,44 +127,8 @@ def _places(names: Sequence[Quantity], among: Sequence[Quantity]) -> list[int] |
     return [where[q.name] for q in names] if all(q.name in where for q in names) else None
 
 
-@dataclass(frozen=True, slots=True)
-class _BoundedSearch:
-    """Results with some parameters held, each made once."""
-
-    axis: GeneratedAxis
-    identify: Identify
-    _made: dict[frozenset[tuple[str, float]], Identification] = field(default_factory=dict)
-
-    def result(self, bounds: _Bounds) -> Identification:
-        key = frozenset(bounds.items())
-        if key not in self._made:
-            self._made[key] = self.identify(self._with(bounds))
-        return self._made[key]
-
-    def held(self, name: str, bounds: _Bounds) -> Held:
-        """A parameter at its bound, and what it is free, with the others at theirs."""
-        others = {other: bound for other, bound in bounds.items() if other != name}
-        (parameter,) = (p for p in self.axis.declared.parameters if p.name == name)
-        return _held(self.result(others).preferred, parameter, bounds[name])
-
-    def _with(self, bounds: _Bounds) -> GeneratedAxis:
-        if not bounds:
-            return self.axis
-        try:
-            return build(leave_out(self.axis.declared, **bounds), native=self.axis.native.enabled)
-        except AxisidError as error:
-            said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds.items())
-            raise EstimationError(
-                f"with {said} there is no axis left: {error.problem.rstrip('.')}. Check the signs "
-                "and units of the record.",
-                code="nothing-within-bounds",
-            ) from error
-
-
 def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     """Declared parameters that the bounded estimate has at a bound, with that bound."""
-    from scipy.optimize import lsq_linear
-
     names = {p.name for p in axis.declared.parameters}
     declared = [p if p.name in names else None for p in estimate.form.declared]
     free = estimate.corrected
@@ -152,14 +140,14 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     scale = np.sqrt(np.diag(covariance))
     sizes, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
     root = directions.T / np.sqrt(np.maximum(sizes, _ROUNDING))[:, None]
-    found = lsq_linear(root, root @ (free / scale), (lower / scale, upper / scale), "bvls")
-    active = zip(declared, found.active_mask, strict=True)
+    _, sides = least_within(lower, upper, free, root / scale, np.zeros(len(free)))
+    active = zip(declared, sides, strict=True)
     return {p.name: p.lower if side < 0 else p.upper for p, side in active if p and side}
 
 
-def _held(estimate: Estimate, parameter: Parameter, bound: float) -> Held:
-    from scipy.special import stdtrit
-
+def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> Held:
+    """A parameter at its bound, and what it is in an estimate that has it free."""
+    (parameter,) = (p for p in axis.declared.parameters if p.name == name)
     value = estimate.parameters[parameter.name]
     place = [q.name for q in estimate.quantities].index(parameter.name)
     freedom = float(estimate.freedom[estimate.chosen][place])

@@ -22,9 +22,14 @@ from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
-from .bound import weighted
 from .bounded import bounded_result
-from .drive_time import identified_with_time
+from .drive_time import (
+    DriveTiming,
+    check_time,
+    identified_with_time,
+    searched_time,
+    with_time,
+)
 from .result import Identification
 from .shared import shared_records
 
@@ -123,10 +128,8 @@ def identify(
     def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
         def free(axis: GeneratedAxis) -> Identification:
             shared = shared_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
-            layout = shared.layout(axis)
-            data = shared.bound(axis, layout, as_given)
             return identify_problem(
-                weighted(Problem(axis=axis, data=data, layout=layout), loss),
+                shared.problem(axis, as_given, loss),
                 as_given,
                 chosen,
                 lags=lags,
@@ -268,30 +271,46 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
     UsageError
         There is no such covariance, start or loss.
     """
-    _check_covariance(covariance)
-    _check_start(start)
-    _check_loss(loss)
+    for what, given, choices, code in (
+        ("covariance", covariance, COVARIANCES, "unknown-covariance"),
+        ("start", start, STARTS, "unknown-start"),
+        ("loss", loss, ROW_LOSSES, "unknown-row-loss"),
+    ):
+        if not is_among(given, choices):
+            raise UsageError(
+                f"there is no {what} {quoted(given)}; choose from {', '.join(choices)}.", code=code
+            )
 
 
-def _check_start(start: object) -> None:
-    if not is_among(start, STARTS):
-        raise UsageError(
-            f"there is no start {quoted(start)}; choose from {', '.join(STARTS)}.",
-            code="unknown-start",
-        )
+def estimate_drive_timing(
+    axis: Axis | GeneratedAxis,
+    record: Record,
+    name: str = "lag",
+    prefilter: Prefilter | None = None,
+) -> DriveTiming:
+    """Estimate the lag or the delay of an axis's drive, and its parameters with it.
 
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+        With a sampled control law. What is declared of the other time is taken as known.
+    record : Record
+        With a control and a reference.
+    name : str
+        ``lag`` or ``delay``: at most one, since a record shows their sum.
+    prefilter : Prefilter, optional
+        What suits the record by default.
 
-def _check_loss(loss: object) -> None:
-    if not is_among(loss, ROW_LOSSES):
-        raise UsageError(
-            f"there is no loss {quoted(loss)}; choose from {', '.join(ROW_LOSSES)}.",
-            code="unknown-row-loss",
-        )
-
-
-def _check_covariance(covariance: object) -> None:
-    if not is_among(covariance, COVARIANCES):
-        raise UsageError(
-            f"there is no covariance {quoted(covariance)}; choose from {', '.join(COVARIANCES)}.",
-            code="unknown-covariance",
-        )
+    Raises
+    ------
+    UsageError
+        There is no such time, or the control was recorded where nothing shows it.
+    EstimationError
+        The record does not show it, or the force acts before its command.
+    """
+    declared = axis.declared if isinstance(axis, GeneratedAxis) else axis
+    check_time(declared, record, name)
+    known = with_time(declared, name, float(getattr(declared.drive, name)))
+    return searched_time(
+        known, record, name, lambda tried, methods: identify(tried, record, prefilter, methods)
+    )

@@ -220,7 +220,10 @@ class Identification(ByMethod, Uncached, Presentable, Exact):
 
         From the base parameters and what is declared as known; see `axisid.fix`.
         """
-        found = {name: physical_parameters(e) for name, e in self.estimates.items()}
+        found = {
+            name: physical_parameters(name, e.form, e.distribution)
+            for name, e in self.estimates.items()
+        }
         return PhysicalByMethod((n, each) for n, each in found.items() if each is not None)
 
     @property

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import GAIN, Layout, Told, prefilters_of
+from axisid.estimation.parameters import GAIN, JointForm, Told, prefilters_of
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.remedy import Note, Remedy, Setting
+
+from .bound import layout_for
 
 
 def usable_records(
@@ -69,46 +71,47 @@ def _unnamed(name: str, note: Note) -> Note:
     return Note(text, note.remedy)
 
 
-def of_used(
-    used: Sequence[int], local: Sequence[str], known: Mapping[str, Sequence[Told]] | None
-) -> tuple[tuple[str, ...], dict[str, list[Told]]]:
-    """What is each record's own, and known of each, among the records that are used.
-
-    Where one is left, its own parameters are those of all.
-    """
-    own = tuple(local) if len(used) > 1 else ()
-    return own, {name: [values[i] for i in used] for name, values in (known or {}).items()}
-
-
-def with_what_is_lost(
-    aside: Mapping[str, Note],
+def layout_without(
     axis: GeneratedAxis,
-    layouts: tuple[Layout | None, Layout | None],
+    whole: JointForm | None,
     used: Sequence[int],
-) -> dict[str, Note]:
-    """Why records are set aside, the last of them with what is not identified without them.
+    aside: Mapping[str, Note],
+    local: Sequence[str],
+    known: Mapping[str, Sequence[Told]] | None,
+    *,
+    commanded: bool,
+) -> tuple[JointForm | None, tuple[str, ...], dict[str, list[Told]], dict[str, Note]]:
+    """What several records share, each has for itself, and is known of each, where some are left.
+
+    Where one is left, its own parameters are those of all. The reasons are given again, the last of
+    them with what is not identified without the records.
 
     Parameters
     ----------
-    aside : mapping of str to Note
     axis : GeneratedAxis
-    layouts : (Layout or None, Layout or None)
-        How the parameters of all records are shared, and those of the records that are left.
+    whole : JointForm or None
+        How the parameters of all records are shared.
     used : sequence of int
-        Which these are.
+        The records that are left.
+    aside : mapping of str to Note
+        Why others are set aside.
+    local, known, commanded
+        As of `layout_for`, of all records.
     """
-    found, (whole, left) = dict(aside), layouts
-    if whole is None or not found:
-        return found
-    lost = _lost(axis, whole, left, used)
-    if not lost:
-        return found
-    name, note = list(found.items())[-1]
-    found[name] = Note.of(note, f" Without {'it' if len(found) == 1 else 'these'} {lost}.")
-    return found
+    own = tuple(local) if len(used) > 1 else ()
+    of_used = {name: [values[i] for i in used] for name, values in (known or {}).items()}
+    if not aside:
+        return whole, own, of_used, {}
+    left, why = layout_for(axis, len(used), own, of_used, commanded=commanded), dict(aside)
+    if whole is not None and (lost := _lost(axis, whole, left, used)):
+        name, note = list(why.items())[-1]
+        why[name] = Note.of(note, f" Without {'it' if len(why) == 1 else 'these'} {lost}.")
+    return left, own, of_used, why
 
 
-def _lost(axis: GeneratedAxis, whole: Layout, left: Layout | None, used: Sequence[int]) -> str:
+def _lost(
+    axis: GeneratedAxis, whole: JointForm, left: JointForm | None, used: Sequence[int]
+) -> str:
     """What the records that are left identify no more, and why; empty for nothing."""
     alone = len(used) == 1
     said = []
@@ -133,7 +136,7 @@ def _lost(axis: GeneratedAxis, whole: Layout, left: Layout | None, used: Sequenc
     return ", and ".join(said)
 
 
-def _shared(axis: GeneratedAxis, layout: Layout | None) -> list[str]:
+def _shared(axis: GeneratedAxis, layout: JointForm | None) -> list[str]:
     """Names of the parameters that all records share."""
     if layout is None:
         return [p.name for p in axis.axis.parameters]

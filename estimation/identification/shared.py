@@ -4,16 +4,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import Layout, Told
-from axisid.estimation.problems import check_time_known
+from axisid.estimation.choices import ROW_LOSSES
+from axisid.estimation.parameters import JointForm, Told
+from axisid.estimation.problems import Problem, check_time_known
 from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.signals import Prefilter
 from axisid.support.errors import UsageError
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
-from .bound import bound_records, layout_for, tells_gain
-from .set_aside import of_used, usable_records, with_what_is_lost
+from .bound import bound_records, layout_for, tells_gain, weighted
+from .set_aside import layout_without, usable_records
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,7 +25,7 @@ class Shared:
     ----------
     axis : GeneratedAxis
         That was asked of.
-    own_layout : Layout or None
+    own_layout : JointForm or None
         Its own.
     records : tuple of Record
     local : tuple of str
@@ -37,14 +38,14 @@ class Shared:
     """
 
     axis: GeneratedAxis
-    own_layout: Layout | None
+    own_layout: JointForm | None
     records: tuple[Record, ...]
     local: tuple[str, ...]
     known: Mapping[str, Sequence[Told]]
     commanded: bool
     set_aside: Mapping[str, Note]
 
-    def layout(self, axis: GeneratedAxis) -> Layout | None:
+    def layout(self, axis: GeneratedAxis) -> JointForm | None:
         """How the parameters of an axis are shared; None where all are, of all records.
 
         A candidate may be without a parameter that others have for each record.
@@ -60,16 +61,18 @@ class Shared:
         own = [name for name in self.local if name in declared]
         return layout_for(axis, len(self.records), own, self.known, commanded=self.commanded)
 
-    def axes(self, axis: GeneratedAxis, layout: Layout | None) -> list[GeneratedAxis]:
+    def axes(self, axis: GeneratedAxis, layout: JointForm | None) -> list[GeneratedAxis]:
         """That of each record, with what is known of it put in."""
         return [axis] * len(self.records) if layout is None else [m.axis for m in layout.members]
 
-    def bound(
-        self, axis: GeneratedAxis, layout: Layout | None, prefilter: Prefilter
-    ) -> tuple[FilteredRecord, ...]:
-        """The records under a prefilter, each of its own axis."""
+    def problem(
+        self, axis: GeneratedAxis, prefilter: Prefilter, loss: str = ROW_LOSSES[0]
+    ) -> Problem:
+        """The records under a prefilter, each of its own axis, weighted by its own noise."""
+        layout = self.layout(axis)
         into = () if layout is None else [*map(layout.slopes, range(len(self.records)))]
-        return bound_records(self.axes(axis, layout), self.records, prefilter, into)
+        data = bound_records(self.axes(axis, layout), self.records, prefilter, into)
+        return weighted(Problem(axis=axis, data=data, layout=layout), loss)
 
 
 def shared_records(
@@ -115,20 +118,19 @@ def shared_records(
             code="local-of-one",
         )
     commanded = tells_gain(records, gain)
-    layout = layout_for(axis, len(records), own, known, commanded=commanded)
+    whole = layout_for(axis, len(records), own, known, commanded=commanded)
     used, aside = usable_records(axis, records, prefilter, skip_bad=skip_bad)
-    own, known = of_used(used, own, known)
-    left = layout
-    if aside:
-        left = layout_for(axis, len(used), own, known, commanded=commanded)
+    layout, own, known, aside = layout_without(
+        axis, whole, used, aside, own, known, commanded=commanded
+    )
     return Shared(
         axis=axis,
-        own_layout=left,
+        own_layout=layout,
         records=tuple(records[i] for i in used),
         local=own,
         known=known,
         commanded=commanded,
-        set_aside=with_what_is_lost(aside, axis, (layout, left), used),
+        set_aside=aside,
     )
 
 

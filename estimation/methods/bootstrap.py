@@ -1,7 +1,7 @@
 """The parametric bootstrap of a problem's estimates: twins of its records, the same for all."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,6 @@ from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
 from axisid.estimation.twins import Chain, Twins, calibrated, measured_chain
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
@@ -63,11 +62,10 @@ class Bootstrap:
         for method in ("didim", "idm-iv", "idm-ls"):
             try:
                 fit = METHODS[method].fit(self.problem)
-                loops = fit.loops or _at(self.problem, fit.form, fit.physical)
-                follows = _error(self.problem, fit, loops) < MAX_SIMULATION_ERROR.value
-                if follows or self.has_laws():
-                    twins = self._settled(fit, loops)
-                    if follows or isinstance(twins, str) or self._leave_as_much(twins, fit):
+                fit = with_loops(self.problem, fit)
+                if fit.follows or self.has_laws():
+                    twins = self._settled(fit)
+                    if fit.follows or isinstance(twins, str) or self._leave_as_much(twins, fit):
                         return twins
                 why = _FOLLOWS_NOT
             except (ModelError, LoopDataError):  # which the verdict tells
@@ -76,8 +74,8 @@ class Bootstrap:
                 why = error.problem.rstrip("; ")
         return why
 
-    def _settled(self, fit: Fit, loops: tuple[Simulation, ...]) -> Twins | str:
-        form, solution, problem = fit.form, fit.solution, self.problem
+    def _settled(self, fit: Fit) -> Twins | str:
+        form, solution, problem, loops = fit.form, fit.solution, self.problem, fit.loops
         physical = at = fit.physical
         model, kinds = Hac(), self._kinds
         deviations = np.sqrt(np.diag(model.matrix(solution)))
@@ -129,28 +127,20 @@ class Bootstrap:
         return tuple(kinds)
 
 
-def loops_of(problem: Problem, fit: Fit) -> tuple[Simulation, ...]:
-    """The loops of a fit, or of its records as far as they follow them without a reference.
+def with_loops(problem: Problem, fit: Fit) -> Fit:
+    """A fit with the loops of its records, as far as they follow them without a reference.
 
     Raises
     ------
     ModelError, DataError, EstimationError
-        There are none, or they move otherwise than the records.
+        There are none.
     """
-    if fit.follows:
-        return fit.loops
-    if not fit.loops:
-        loops = _at(problem, fit.form, fit.physical)
-        if _error(problem, fit, loops) < MAX_SIMULATION_ERROR.value:
-            return loops
-    raise EstimationError(f"{_FOLLOWS_NOT}.", code="loop-follows-not")
-
-
-def _error(problem: Problem, fit: Fit, loops: tuple[Simulation, ...]) -> float:
-    """What loops at a fit leave of the force, percent."""
+    if fit.loops:
+        return fit
+    loops = _at(problem, fit.form, fit.physical)
     intercept, right = problem.right_of(fit.form, fit.physical, loops)
-    left = fit.measured.left
-    return relative_error_percent(left - intercept - right @ fit.form.regressed(fit.physical), left)
+    simulated = intercept + right @ fit.form.regressed(fit.physical)
+    return replace(fit, loops=loops, simulated=simulated)
 
 
 def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]:

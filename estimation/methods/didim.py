@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.choices import SQUARES_LOSS
-from axisid.estimation.problems import ByOutputError, Problem, Solver
+from axisid.estimation.problems import Problem, Solver
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -26,9 +26,8 @@ from axisid.estimation.thresholds import CONVERGED, MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
-from .instrumental import Instruments, Iteration, IterationState, IterationStep
+from .instrumental import Instruments, Iteration, IterationState, IterationStep, Start
 from .robust import robust_least_squares, scale_of, size_by_loss
-from .starting import Start
 
 # of a parameter, left by a step where the loop does not follow: measured, from 5 to 1000 kg on
 # the EMPS record, with 0.1 to 0.5 alike
@@ -120,7 +119,7 @@ class _ByOutputError(Iteration):
 
     def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
         left, counts = reached.measured.left, step.solution.counts
-        solver = ByOutputError(step.intercept, step.simulated, counts)
+        solver = Solver(loop=step.simulated, intercept=step.intercept, counts=counts)
         if self._form.is_linear:
             intercept, regressor = step.intercept, step.simulated.columns
         else:

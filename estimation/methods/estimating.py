@@ -1,14 +1,23 @@
 """From a problem and a method to an estimate: fit, map, covariances and remarks."""
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from axisid.estimation.estimates import COVARIANCES, Estimate, Inference, NotSimulated, few_rows
-from axisid.estimation.parameters import Layout, moved_layouts
-from axisid.estimation.problems import NoiseFree, Problem, noise_free, slopes_by_gain
+from axisid.estimation.estimates import (
+    COVARIANCES,
+    Estimate,
+    Inference,
+    NotSimulated,
+    covariance_of,
+    few_rows,
+    fewest,
+)
+from axisid.estimation.parameters import moved_layouts
+from axisid.estimation.problems import Problem, noise_free_residuals, slopes_by_gain
 from axisid.estimation.regression import (
     Applied,
     Covariance,
@@ -25,7 +34,7 @@ from axisid.support.deferred import Deferred
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
-from .bootstrap import TOO_FEW, Bootstrap, loops_of
+from .bootstrap import TOO_FEW, Bootstrap, with_loops
 from .method import Fit, Method
 from .robust import loss_remarks
 
@@ -65,11 +74,11 @@ def estimate_by(
     form, solution, y = fit.form, fit.solution, fit.measured.left
     weights = problem.row_weights
     physical, jacobian = form.physical(solution.theta)
-    models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
+    models = {name: covariance_of(name, lags) for name in reversed(COVARIANCES)}
     known = _known_spread(problem, fit)
     applied = _applied(method, fit, models, known, jacobian)
     freedom = {name: each.freedom for name, each in applied.items()}
-    direct = isinstance(form, DirectForm)
+    direct, instruments = isinstance(form, DirectForm), fit.solver.instruments
     residuals, left = _own_rows(solution.residuals, weights), _own_rows(y, weights)
     point = _FittedPoint(
         problem=problem,
@@ -98,11 +107,11 @@ def estimate_by(
         physical=physical,
         jacobian=jacobian,
         ddm_quantities=form.quantities if direct else (),
-        freedom={name: _fewest(f, jacobian) for name, f in freedom.items()},
+        freedom={name: fewest(f, jacobian) for name, f in freedom.items()},
         ddm_freedom=freedom if direct else {},
         y=left,
         X=_own_rows(fit.measured.regressor, weights),
-        Z=None if fit.instruments is None else _own_rows(fit.instruments.columns, weights),
+        Z=None if instruments is None else _own_rows(instruments.columns, weights),
         rows=problem.stacked(lambda data: data.row_numbers),
         neighbours=problem.neighbours,
         times=_row_times(problem),
@@ -150,11 +159,6 @@ def _applied(
     return {name: replace(each, matrix=each.matrix + known) for name, each in found.items()}
 
 
-def _fewest(freedom: Array, jacobian: Array) -> Array:
-    """Degrees of freedom of mapped parameters, (p,): the fewest of those that each is made of."""
-    return np.asarray(np.min(np.where(jacobian != 0, freedom, np.inf), axis=1), dtype=float)
-
-
 def _not_finite(method: Method, form: Form) -> EstimationError:
     return EstimationError(
         f"{method.name}: the regression is not finite, or the {form.left} is zero in every row; "
@@ -171,14 +175,11 @@ def _row_times(problem: Problem) -> Array | None:
 
 def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:
     """What the user should know whatever the method."""
-    measured, simulated = fit.measured, fit.simulated
     every = (data.sampling.filter.remarks() for data in problem.data)
     remarks: list[str | Note] = [*dict.fromkeys(remark for of_one in every for remark in of_one)]
-    if few := few_rows(*measured.regressor.shape):
+    if few := few_rows(*fit.measured.regressor.shape):
         remarks.append(f"{few}; record longer, or decimate less")
-    if isinstance(simulated, NotSimulated):
-        return remarks
-    if relative_error_percent(measured.left - simulated, measured.left) > NO_RELATION.value:
+    if math.inf > fit.simulation_error_percent > NO_RELATION.value:
         remarks.append(
             Note.of(
                 "the simulated loop does not follow the record; ",
@@ -260,8 +261,7 @@ class _FittedPoint:
                 names[_PIVOT] += self._noise(twins, told.count)
                 chains, bias = twins.chains, told.bias
                 if quiet is not None:
-                    residuals = _own_rows(told.residuals, self.problem.row_weights)
-                    quiet = replace(quiet, residuals=residuals)
+                    quiet = _own_rows(told.residuals, self.problem.row_weights)
             by_gain, theta_by_gain = self._slopes()
             return Inference(
                 covariances=mapped,
@@ -296,11 +296,12 @@ class _FittedPoint:
             noise = [f"record {number}: {told}" for number, told in enumerate(noise, 1)]
         return f", as {count} twins with {'; '.join(noise)} scatter"
 
-    def _noise_free(self) -> NoiseFree | None:
-        """The estimate's own loop behind the filter; None where it does not follow."""
+    def _noise_free(self) -> Array | None:
+        """What is left of the estimate's own loop; None where it does not follow."""
         with suppress(ModelError, DataError, EstimationError):
-            loops = loops_of(self.problem, self.fit)
-            return noise_free(self.form, self.problem, loops, self.fit.solver)
+            fit = with_loops(self.problem, self.fit)
+            if fit.follows:
+                return noise_free_residuals(self.form, self.problem, fit.loops, fit.solver)
         return None
 
     def _slopes(self) -> tuple[Array | None, Array | None]:
@@ -352,23 +353,20 @@ def _known_spread(problem: Problem, fit: Fit) -> Array | None:
     layout = problem.layout
     if layout is None:
         return None
+    values = dict(zip((q.name for q in layout.quantities), fit.solution.theta, strict=True))
+    own = _unexplained(problem, layout, values)
     moved = [
-        fit.solution.response.T @ _changed(problem, layout, other, fit)
+        fit.solution.response.T @ (own - _unexplained(problem, other, values))
         for other in moved_layouts(problem.axis, layout)
     ]
     return np.transpose(moved) @ moved if moved else None
 
 
-def _changed(problem: Problem, layout: Layout, other: Layout, fit: Fit) -> Array:
-    """By how much less the model leaves of each row under another layout, (n,)."""
-    theta = fit.solution.theta
-    # What appears only beside a value, as at one of 0, has no estimate to be moved.
-    there = dict(zip((q.name for q in layout.quantities), theta, strict=True))
-    other_theta = np.array([there.get(q.name, 0.0) for q in other.quantities])
-    found = np.concatenate(
-        [
-            layout.force_of(data, theta, i) - other.force_of(data, other_theta, i)
-            for i, data in enumerate(problem.data)
-        ]
-    )
-    return found if problem.row_weights is None else problem.row_weights * found
+def _unexplained(problem: Problem, form: Form, values: Mapping[str, float]) -> Array:
+    """What the model leaves of each row with parameters by name, (n,).
+
+    What appears only beside a value, as at one of 0, has no estimate.
+    """
+    rows = problem.reduced(form, [data.signals for data in problem.data])
+    theta = np.array([values.get(q.name, 0.0) for q in form.quantities])
+    return np.asarray(rows.left - rows.intercept - rows.regressor @ theta, dtype=float)

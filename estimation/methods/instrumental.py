@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.lowering import STEPS_OF_SEARCH
-from axisid.estimation.choices import NOMINAL_START
-from axisid.estimation.estimates import Iterate
-from axisid.estimation.problems import ByInstruments, Problem, Solver
+from axisid.estimation.choices import LEAST_SQUARES_START, NOMINAL_START
+from axisid.estimation.estimates import Iterate, NotSimulated
+from axisid.estimation.problems import Problem, Solver
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -27,13 +27,13 @@ from axisid.estimation.signals import rests_first
 from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import EstimationError
+from axisid.support.errors import DataError, EstimationError
 from axisid.support.remedy import Note, Remedy, Setting
 
+from .least_squares import LeastSquares, least_squares_point
 from .method import Fit, Method, at_point
 from .pace import Pace
 from .robust import check_loss, robust_solution
-from .starting import Start, nominal_start, start_of
 
 # simulation error at the end by that of least squares; beyond, a nonlinear model has gone to
 # another solution
@@ -42,6 +42,34 @@ _MAX_SIMULATION_ERROR_RATIO = 2.0
 NEARLY_CONVERGED = 0.1
 
 _MOST = 20
+_FROM_NOMINAL = "the iteration starts from the nominal values, since "
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where an iteration starts: at least squares, where its loop follows the records.
+
+    Least squares is nearer to the end than nominal values mostly are, and asks nothing of them.
+    Noise may move it so far that the loop simulated with it is no instrument; then the nominal
+    values serve.
+
+    Attributes
+    ----------
+    physical : (p,) array
+    named : {"least-squares", "nominal"}
+    loops : tuple of Simulation
+        Simulated with it; empty where they are still to be.
+    why_not : Note or None
+        Why it does not start from least squares, where it was to.
+    right : tuple of array or None
+        Intercept and regressor of the loops, reduced, where the iteration's own form made them.
+    """
+
+    physical: Array
+    named: str
+    loops: tuple[Simulation, ...] = ()
+    why_not: Note | None = None
+    right: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +108,12 @@ class Instruments(Method):
         form = problem.form(self.form)
         problem.check_loop()
         check_loss(self.loss, form)
-        form, start = start_of(problem, form, self.start)
+        form, start = _start_of(problem, form, self.start)
         if start.named == NOMINAL_START or not form.is_linear:
             return self.iteration(form, start, problem).fit()
         return _from_least_squares(
             self.iteration(form, start, problem),
-            lambda why: self.iteration(form, nominal_start(form, why), problem),
+            lambda why: self.iteration(form, _nominal_start(form, why), problem),
         )
 
     def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
@@ -259,7 +287,7 @@ class Iteration:
 
     def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
         """The rows that were solved, and by what."""
-        return reached.measured, ByInstruments(step.simulated, step.solution.counts)
+        return reached.measured, Solver(loop=step.simulated, counts=step.solution.counts)
 
     def _why_not(self) -> tuple[Note, ...]:
         """Why it did not start from least squares, if it was to."""
@@ -293,3 +321,41 @@ def _jumping(size: float) -> str:
         f"the iteration ends {size:.1g} deviations from an estimate that follows from itself: the "
         "simulated loop reverses so often that it jumps with the parameters"
     )
+
+
+def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
+    """A form, where it is linearised, and where its iteration starts.
+
+    What is not linear is searched for widely by least squares, from where instruments go on
+    whatever is asked for. Both forms start from the inverse model's least squares: they are one
+    estimate.
+
+    Raises
+    ------
+    EstimationError
+        A model that is not linear has no least squares.
+    """
+    if not form.is_linear:
+        form = least_squares_point(form, problem.rows)
+        return form, Start(form.start, LEAST_SQUARES_START)
+    if asked == NOMINAL_START:
+        return form, _nominal_start(form)
+    try:
+        fit = LeastSquares(name="idm-ls", form=InverseForm).fit(problem)
+    except (DataError, EstimationError) as error:
+        return form, _nominal_start(form, error.note)
+    if isinstance(fit.simulated, NotSimulated):
+        return form, _nominal_start(form, fit.simulated.note)
+    if not fit.follows:
+        left = f"{fit.simulation_error_percent:.3g} %"
+        said = f"the loop of least squares leaves {left} of the force unexplained"
+        return form, _nominal_start(form, Note(said))
+    physical = fit.form.physical(fit.solution.theta)[0]
+    right = fit.right if isinstance(form, InverseForm) else None
+    return form, Start(physical, LEAST_SQUARES_START, fit.loops, right=right)
+
+
+def _nominal_start(form: Form, why_not: Note | None = None) -> Start:
+    """The nominal values of a linear model, and why it is not least squares."""
+    said = None if why_not is None else Note.of(_FROM_NOMINAL, why_not)
+    return Start(form.start, NOMINAL_START, why_not=said)

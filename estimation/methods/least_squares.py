@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from axisid.estimation.estimates import NotSimulated
-from axisid.estimation.problems import ByLeastSquares, Problem
+from axisid.estimation.problems import Problem, Solver
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -28,7 +28,7 @@ class LeastSquares(Method):
         form = least_squares_point(problem.form(self.form), problem.rows)
         measured = problem.rows(form)
         solution = self._solved(problem, form, measured)
-        solver = ByLeastSquares(solution.counts)
+        solver = Solver(counts=solution.counts)
         try:
             loops, intercept, right = problem.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
@@ -49,6 +49,7 @@ class LeastSquares(Method):
             solution=solution,
             solver=solver,
             loops=loops,
+            right=(intercept, right),
             simulated=simulated,
         )
 

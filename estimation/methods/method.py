@@ -1,12 +1,13 @@
 """What a method of estimation is, and what it makes of a problem before that is judged."""
 
+import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from axisid.estimation.choices import ROW_LOSSES, STARTS
 from axisid.estimation.estimates import Iterate, NotSimulated
-from axisid.estimation.problems import ByInstruments, Problem, Solver, by_least_squares
-from axisid.estimation.regression import Equations, Form, QrFactors, Solution
+from axisid.estimation.problems import Problem, Solver
+from axisid.estimation.regression import Equations, Form, Solution
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
@@ -25,7 +26,7 @@ class Fit:
         At the point that the rows are linearised about.
     measured : Equations
     solution : Solution
-    solver : callable
+    solver : Solver
         What solved the rows, and solves others as it did.
     iterates : tuple of Iterate
         The start and every iterate; empty for what is no iteration.
@@ -33,6 +34,8 @@ class Fit:
         Where the iteration started, of `STARTS`; empty for what is no iteration.
     loops : tuple of Simulation
         One for each segment of each record; empty where they could not be simulated.
+    right : tuple of array or None
+        Intercept and regressor of the loops, reduced, where they were simulated with the solution.
     simulated : (n,) array or NotSimulated
         Left side as the simulated loops have it.
     remarks : tuple of str or Note
@@ -41,10 +44,11 @@ class Fit:
     form: Form
     measured: Equations
     solution: Solution
-    solver: Solver = by_least_squares
+    solver: Solver = field(default_factory=Solver)
     iterates: tuple[Iterate, ...] = ()
     started: str = ""
     loops: tuple[Simulation, ...] = ()
+    right: tuple[Array, Array] | None = None
     simulated: Array | NotSimulated = _NO_LOOP
     remarks: tuple[str | Note, ...] = ()
 
@@ -54,17 +58,17 @@ class Fit:
         return self.form.physical(self.solution.theta)[0]
 
     @property
-    def instruments(self) -> QrFactors | None:
-        """None where there are none."""
-        return self.solver.instruments if isinstance(self.solver, ByInstruments) else None
+    def simulation_error_percent(self) -> float:
+        """What the simulated loops leave of the left side; infinite where there are none."""
+        left = self.measured.left
+        if isinstance(self.simulated, NotSimulated):
+            return math.inf
+        return relative_error_percent(left - self.simulated, left)
 
     @property
     def follows(self) -> bool:
         """Whether the simulated loops move as the records do, so that they stand for them."""
-        if isinstance(self.simulated, NotSimulated):
-            return False
-        left = self.measured.left
-        return relative_error_percent(left - self.simulated, left) < MAX_SIMULATION_ERROR.value
+        return self.simulation_error_percent < MAX_SIMULATION_ERROR.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

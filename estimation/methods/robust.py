@@ -12,7 +12,6 @@ References
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -37,65 +36,29 @@ _MOST, _STANDS_STILL = 200, 1e-10
 _ROUNDING = 1e-13
 
 
-@dataclass(frozen=True, slots=True)
-class RowLoss:
-    """What residuals count by, from their size in deviations, (n,).
-
-    Attributes
-    ----------
-    weight : callable
-        ``psi(u) / u``, 1 for a small residual.
-    slope : callable
-        ``psi'(u)``.
-    size : callable
-        ``rho(u)``, ``u^2/2`` for a small residual.
-    start : str
-        The loss whose estimate it is iterated from, empty for least squares; one that forgets large
-        residuals has several valleys.
-    """
-
-    weight: Callable[[Array], Array]
-    slope: Callable[[Array], Array]
-    size: Callable[[Array], Array]
-    start: str = ""
-
-
 _HUBER, _BISQUARE = HUBER_TUNING.value, BISQUARE_TUNING.value
+#: Of residuals by their size in deviations, (n,): ``psi(u) / u``, which is 1 for a small one,
+#: ``psi'(u)``, and ``rho(u)``, which is ``u^2/2`` for a small one.
+RowLoss = Callable[[Array], tuple[Array, Array, Array]]
 
 
-def _huber_weight(u: Array) -> Array:
-    return np.minimum(1.0, _HUBER / np.maximum(np.abs(u), _HUBER))
+def _huber(u: Array) -> tuple[Array, Array, Array]:
+    size = np.abs(u)
+    near = np.minimum(size, _HUBER)
+    weight = _HUBER / np.maximum(size, _HUBER)
+    return weight, (size <= _HUBER).astype(float), near**2 / 2 + _HUBER * (size - near)
 
 
-def _huber_slope(u: Array) -> Array:
-    return (np.abs(u) <= _HUBER).astype(float)
+def _bisquare(u: Array) -> tuple[Array, Array, Array]:
+    share = (u / _BISQUARE) ** 2
+    inside = np.maximum(1 - share, 0.0)
+    return inside**2, inside * (inside - 4 * share), _BISQUARE**2 / 6 * (1 - inside**3)
 
 
-def _huber_size(u: Array) -> Array:
-    far = np.maximum(np.abs(u) - _HUBER, 0.0)
-    return np.asarray(np.minimum(np.abs(u), _HUBER) ** 2 / 2 + _HUBER * far)
-
-
-def _bisquare_weight(u: Array) -> Array:
-    return np.maximum(1 - (u / _BISQUARE) ** 2, 0.0) ** 2
-
-
-def _bisquare_slope(u: Array) -> Array:
-    inside = np.maximum(1 - (u / _BISQUARE) ** 2, 0.0)
-    return inside * (inside - 4 * (u / _BISQUARE) ** 2)
-
-
-def _bisquare_size(u: Array) -> Array:
-    inside = np.maximum(1 - (u / _BISQUARE) ** 2, 0.0)
-    return np.asarray(_BISQUARE**2 / 6 * (1 - inside**3))
-
-
-ROW_LOSSES: Mapping[str, RowLoss] = MappingProxyType(
-    {
-        HUBER_LOSS: RowLoss(_huber_weight, _huber_slope, _huber_size),
-        BISQUARE_LOSS: RowLoss(_bisquare_weight, _bisquare_slope, _bisquare_size, start=HUBER_LOSS),
-    }
-)
+ROW_LOSSES: Mapping[str, RowLoss] = MappingProxyType({HUBER_LOSS: _huber, BISQUARE_LOSS: _bisquare})
+#: The loss whose estimate another is iterated from, instead of least squares: one that forgets
+#: large residuals has several valleys.
+_STARTS = {BISQUARE_LOSS: HUBER_LOSS}
 
 
 def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str, plain: Solution) -> Solution:
@@ -133,7 +96,7 @@ def size_by_loss(residuals: Array, scale: float, loss: str) -> float:
     """What a loss makes of residuals, (n,), in their unit: their norm, if it is of squares."""
     if loss not in ROW_LOSSES or not scale > 0:
         return float(np.linalg.norm(residuals))
-    return scale * math.sqrt(2 * float(np.sum(ROW_LOSSES[loss].size(residuals / scale))))
+    return scale * math.sqrt(2 * float(np.sum(ROW_LOSSES[loss](residuals / scale)[2])))
 
 
 def check_loss(loss: str, form: Form) -> None:
@@ -168,12 +131,11 @@ def loss_remarks(loss: str, solution: Solution) -> list[str]:
 
 
 def _iterated(y: Array, X: Columns, Z: QrFactors, first: Solution, loss: str) -> Solution:
-    rule = ROW_LOSSES[loss]
-    found = _iterated(y, X, Z, first, rule.start) if rule.start else first
+    found = _iterated(y, X, Z, first, _STARTS[loss]) if loss in _STARTS else first
     for _ in range(_MOST):
-        u = found.residuals / scale_of(found.residuals)
+        weights, slopes, _ = ROW_LOSSES[loss](found.residuals / scale_of(found.residuals))
         before = found.theta
-        found = as_counted(y, X, Z, RowCounts(weights=rule.weight(u), slopes=rule.slope(u)))
+        found = as_counted(y, X, Z, RowCounts(weights=weights, slopes=slopes))
         moved = np.linalg.norm((found.theta - before) * X.scale)
         if moved <= _STANDS_STILL * np.linalg.norm(before * X.scale):
             return found

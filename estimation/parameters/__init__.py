@@ -1,25 +1,22 @@
 """What is searched: shared by records or local to one, known, bounded, and what else is free.
 
-In: axes, forms, records, values known of each record. Out: `Layout` and `JointForm` of several
-records, forms with gains of drive and law, starts of loops or a time behind a model's parameters,
+In: axes, forms, records, values known of each record. Out: `JointForm` of several records,
+`ExtendedForm` with gains of drive and law, starts of loops or a time behind a model's parameters,
 and `Unknowns` of a search. Knows nothing of estimates, outputs and how a search is made.
 """
 
-from .drive_gain import FormByDriveGain as FormByDriveGain, by_declared_gain as by_declared_gain
-from .form import JointForm as JointForm
+from .drive_gain import by_declared_gain as by_declared_gain
 from .known import Known as Known, Told as Told, known_of as known_of, read_known as read_known
 from .layout import (
     GAIN as GAIN,
-    Layout as Layout,
+    JointForm as JointForm,
     layout_of as layout_of,
     moved_layouts as moved_layouts,
 )
 from .nuisance import (
     START as START,
     STARTS as STARTS,
-    FormByGains as FormByGains,
-    FormByStart as FormByStart,
-    FormByTime as FormByTime,
+    ExtendedForm as ExtendedForm,
     are_starts as are_starts,
     axis_at as axis_at,
     gains_in as gains_in,
@@ -27,6 +24,10 @@ from .nuisance import (
     least_sizes as least_sizes,
     start_sizes as start_sizes,
     started_at as started_at,
+    with_drive_gain as with_drive_gain,
+    with_gains as with_gains,
+    with_starts as with_starts,
+    with_time as with_time,
 )
 from .prefilters import prefilters_of as prefilters_of
 from .unknowns import (

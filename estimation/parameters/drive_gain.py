@@ -6,65 +6,21 @@ the force linearly is searched for as it is, and simulated times that.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.regression import Form
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 from axisid.support.remedy import Remedy, Setting
 
-from .form import JointForm
 from .layout import GAIN, drive_gain_of
-from .nuisance import FormByMore
 
 _MOTIONS, _SEED = 64, 0  # on which a force is held against twice its parameters
 _SAME = 1e-9  # of the largest force
 _NEXT_TO_0 = 1e-9  # of the declared gain
-
-
-@dataclass(frozen=True, slots=True)
-class FormByDriveGain(FormByMore):
-    """A form with the drive's gain behind it.
-
-    Attributes
-    ----------
-    gain : Parameter
-        Its nominal value is the declared one.
-    axes : tuple of GeneratedAxis
-        By record.
-    """
-
-    gain: Parameter = field(kw_only=True)
-    axes: tuple[GeneratedAxis, ...] = field(kw_only=True)
-
-    @classmethod
-    def of(cls, form: Form, axes: Sequence[GeneratedAxis]) -> Form:
-        """A form with the gain behind it; itself where a known force has it searched already.
-
-        Raises
-        ------
-        ModelError
-            The force of the drive, or of an axis, is no multiple of what would be searched.
-        """
-        if isinstance(form, JointForm) and form.layout.gain is not None:
-            return form
-        for axis in axes:
-            _check(axis, [q.name for q in form.physical_quantities])
-        return cls(axes[0], of_model=form, gain=_gain_of(axes[0]), axes=tuple(axes))
-
-    @property
-    def more(self) -> tuple[Parameter, ...]:
-        """See `FormByMore.more`."""
-        return (self.gain,)
-
-    def own(self, physical: Array, record: int) -> Array:
-        """See `Form.own`; those with which the declared gain moves the axis alike."""
-        own = self.of_model.own(physical[:-1], record)
-        return by_declared_gain(self.axes[record], own, float(physical[-1]))
 
 
 def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array:
@@ -75,9 +31,24 @@ def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array
     return np.where(axis.nonlinear, physical, physical * (declared / used))
 
 
-def _gain_of(axis: GeneratedAxis) -> Parameter:
-    """The gain from where it is declared; what is declared of its deviation was known before."""
-    found, drive = drive_gain_of(axis), axis.axis.drive
+def searched_gain(axes: Sequence[GeneratedAxis], names: Sequence[str]) -> Parameter:
+    """The gain from where it is declared; what is declared of its deviation was known before.
+
+    Parameters
+    ----------
+    axes : sequence of GeneratedAxis
+        By record.
+    names : sequence of str
+        Of what else is searched.
+
+    Raises
+    ------
+    ModelError
+        The force of the drive, or of an axis, is no multiple of what would be searched.
+    """
+    for axis in axes:
+        _check(axis, names)
+    found, drive = drive_gain_of(axes[0]), axes[0].axis.drive
     value = float(drive.gain)
     found = replace(found, lower=0.0) if value > 0 else replace(found, upper=0.0)
     if not drive.relative_sd:

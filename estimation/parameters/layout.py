@@ -5,19 +5,27 @@ the record put in, they are linear in the products of the others: ``beta_r = C_r
 reduced row echelon form of all C_r, one above the other, gives the smallest set of parameters of
 all records, which may be more than any one of them tells: two angles of an axis tell its weight
 from an offset, two payloads its length from its mass.
+
+Where a known force is among what the records need, the force of a control, ``g0 u`` by the declared
+gain, is ``g0/g`` times all of it. So with ``kappa = g0/g``
+
+    g0 u = X mu' + kappa known,    mu = mu' / kappa,    g = g0 / kappa,
+
+which is linear, and a loop that is simulated with ``mu'``, ``kappa known`` and the declared gain is
+the loop of ``mu``, ``known`` and g.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity, build
-from axisid.estimation.regression import InverseForm
-from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.regression import Form, InverseForm
 from axisid.modeling.declaration import leave_out
-from axisid.modeling.derivation import common_parameters
+from axisid.modeling.derivation import CommonParameters, common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import ModelError, UsageError
@@ -50,9 +58,9 @@ class Member(Exact):
     offset: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Layout(Exact):
-    """The parameters of several records, and what each record makes of them.
+@dataclass(frozen=True, slots=True, eq=False)
+class JointForm(Exact, InverseForm):
+    """The inverse model of several records in their parameters, and the drive gain if it is shown.
 
     Attributes
     ----------
@@ -69,52 +77,92 @@ class Layout(Exact):
         The declared drive gain where a known force tells another; None where it is believed.
     """
 
-    parameters: tuple[Parameter, ...]
-    expressions: tuple[str, ...]
-    members: tuple[Member, ...]
-    local: Mapping[str, tuple[str, ...]]
-    known: tuple[Known, ...]
-    gain: float | None
+    parameters: tuple[Parameter, ...] = field(kw_only=True)
+    expressions: tuple[str, ...] = field(kw_only=True)
+    members: tuple[Member, ...] = field(kw_only=True)
+    local: Mapping[str, tuple[str, ...]] = field(kw_only=True)
+    known: tuple[Known, ...] = field(kw_only=True)
+    gain: float | None = field(kw_only=True)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """The parameters as results name them."""
+        """The parameters; with the gain scaled by it, and its inverse in the declared one's."""
         pairs = zip(self.parameters, self.expressions, strict=True)
         return tuple(Quantity(name=p.name, unit=p.unit, expression=said) for p, said in pairs)
 
     @property
-    def nominal(self) -> Array:
-        """A-priori parameters, (P,)."""
+    def physical_quantities(self) -> tuple[Quantity, ...]:
+        """See `Form.physical_quantities`."""
+        return self.quantities
+
+    @property
+    def declared(self) -> tuple[Parameter, ...]:
+        """See `Form.declared`."""
+        return self.parameters
+
+    @property
+    def is_linear(self) -> bool:
+        """See `Form.is_linear`; what is not linear is refused by `layout_of`."""
+        return True
+
+    @property
+    def start(self) -> Array:
+        """See `Form.start`."""
         return np.array([p.nominal for p in self.parameters])
 
-    def own(self, theta: Array, record: int) -> Array:
-        """Base parameters of a record, (b,), from those of the regression.
+    def at(self, physical: Array) -> "JointForm":  # noqa: ARG002
+        """See `Form.at`."""
+        return self
+
+    def physical(self, theta: Array) -> tuple[Array, Array]:
+        """See `Form.physical`."""
+        if self.gain is None:
+            return theta, np.eye(len(theta))
+        scaled, kappa = theta[:-1], theta[-1]
+        k = len(scaled)
+        jacobian = np.zeros((k + 1, k + 1))
+        jacobian[:k, :k] = np.eye(k) / kappa
+        jacobian[:k, k] = -scaled / kappa**2
+        jacobian[k, k] = -self.gain / kappa**2
+        return np.append(scaled, self.gain) / kappa, jacobian
+
+    def regressed(self, physical: Array) -> Array:
+        """See `Form.regressed`."""
+        if self.gain is None:
+            return physical
+        kappa = self.gain / physical[-1]
+        return np.append(physical[:-1] * kappa, kappa)
+
+    def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
+        """See `Form.have_inertia`; in every record."""
+        found = np.ones(len(physical), dtype=bool)
+        for i in range(len(self.members)):
+            own = np.array([self.own(each, i) for each in physical])
+            found &= self.of_record(i).have_inertia(own)
+        return found
+
+    def of_record(self, record: int) -> Form:
+        """See `Form.of_record`."""
+        return InverseForm(self.members[record].axis)
+
+    def own(self, physical: Array, record: int) -> Array:
+        """See `Form.own`.
 
         With the drive gain among them they are those of the declared gain, which is what the
         record's force is of.
         """
-        member = self.members[record]
-        if self.gain is None:
-            return np.asarray(member.into @ theta + member.offset, dtype=float)
-        return np.asarray(member.into @ theta[:-1] + member.offset * theta[-1], dtype=float)
+        offset = self.members[record].offset if self.gain is None else 0.0
+        return np.asarray(self.slopes(record) @ self.regressed(physical) + offset, dtype=float)
 
     def slopes(self, record: int) -> Array:
-        """Of `own` by the parameters of the regression, (b, P)."""
+        """See `Form.slopes`."""
         member = self.members[record]
         if self.gain is None:
             return member.into
         return np.column_stack([member.into, member.offset])
 
-    def force_of(self, data: FilteredRecord, theta: Array, record: int) -> Array:
-        """Rows of the force that the model needs in a record, (n,)."""
-        axis = self.members[record].axis
-        equations = InverseForm(axis).equations(data.signals).reduced(data)
-        found = equations.regressor @ self.own(theta, record)
-        kappa = 1.0 if self.gain is None else theta[-1]
-        return np.asarray(found + kappa * equations.intercept, dtype=float)
-
     def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:
-        """A record's intercept, (n,), and regressor, (n, b), among those of all."""
+        """See `Form.placed`."""
         member = self.members[record]
         columns, force = regressor @ member.into, intercept + regressor @ member.offset
         if self.gain is None:
@@ -129,7 +177,7 @@ def layout_of(
     local: Iterable[str],
     *,
     commanded: bool,
-) -> Layout:
+) -> JointForm:
     """How the parameters of an axis are shared by so many records.
 
     Parameters
@@ -158,7 +206,8 @@ def layout_of(
     products.sort(key=lambda p: _place(axis, p))
     tables = [[[row.get(p, Fraction(0)) for p in products] for row in of_one] for of_one in terms]
     offsets = [[row.get(((), None), Fraction(0)) for row in of_one] for of_one in terms]
-    found = _common(axis, products, [row for table in tables for row in table], records)
+    every = [row for table in tables for row in table]
+    found, local_names = _common(axis, products, every, records)
     members = tuple(
         Member(
             axis=own,
@@ -169,17 +218,18 @@ def layout_of(
     )
     drive = axis.axis.drive
     tells = commanded and drive.is_gain and _tells_gain(members)
-    return Layout(
-        parameters=(*found.parameters, *([drive_gain_of(axis)] * tells)),
-        expressions=(*found.expressions, *([""] * tells)),
+    return JointForm(
+        axis,
+        parameters=(*(p for p, _ in found.parameters), *([drive_gain_of(axis)] * tells)),
+        expressions=(*(said for _, said in found.parameters), *([""] * tells)),
         members=members,
-        local=found.local,
+        local=local_names,
         known=tuple(known),
         gain=drive.gain if tells else None,
     )
 
 
-def moved_layouts(axis: GeneratedAxis, layout: Layout | None) -> Iterator[Layout]:
+def moved_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator[JointForm]:
     """By each value that is known with a deviation, the layout with it larger by that.
 
     It is larger wherever it is known. Without a layout nothing is known of records.
@@ -192,16 +242,6 @@ def moved_layouts(axis: GeneratedAxis, layout: Layout | None) -> Iterator[Layout
         other = replace(known, values=tuple(v + sd * ((v, sd) == told) for v, sd in pairs))
         every = [other if each is known else each for each in layout.known]
         yield layout_of(axis, records, every, layout.local, commanded=commanded)
-
-
-@dataclass(frozen=True, slots=True)
-class _Common:
-    """Parameters of all records, and the products that lead them."""
-
-    parameters: tuple[Parameter, ...]
-    expressions: tuple[str, ...]
-    pivots: tuple[int, ...]
-    local: Mapping[str, tuple[str, ...]]
 
 
 def _check(
@@ -335,7 +375,8 @@ def _place(axis: GeneratedAxis, product: _Product) -> tuple[int, int, int]:
 
 def _common(
     axis: GeneratedAxis, products: Sequence[_Product], rows: list[list[Fraction]], records: int
-) -> _Common:
+) -> tuple[CommonParameters, dict[str, tuple[str, ...]]]:
+    """Parameters of all records, and names by record of those that each has for itself."""
     taken = {p.name.lower() for p in axis.declared.parameters} | {GAIN}
     alone = {p.name: p for p in axis.declared.parameters}
     symbols: list[Parameter | None] = []
@@ -350,12 +391,7 @@ def _common(
             local.setdefault(powers[0][0], [""] * records)[record] = name
         symbols.append(declared)
     reduced = common_parameters(axis.declared, products, symbols, rows, taken)
-    return _Common(
-        parameters=tuple(p for p, _ in reduced.parameters),
-        expressions=tuple(said for _, said in reduced.parameters),
-        pivots=reduced.pivots,
-        local={name: tuple(of_records) for name, of_records in local.items()},
-    )
+    return reduced, {name: tuple(of_records) for name, of_records in local.items()}
 
 
 def _tells_gain(members: Sequence[Member]) -> bool:

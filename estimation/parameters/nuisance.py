@@ -5,11 +5,9 @@ first velocity is of a parabola through some. A search may have both, of each st
 the law remembers there is of what it measured, which the record has.
 """
 
-from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +21,9 @@ from axisid.estimation.simulation import LoopInputs
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array
 
+from .drive_gain import by_declared_gain, searched_gain
+from .layout import JointForm
+
 #: How parameters of a start are called, and what asks for both.
 STARTS, START = ("start_position", "start_velocity"), "start"
 _SIZE = 1e-2  # of the range of positions, and of the mean speed: a start's least size
@@ -30,27 +31,60 @@ _SIZE = 1e-2  # of the range of positions, and of the mean speed: a start's leas
 _NEXT_TO_0 = 1e-9  # of what a gain is declared as
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Start:
+    """Of one stretch."""
+
+    record: int
+    segment: int
+    parameters: dict[str, Parameter]  # by what is free of position and velocity, of `STARTS`
+    sizes: tuple[float, ...]
+
+
 @dataclass(frozen=True, slots=True)
-class FormByMore(InverseForm):
+class ExtendedForm(InverseForm):
     """A form whose physical parameters have more behind them, which no row is linear in.
+
+    They stand in the order of the attributes, and a search starts from their nominal values.
 
     Attributes
     ----------
     of_model : Form
         Of the others.
+    axes : tuple of GeneratedAxis
+        By record.
+    drive_gain : tuple of Parameter
+        The drive's gain; its nominal value is the declared one.
+    gains : tuple of Parameter
+        Gains of the law, the same for all records.
+    starts : tuple
+        First positions and velocities of each stretch, those of a record one after the other.
+    time : tuple of Parameter
+        The drive's ``lag`` or ``delay``, s.
     """
 
     of_model: Form = field(kw_only=True)
+    axes: tuple[GeneratedAxis, ...] = field(kw_only=True)
+    drive_gain: tuple[Parameter, ...] = field(default=(), kw_only=True)
+    gains: tuple[Parameter, ...] = field(default=(), kw_only=True)
+    starts: tuple[_Start, ...] = field(default=(), kw_only=True)
+    time: tuple[Parameter, ...] = field(default=(), kw_only=True)
+
+    @classmethod
+    def of(cls, form: Form, axes: Sequence[GeneratedAxis]) -> "ExtendedForm":
+        """A form with nothing behind it yet, by the axes of the records; or itself."""
+        return form if isinstance(form, cls) else cls(axes[0], of_model=form, axes=tuple(axes))
 
     @property
-    @abstractmethod
     def more(self) -> tuple[Parameter, ...]:
-        """What is behind them; a search starts from nominal values."""
+        """What is behind the parameters of the model."""
+        starts = (p for start in self.starts for p in start.parameters.values())
+        return (*self.drive_gain, *self.gains, *starts, *self.time)
 
     @property
     def physical_quantities(self) -> tuple[Quantity, ...]:
         """See `Form.physical_quantities`."""
-        more = (Quantity(name=p.name, unit=p.unit) for p in self.more)
+        more = (Quantity(name=p.name, unit="" if p.unit == "1" else p.unit) for p in self.more)
         return (*self.of_model.physical_quantities, *more)
 
     @property
@@ -64,118 +98,106 @@ class FormByMore(InverseForm):
         return np.append(self.of_model.start, [float(p.nominal or 0.0) for p in self.more])
 
     def own(self, physical: Array, record: int) -> Array:
-        """See `Form.own`; without what is behind."""
-        return self.of_model.own(physical[: len(physical) - len(self.more)], record)
-
-
-_F = TypeVar("_F", bound=FormByMore)
-
-
-def _more_of(form: Form, kind: type[_F]) -> tuple[_F, slice] | None:
-    """The form of a kind within a form, and where its own stand among all parameters."""
-    end = len(form.physical_quantities)
-    while isinstance(form, FormByMore):
-        first = end - len(form.more)
-        if isinstance(form, kind):
-            return form, slice(first, end)
-        form, end = form.of_model, first
-    return None
-
-
-@dataclass(frozen=True, slots=True)
-class FormByTime(FormByMore):
-    """A form with a time of the drive behind it.
-
-    Attributes
-    ----------
-    time : Parameter
-        ``lag`` or ``delay``, s; its nominal value is where a search starts.
-    """
-
-    time: Parameter = field(kw_only=True)
+        """See `Form.own`; those with which the declared gain moves the axis alike."""
+        count = len(self.of_model.physical_quantities)
+        own = self.of_model.own(physical[:count], record)
+        if not self.drive_gain:
+            return own
+        return by_declared_gain(self.axes[record], own, float(physical[count]))
 
     @property
-    def more(self) -> tuple[Parameter, ...]:
-        """See `FormByMore.more`."""
-        return (self.time,)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Start:
-    """Of one stretch."""
-
-    record: int
-    segment: int
-    parameters: tuple[Parameter, ...]  # what is free of position and velocity
-    sizes: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class FormByStart(FormByMore):
-    """A form with first positions and velocities behind it.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Of `STARTS`, what is free.
-    starts : tuple
-        Of each stretch, those of a record one after the other.
-    """
-
-    names: tuple[str, ...] = field(kw_only=True)
-    starts: tuple[_Start, ...] = field(kw_only=True)
-
-    @classmethod
-    def of(
-        cls,
-        form: Form,
-        axes: Sequence[GeneratedAxis],
-        records: Sequence[Record],
-        asked: Sequence[str],
-    ) -> "FormByStart":
-        """A form with what is asked for of the starts of all stretches of the records behind it."""
-        names = tuple(name for name in STARTS if START in asked or name in asked)
-        stretches = [
-            (i, segment, start)
-            for i, pair in enumerate(zip(axes, records, strict=True))
-            for segment, start in enumerate(loop_starts(*pair))
-        ]
-        taken = {q.name.lower() for q in form.physical_quantities}
-        q, found = axes[0].axis.coordinate, []
-        for number, (i, segment, start) in enumerate(stretches, 1):
-            after = f"_{number}" if len(stretches) > 1 else ""
-            rows = slice(*records[i].spans[segment])
-            sizes = start_sizes(records[i].position[rows], records[i].period)
-            units, values = (q.unit, q.velocity_unit), (start.position, start.velocity)
-            told = zip(STARTS, map(str, units), map(float, values), sizes, strict=True)
-            chosen = [each for each in told if each[0] in names]
-            parameters = tuple(
-                Parameter(fresh_name(name + after, taken), unit, nominal=value)
-                for name, unit, value, _ in chosen
-            )
-            found.append(
-                _Start(
-                    record=i,
-                    segment=segment,
-                    parameters=parameters,
-                    sizes=tuple(size for *_, size in chosen),
-                )
-            )
-        return cls(axes[0], of_model=form, names=names, starts=tuple(found))
-
-    @property
-    def more(self) -> tuple[Parameter, ...]:
-        """See `FormByMore.more`; position and velocity of each stretch."""
-        return tuple(p for start in self.starts for p in start.parameters)
+    def place_of_gains(self) -> slice:
+        """Where the law's gains are among all parameters; what is behind them, starts begin."""
+        first = len(self.of_model.physical_quantities) + len(self.drive_gain)
+        return slice(first, first + len(self.gains))
 
     @property
     def local(self) -> dict[str, tuple[str, ...]]:
         """Names by record, where there are several and each has one stretch."""
-        if len(self.starts) == 1 or any(start.segment for start in self.starts):
+        if len(self.starts) < 2 or any(start.segment for start in self.starts):
             return {}
-        by_name = zip(*(start.parameters for start in self.starts), strict=True)
-        pairs = zip(self.names, by_name, strict=True)
-        return {name: tuple(p.name for p in of_records) for name, of_records in pairs}
+        return {
+            name: tuple(start.parameters[name].name for start in self.starts)
+            for name in self.starts[0].parameters
+        }
+
+
+def with_drive_gain(form: Form, axes: Sequence[GeneratedAxis]) -> Form:
+    """A form with the drive's gain behind it; itself where a known force has it searched already.
+
+    Raises
+    ------
+    ModelError
+        The force of the drive, or of an axis, is no multiple of what would be searched.
+    """
+    if isinstance(form, JointForm) and form.gain is not None:
+        return form
+    gain = searched_gain(axes, [q.name for q in form.physical_quantities])
+    return replace(ExtendedForm.of(form, axes), drive_gain=(gain,))
+
+
+def with_gains(form: Form, axes: Sequence[GeneratedAxis], names: Sequence[str]) -> ExtendedForm:
+    """A form with gains of the law that are free, and the same for all records.
+
+    No gain changes its sign.
+
+    Raises
+    ------
+    ModelError
+        The axis has no law whose gains could change, or not that gain.
+    """
+    free = tuple(dict.fromkeys(names))
+    law, *_ = [axis.loop_with(free)[1] for axis in axes]
+    values = [(name, float(law.gains[name])) for name in free]
+    gains = tuple(
+        Parameter(
+            name,
+            "1",
+            nominal=value,
+            lower=0.0 if value > 0 else -np.inf,
+            upper=0.0 if value < 0 else np.inf,
+        )
+        for name, value in values
+    )
+    return replace(ExtendedForm.of(form, axes), gains=gains)
+
+
+def with_starts(
+    form: Form, axes: Sequence[GeneratedAxis], records: Sequence[Record], asked: Sequence[str]
+) -> ExtendedForm:
+    """A form with what is asked for of the starts of all stretches of the records behind it."""
+    names = [name for name in STARTS if START in asked or name in asked]
+    stretches = [
+        (i, segment, start)
+        for i, pair in enumerate(zip(axes, records, strict=True))
+        for segment, start in enumerate(loop_starts(*pair))
+    ]
+    taken = {q.name.lower() for q in form.physical_quantities}
+    q, found = axes[0].axis.coordinate, []
+    for number, (i, segment, start) in enumerate(stretches, 1):
+        after = f"_{number}" if len(stretches) > 1 else ""
+        rows = slice(*records[i].spans[segment])
+        sizes = start_sizes(records[i].position[rows], records[i].period)
+        units, values = (q.unit, q.velocity_unit), (start.position, start.velocity)
+        every = zip(STARTS, map(str, units), map(float, values), sizes, strict=True)
+        chosen = [each for each in every if each[0] in names]
+        found.append(
+            _Start(
+                record=i,
+                segment=segment,
+                parameters={
+                    name: Parameter(fresh_name(name + after, taken), unit, nominal=value)
+                    for name, unit, value, _ in chosen
+                },
+                sizes=tuple(size for *_, size in chosen),
+            )
+        )
+    return replace(ExtendedForm.of(form, axes), starts=tuple(found))
+
+
+def with_time(form: Form, axes: Sequence[GeneratedAxis], time: Parameter) -> ExtendedForm:
+    """A form with a time of the drive behind it; its nominal value is where a search starts."""
+    return replace(ExtendedForm.of(form, axes), time=(time,))
 
 
 def are_starts(form: Form) -> NDArray[np.bool_]:
@@ -186,9 +208,9 @@ def are_starts(form: Form) -> NDArray[np.bool_]:
 def least_sizes(form: Form) -> Array:
     """Least sizes of physical parameters, from which steps are taken: of starts, else 0, (P,)."""
     sizes = np.zeros(len(form.physical_quantities))
-    if found := _more_of(form, FormByStart):
-        of_starts, place = found
-        sizes[place] = np.ravel([start.sizes for start in of_starts.starts])
+    if isinstance(form, ExtendedForm):
+        own, first = np.ravel([start.sizes for start in form.starts]), form.place_of_gains.stop
+        sizes[first : first + len(own)] = own
     return sizes
 
 
@@ -196,13 +218,12 @@ def started_at(
     form: Form, physical: Array, record: int, segment: int, inputs: LoopInputs
 ) -> LoopInputs:
     """What a stretch is simulated from, where physical parameters (P,) or (B, P) let it start."""
-    found = _more_of(form, FormByStart)
-    if found is None:
+    if not (isinstance(form, ExtendedForm) and form.starts):
         return inputs
-    of_starts, place = found
-    number = [(s.record, s.segment) for s in of_starts.starts].index((record, segment))
-    first = place.start + number * len(of_starts.names)
-    values = dict(zip(of_starts.names, np.moveaxis(physical, -1, 0)[first:], strict=False))
+    number = [(s.record, s.segment) for s in form.starts].index((record, segment))
+    names = form.starts[number].parameters
+    first = form.place_of_gains.stop + number * len(names)
+    values = dict(zip(names, np.moveaxis(physical, -1, 0)[first:], strict=False))
     start = replace(
         inputs.start,
         **{name.removeprefix("start_"): value for name, value in values.items()},
@@ -218,66 +239,17 @@ def start_sizes(position: Array, period: float) -> tuple[float, float]:
     return _SIZE * reach, _SIZE * max(speed, most)
 
 
-@dataclass(frozen=True, slots=True)
-class FormByGains(FormByMore):
-    """A form with gains of the law behind it.
-
-    Attributes
-    ----------
-    gains : tuple of str
-    """
-
-    gains: tuple[str, ...] = field(kw_only=True)
-
-    @classmethod
-    def of(cls, form: Form, axes: Sequence[GeneratedAxis], names: Sequence[str]) -> "FormByGains":
-        """A form with gains that are free, and the same for all records.
-
-        Raises
-        ------
-        ModelError
-            The axis has no law whose gains could change, or not that gain.
-        """
-        gains = tuple(dict.fromkeys(names))
-        for axis in axes:
-            axis.loop_with(gains)
-        return cls(axes[0], of_model=form, gains=gains)
-
-    @property
-    def more(self) -> tuple[Parameter, ...]:
-        """See `FormByMore.more`; no gain changes its sign."""
-        law = self.axis.loop_with(self.gains)[1]
-        values = [(name, float(law.gains[name])) for name in self.gains]
-        return tuple(
-            Parameter(
-                name,
-                "1",
-                nominal=value,
-                lower=0.0 if value > 0 else -np.inf,
-                upper=0.0 if value < 0 else np.inf,
-            )
-            for name, value in values
-        )
-
-    @property
-    def physical_quantities(self) -> tuple[Quantity, ...]:
-        """See `Form.physical_quantities`."""
-        gains = (Quantity(name=name, unit="") for name in self.gains)
-        return (*self.of_model.physical_quantities, *gains)
-
-
 def gains_in(form: Form, physical: Array) -> dict[str, Array]:
     """The free gains among physical parameters (P,) or (B, P), by name.
 
     One that a law has above 0 alone, such as a time, stays there where a search steps to 0.
     """
-    found = _more_of(form, FormByGains)
-    if found is None:
+    if not (isinstance(form, ExtendedForm) and form.gains):
         return {}
-    of_gains, place = found
-    names, law = of_gains.gains, of_gains.axis.loop_with(of_gains.gains)[1]
+    names = [p.name for p in form.gains]
+    law = form.axes[0].loop_with(names)[1]
     least = [_NEXT_TO_0 * law.gains[n] if n in law.positive else -np.inf for n in names]
-    values = np.maximum(physical[..., place], least)
+    values = np.maximum(physical[..., form.place_of_gains], least)
     return dict(zip(names, np.moveaxis(values, -1, 0), strict=True))
 
 

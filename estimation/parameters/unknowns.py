@@ -102,14 +102,14 @@ class Unknowns:
 
 
 def least_within(
-    unknowns: Unknowns, at: Array, rows: Array, downhill: Array
+    lower: Array, upper: Array, at: Array, rows: Array, downhill: Array
 ) -> tuple[Array, NDArray[np.int8]]:
-    """Free parameters (k,) of the least cost within their bounds, and which are at one, -1 or 1.
+    """Parameters (k,) of the least cost within their bounds, and which are at one, -1 or 1.
 
     Parameters
     ----------
-    unknowns : Unknowns
-    at : (P,) array
+    lower, upper : (k,) array
+    at : (k,) array
         Where the cost's slope is known.
     rows : (n, k) array
         Whose squares the cost curves by.
@@ -118,20 +118,16 @@ def least_within(
     """
     from scipy.optimize import lsq_linear
 
-    free = unknowns.free
     size = np.linalg.norm(rows, axis=0)
     size = np.where(size > 0, size, 1.0)
     triangle = np.asarray(np.linalg.qr(rows / size, mode="r"))
-    low, high = ((end - at)[free] * size for end in (unknowns.lower, unknowns.upper))
+    low, high = ((end - at) * size for end in (lower, upper))
     found = lsq_linear(
         triangle, np.linalg.pinv(triangle.T) @ (downhill / size), (low, high), "bvls"
     )
     side = np.asarray(found.active_mask, dtype=np.int8)
-    moved = at[free] + found.x / size
-    moved = np.where(
-        side < 0, unknowns.lower[free], np.where(side > 0, unknowns.upper[free], moved)
-    )
-    return moved, side
+    moved = at + found.x / size
+    return np.where(side < 0, lower, np.where(side > 0, upper, moved)), side
 
 
 def by_name(given: object, what: str) -> Mapping[str, Any]:

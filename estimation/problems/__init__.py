@@ -4,22 +4,14 @@ In: an axis, its records under their filters. Out: `Problem`, with rows, loops, 
 Knows nothing of methods and of what becomes of an estimate.
 """
 
-from .held import Held as Held
 from .noise_free import (
-    NoiseFree as NoiseFree,
-    noise_free as noise_free,
     noise_free_record as noise_free_record,
+    noise_free_residuals as noise_free_residuals,
     slopes_by_gain as slopes_by_gain,
 )
-from .problem import Problem as Problem
+from .problem import Held as Held, Problem as Problem
 from .rounded_position import moved_by_rounding as moved_by_rounding, position_step as position_step
-from .solver import (
-    ByInstruments as ByInstruments,
-    ByLeastSquares as ByLeastSquares,
-    ByOutputError as ByOutputError,
-    Solver as Solver,
-    by_least_squares as by_least_squares,
-)
+from .solver import Solver as Solver
 from .visibility import (
     Reach as Reach,
     check_has_rows as check_has_rows,

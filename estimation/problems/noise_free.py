@@ -4,7 +4,7 @@ Both keep the instruments: only what was measured is changed.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,26 +19,10 @@ from .solver import Solver
 _STEP = 1e-4  # of the gain
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NoiseFree:
-    """Rows of the loops that were simulated with an estimate, behind the same filter.
-
-    Attributes
-    ----------
-    regressor : (n, k) array
-    residuals : (n,) array
-        What the same estimator leaves of these rows, or of those of twins in the mean: errors of
-        the filter, but for what moves the estimate.
-    """
-
-    regressor: Array
-    residuals: Array
-
-
-def noise_free(
+def noise_free_residuals(
     form: Form, problem: Problem, loops: tuple[Simulation, ...], solver: Solver
-) -> NoiseFree:
-    """What filtering, differencing and decimation alone make of an estimate's own loop.
+) -> Array:
+    """What filtering, differencing and decimation alone leave of an estimate's own loop, (n,).
 
     Parameters
     ----------
@@ -48,19 +32,15 @@ def noise_free(
         What the estimate was made from.
     loops : tuple of Simulation
         Of the records, with the estimate; one for each segment.
-    solver : callable
+    solver : Solver
         Of the estimate.
     """
     signals = [
         noise_free_record(data, of_one).signals
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
-    rows = problem.reduced(form, signals)
-    by_row = 1.0 if problem.row_weights is None else problem.row_weights
-    return NoiseFree(
-        regressor=(rows.regressor.T / by_row).T,
-        residuals=solver(form, rows).residuals / by_row,
-    )
+    residuals = solver(form, problem.reduced(form, signals)).residuals
+    return residuals if problem.row_weights is None else residuals / problem.row_weights
 
 
 def slopes_by_gain(

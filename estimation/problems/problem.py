@@ -9,7 +9,7 @@ from itertools import accumulate
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import JointForm, Layout
+from axisid.estimation.parameters import JointForm
 from axisid.estimation.records import is_same_period
 from axisid.estimation.regression import (
     Equations,
@@ -25,10 +25,10 @@ from axisid.estimation.signals import FilteredRecord, Neighbours, Signals, motio
 from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
+from axisid.support.number_text import range_text
 from axisid.support.remedy import Remedy
 from axisid.support.uncached import Uncached
 
-from .held import Held
 from .visibility import (
     Reach,
     check_has_rows,
@@ -36,6 +36,61 @@ from .visibility import (
     check_time_known,
     check_visible,
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Held:
+    """A parameter at its bound, and what the records say of it without.
+
+    Attributes
+    ----------
+    name, unit : str
+    bound : float
+        Where it is held, SI.
+    is_lower : bool
+        Whether that is the lower one.
+    free : float
+        What it is without the bound, others that are held at theirs, less its bias
+        where that is known.
+    deviation : float
+        Of `free`, under the covariance that was chosen.
+    reach : float
+        The other end of its 95 % interval, which begins at the bound and has one side; the bound
+        itself where the records leave no room beside it.
+    """
+
+    name: str
+    unit: str
+    bound: float
+    is_lower: bool
+    free: float
+    deviation: float
+    reach: float
+
+    @property
+    def distance(self) -> float:
+        """How far beyond the bound it would be, in deviations; 0 for what would come back."""
+        beyond = (self.bound - self.free) if self.is_lower else (self.free - self.bound)
+        return max(0.0, beyond / self.deviation) if self.deviation > 0 else 0.0
+
+    @property
+    def is_inside(self) -> bool:
+        """Whether it would come back from its bound, the others being held at theirs."""
+        return self.free > self.bound if self.is_lower else self.free < self.bound
+
+    @property
+    def text(self) -> str:
+        """All of it in words."""
+        ends = sorted((self.bound, self.reach))
+        room = (
+            f"95 %, to one side: {range_text(ends[0], ends[1], ' to ')}"
+            if self.reach != self.bound
+            else "which leaves no room beside the bound"
+        )
+        return (
+            f"{self.name} is held at its bound {self.bound:g} {self.unit}; without it "
+            f"{self.free:.4g} +- {self.deviation:.2g}, {room}"
+        )
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -50,7 +105,7 @@ class Problem(Uncached):
     axis : GeneratedAxis
     data : tuple of FilteredRecord
         One or more, of that axis, or each of its own where a layout has one for it.
-    layout : Layout or None
+    layout : JointForm or None
         Which parameters the records share, where they do not share all; None where they do.
     weights : tuple of float
         Of each record's rows, the inverse of its noise; empty where all are of one.
@@ -67,7 +122,7 @@ class Problem(Uncached):
 
     axis: GeneratedAxis
     data: tuple[FilteredRecord, ...]
-    layout: Layout | None = None
+    layout: JointForm | None = None
     weights: tuple[float, ...] = ()
     held: tuple[Held, ...] = ()
 
@@ -119,7 +174,7 @@ class Problem(Uncached):
                 "and none is known of them; its own are quotients of them.",
                 code="direct-of-several",
             )
-        return JointForm(self.axis, layout=self.layout)
+        return self.layout
 
     def reduced(self, form: Form, signals: Sequence[Signals]) -> Equations:
         """The rows of a form for signals of each record, each under the record's filter."""
@@ -261,15 +316,12 @@ class Problem(Uncached):
 
     def _check(self, every: list[Equations], rows: Equations) -> None:
         """Refuse columns that the rows do not show, of what every sample has."""
-        found = [
-            Reach.of(data.signals, equations, data.kept)
-            for data, equations in zip(self.data, every, strict=True)
-        ]
-        reaches = [reach for reach in found if reach is not None]
+        pairs = zip(self.data, every, strict=True)
+        reach = Reach.of([(data.signals, rows_of, data.kept) for data, rows_of in pairs])
         with adding(lambda: self.lacking):
             check_visible(
                 self.axis,
-                Reach.joined(reaches) if reaches else None,
+                reach,
                 rows.regressor,
                 rows.left - rows.intercept,
                 rows=len(rows.left),

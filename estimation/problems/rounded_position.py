@@ -10,7 +10,7 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
 
-from .solver import by_least_squares
+from .solver import Solver
 
 _DRAWS = 4  # each once with either sign
 
@@ -45,5 +45,5 @@ def moved_by_rounding(form: Form, data: FilteredRecord, step: float, physical: A
             position = data.record.position + sign * noise
             noisy = replace(data, record=replace(data.record, position=position))
             rows = form.equations(noisy.signals).reduced(noisy)
-            found.append(form.physical(by_least_squares(form, rows).theta)[0] - physical)
+            found.append(form.physical(Solver()(form, rows).theta)[0] - physical)
     return np.asarray(np.mean(found, axis=0), dtype=float)

@@ -9,7 +9,6 @@ parameter's unit and its declaration give it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,32 +55,29 @@ class Reach:
     acceleration: float
 
     @classmethod
-    def of(cls, signals: Signals, equations: Equations, kept: NDArray[np.bool_]) -> "Reach | None":
-        """Over samples (N,) that are kept; None where there are none."""
-        if not kept.any():
+    def of(cls, records: Sequence[tuple[Signals, Equations, NDArray[np.bool_]]]) -> "Reach | None":
+        """Over the samples (N,) that are kept of each record; None where there are none."""
+        every = [each for each in records if each[2].any()]
+        if not every:
             return None
-        position = signals.position[kept]
-        columns = np.ascontiguousarray(equations.regressor[kept].T)  # quicker one by one
-        return cls(
-            force=float(np.abs(equations.left[kept]).max()),
-            columns=np.abs(columns).max(axis=1),
-            travel=(float(position.min()), float(position.max())),
-            velocity=float(np.abs(signals.velocity[kept]).max()),
-            acceleration=float(np.abs(signals.acceleration[kept]).max()),
+        position, velocity, acceleration, force = (
+            np.concatenate(pieces)
+            for pieces in zip(
+                *(
+                    (s.position[kept], s.velocity[kept], s.acceleration[kept], e.left[kept])
+                    for s, e, kept in every
+                ),
+                strict=True,
+            )
         )
-
-    @classmethod
-    def joined(cls, several: Sequence["Reach"]) -> "Reach":
-        """Over the samples of all."""
-        return reduce(cls._with, several)
-
-    def _with(self, other: "Reach") -> "Reach":
-        return Reach(
-            force=max(self.force, other.force),
-            columns=np.maximum(self.columns, other.columns),
-            travel=(min(self.travel[0], other.travel[0]), max(self.travel[1], other.travel[1])),
-            velocity=max(self.velocity, other.velocity),
-            acceleration=max(self.acceleration, other.acceleration),
+        # quicker one by one
+        columns = [np.abs(np.ascontiguousarray(e.regressor[kept].T)) for _, e, kept in every]
+        return cls(
+            force=float(np.abs(force).max()),
+            columns=np.max([each.max(axis=1) for each in columns], axis=0),
+            travel=(float(position.min()), float(position.max())),
+            velocity=float(np.abs(velocity).max()),
+            acceleration=float(np.abs(acceleration).max()),
         )
 
 

@@ -21,7 +21,6 @@ from axisid.estimation.identification import (
     identify_problem,
     records_of,
     shared_records,
-    weighted,
 )
 from axisid.estimation.parameters import Known, Told
 from axisid.estimation.problems import Problem
@@ -204,8 +203,7 @@ def compare(
     suited = (Prefilter() if prefilter is None else prefilter).at_rate_of(records[0].period)
     owner = _with_own(named, first, local)
     shared = shared_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
-    layout = shared.layout(first)
-    problem = weighted(Problem(axis=first, data=shared.bound(first, layout, suited), layout=layout))
+    problem = shared.problem(first, suited)
     fits, failures = _fits(named, problem, shared, method, progress, start, levels)
     gap = max(data.sampling.filter.memory for data in problem.data)
     estimates = [result[method] for result in fits.values()]

@@ -13,6 +13,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import is_output_error
 from axisid.estimation.diagnostics import overlaps
 from axisid.estimation.diagnostics.law import check_law
+from axisid.estimation.estimates import Distribution
 from axisid.estimation.identification import Identification, OfRecord, RecordInfo
 from axisid.estimation.methods import METHODS, Instruments, bound_record
 from axisid.estimation.problems import Problem
@@ -44,20 +45,8 @@ class FrozenEstimate(Protocol):
         """How it was estimated."""
 
     @property
-    def physical(self) -> Array:
-        """Physical parameters, (p,)."""
-
-    @property
-    def chosen(self) -> str:
-        """Name of the covariance that intervals are of."""
-
-    @property
-    def covariances(self) -> Mapping[str, Array]:
-        """Of the physical parameters, (p, p), by name."""
-
-    @property
-    def freedom(self) -> Mapping[str, Array]:
-        """Degrees of freedom of the variances in these, (p,)."""
+    def distribution(self) -> Distribution:
+        """Of the physical parameters."""
 
     @property
     def equation_error_percent(self) -> float:
@@ -204,32 +193,31 @@ def _validation(
     data: FilteredRecord, estimate: FrozenEstimate, own_data: Sequence[FilteredRecord]
 ) -> MethodValidation:
     """How an estimate holds on a second record, its own records being these."""
-    axis, record = data.axis, data.record
-    form = METHODS[estimate.method].form(axis).at(estimate.physical)
+    axis, record, frozen = data.axis, data.record, estimate.distribution
+    form = METHODS[estimate.method].form(axis).at(frozen.theta)
     rows = _rows_left(form, data)
-    theta = form.regressed(estimate.physical)
+    theta = form.regressed(frozen.theta)
     found = _by_equations(estimate, rows, theta, data)
-    covariance = estimate.covariances[estimate.chosen]
     again = partial(
         reestimate,
         form,
         neighbours=data.neighbours,
-        frozen=estimate.physical,
-        covariance=covariance,
-        freedom=estimate.freedom[estimate.chosen],
+        frozen=frozen.theta,
+        covariance=frozen.covariances[frozen.chosen],
+        freedom=frozen.freedom[frozen.chosen],
     )
     by_loop = isinstance(METHODS[estimate.method], Instruments)
     try:
-        loops = simulated_loops(axis, record, estimate.physical)
-        intercept, regressor = simulated_right(form, loops, estimate.physical, data)
+        loops = simulated_loops(axis, record, frozen.theta)
+        intercept, regressor = simulated_right(form, loops, frozen.theta, data)
     except (ModelError, DataError, EstimationError) as error:
         by_rows = None if by_loop else again(rows=rows, instruments=None)
         return replace(found, reason=error.note, reestimate=by_rows)
     instruments = regressor if by_loop else None
     if is_output_error(estimate.method):  # whose rows are the loop's
-        frozen = replace(rows, intercept=intercept, regressor=regressor)
-        found = _by_equations(estimate, frozen, theta, data)
-        rows, instruments = _by_output_error(estimate, data) or frozen, None
+        of_loop = replace(rows, intercept=intercept, regressor=regressor)
+        found = _by_equations(estimate, of_loop, theta, data)
+        rows, instruments = _by_output_error(estimate, data) or of_loop, None
     found = replace(
         found,
         simulation_error_percent=relative_error_percent(
@@ -244,7 +232,7 @@ def _validation(
         found,
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),
-        own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
+        own_tracking_error_percent=_own_tracking(own_data, frozen.theta),
     )
 
 

@@ -58,7 +58,7 @@ def calibrated(
     twins : Twins
     form : Form
         At the estimate.
-    solver : callable
+    solver : Solver
         Of the estimate.
     solution : Solution
         Of the records.

@@ -103,16 +103,21 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     each = [form.of_record(i).equations(data.signals) for i, data in enumerate(problem.data)]
     unweighted = replace(problem, weights=())
     equations = unweighted.reduced(form, [data.signals for data in problem.data])
-    reaches = [
-        Reach.of(data.signals, own, data.kept) for data, own in zip(problem.data, each, strict=True)
-    ]
+    reach = Reach.of(
+        [
+            (
+                data.signals,
+                replace(own, regressor=form.placed(i, own.intercept, own.regressor)[1]),
+                data.kept,
+            )
+            for i, (data, own) in enumerate(zip(problem.data, each, strict=True))
+        ]
+    )
     # How much of a record's own columns is in those of all.
     mixed = [np.abs(form.slopes(i)) for i in range(len(problem.data))]
-    found = [(r, m) for r, m in zip(reaches, mixed, strict=True) if r is not None]
     theta, names = form.regressed(physical), [q.name for q in form.quantities]
     anywhere, natural = np.zeros(len(names)), np.full(len(names), np.inf)
-    if found:
-        reach = Reach.joined([replace(r, columns=r.columns @ m) for r, m in found])
+    if reach is not None:
         anywhere = np.abs(theta) * reach.columns / reach.force
         natural = natural_sizes(problem.axis, reach, form.declared)
     needs = [dependence(data.axis) for data in problem.data]

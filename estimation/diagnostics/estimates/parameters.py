@@ -34,7 +34,7 @@ def within_bounds(
         Parameters that are none of the estimate, since they are held at a bound.
     """
     axis, values = estimate.form.axis, dict(estimate.parameters)
-    physical = physical_parameters(estimate)
+    physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is not None:
         known = {p.name for p in axis.base.known}
         values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
@@ -95,7 +95,7 @@ def _held_check(held: Sequence[Held], cause: Note | None) -> Check:
 
 def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missing | None:
     """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
-    physical = physical_parameters(estimate)
+    physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is None or not (physical.base.known or physical.dof):
         return None
     if physical.p_value is None:

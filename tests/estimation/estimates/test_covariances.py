@@ -13,7 +13,6 @@ from axisid import Identification, Record, export, identify, load_result
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.estimates import COVARIANCES
-from axisid.estimation.estimates.covariances import ResidualModel
 from tests.recipes import commands_with, recipe_blocks
 from tests.refusals import refuses
 
@@ -30,7 +29,7 @@ def added(monkeypatch: pytest.MonkeyPatch) -> None:
     exec(text, vars(module))
     row = eval(written, dict(vars(choices)))  # noqa: S307
     monkeypatch.setattr(choices, "COVARIANCE_ROWS", (*choices.COVARIANCE_ROWS, row))
-    monkeypatch.setitem(COVARIANCES, NAME, ResidualModel.of(row))
+    monkeypatch.setitem(COVARIANCES, NAME, row)
 
 
 @pytest.fixture

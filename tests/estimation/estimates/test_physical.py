@@ -83,7 +83,7 @@ def knowing(axis: GeneratedAxis, declared: Axis) -> GeneratedAxis:
 def physical(axis: GeneratedAxis, record: Record, **fixed: Any) -> tuple[Physical, Estimate]:
     known = knowing(axis, fix(axis.declared, **fixed))
     estimate = identify(known, record, FILTER, "idm-ls")["idm-ls"]
-    found = physical_parameters(estimate)
+    found = _physical(estimate)
     assert found is not None
     return found, estimate
 
@@ -177,7 +177,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(pendulum: GeneratedAxis) 
 def test_without_a_known_value_only_what_is_told_apart_is_given(
     pendulum: GeneratedAxis, record: Record
 ) -> None:
-    found = physical_parameters(identify(pendulum, record, FILTER, "idm-ls")["idm-ls"])
+    found = _physical(identify(pendulum, record, FILTER, "idm-ls")["idm-ls"])
     assert found is not None
     assert list(found.parameters) == ["fv"]
     assert found.covariances["hac"].shape == (1, 1)
@@ -264,7 +264,7 @@ def test_known_mass_with_a_deviation_is_weighed_with_the_record(
     value, spread = 100.25, 0.05
     known = replace(emps2015, base=base_model(fix(emps2015.axis, M=(value, spread))))
     estimate = identify(known, twin, methods="idm-ls")["idm-ls"]
-    found = physical_parameters(estimate)
+    found = _physical(estimate)
     assert found is not None
     covariance = estimate.covariances["hac"]
     gains = covariance[:, 0] / (covariance[0, 0] + spread**2)
@@ -353,7 +353,7 @@ def test_the_other_sign_of_a_square_is_told_unless_bounds_exclude_it(size: float
 def test_the_root_of_a_negative_estimate_is_not_given() -> None:
     estimate = identify(squared(0.0), sine_record(), Prefilter(hold="raw"), "idm-ls")["idm-ls"]
     turned = replace(estimate, physical=estimate.physical * np.array([1.0, -1.0]))
-    found = physical_parameters(turned)
+    found = _physical(turned)
     assert found is not None
     assert found.parameters == {}
     assert "no values of the physical parameters give" in found.undetermined[-1]
@@ -453,3 +453,7 @@ def test_gain_that_is_off_within_its_deviation_does_not_contradict_what_is_fixed
         c for c in identify(sure, record, methods="idm-ls").verdict if c.name == "fixed values"
     )
     assert check.status == "fail"
+
+
+def _physical(estimate: Estimate) -> Physical | None:
+    return physical_parameters(estimate.method, estimate.form, estimate.distribution)

@@ -23,7 +23,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import conclusion
-from axisid.estimation.estimates import FittedParameters, derived_value
+from axisid.estimation.estimates import Distribution
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.lacking import Lack
 from axisid.estimation.parameters import unknowns_of
@@ -887,19 +887,14 @@ def test_functions_of_what_nothing_shows_are_as_unsure(found: OutputFit) -> None
     values, name = dict(found.values), found.chosen
     covariance = found.covariance.copy()
     covariance[0, 0] = np.inf
-    unshown = FittedParameters(
+    unshown = Distribution(
         quantities=found.quantities,
-        values=values,
+        theta=found.physical,
         covariances={name: covariance},
+        freedom={name: np.full(len(values), np.inf)},
         chosen=name,
-        at_bound=(),
     )
-    made = {
-        each: derived_value(
-            each, unshown, curvature=unshown.bend, moved_by_gain=np.zeros(len(values)), advice=""
-        )
-        for each in ("M/Fv", "Fv")
-    }
+    made = {each: unshown.derived(each, "") for each in ("M/Fv", "Fv")}
     assert found.names[0] == "M"
     assert np.isinf(made["M/Fv"].deviation)
     assert made["Fv"].deviation == pytest.approx(found["Fv"].deviation)

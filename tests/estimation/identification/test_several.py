@@ -29,8 +29,8 @@ from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import (
     bound_records,
     layout_for,
+    layout_without,
     shared_records,
-    with_what_is_lost,
 )
 from axisid.estimation.parameters import GAIN
 from axisid.estimation.records.record import record_labels
@@ -308,11 +308,10 @@ def test_what_is_each_records_own_is_of_the_one_that_is_left() -> None:
 
 
 def test_angles_that_are_left_alike_tell_no_weight_from_an_offset() -> None:
-    whole, left = (
-        layout_for(leaning(), len(angles), (), {"angle": angles}, commanded=False)
-        for angles in ([0.0, 0.5, 0.5], [0.5, 0.5])
-    )
-    found = with_what_is_lost({"flat": Note("it is short.")}, leaning(), (whole, left), (1, 2))
+    axis, known = leaning(), {"angle": [0.0, 0.5, 0.5]}
+    whole = layout_for(axis, 3, (), known, commanded=False)
+    why = {"flat": Note("it is short.")}
+    found = layout_without(axis, whole, (1, 2), why, (), known, commanded=False)[-1]
     assert "nothing tells" in str(found["flat"])
     assert "apart" in str(found["flat"])
 
@@ -378,8 +377,8 @@ def test_what_records_tell_adds_of_the_parameters_that_they_share(
 ) -> None:
     records = [twin.windowed((0.2, 0.9)), twin.windowed((2.0, 5.0))]
     shared = shared_records(emps2015, records, None, local, known, "declared", skip_bad=False)
-    bound = shared.bound(emps2015, shared.own_layout, Prefilter())
-    assert [bool(data.excluded) for data in bound] == [left_out] * 2
+    problem = shared.problem(emps2015, Prefilter())
+    assert [bool(data.excluded) for data in problem.data] == [left_out] * 2
 
 
 @pytest.mark.parametrize("by", [identify, fit])

@@ -8,8 +8,8 @@ import pytest
 from axisid import Record, build, identify, load_axis, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.loop.simulation import following
+from axisid.estimation.estimates import NotSimulated
 from axisid.estimation.estimates.estimate import Estimate
-from axisid.estimation.estimates.iterate import NotSimulated
 from axisid.estimation.methods.instrumental import NEARLY_CONVERGED
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.remedy import Setting

@@ -10,7 +10,7 @@ import pytest
 from axisid import Axis, Record, build, fit, load_axis, load_result, newton, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, dahl, formula_drive, voltage_drive
-from axisid.estimation.parameters import FormByDriveGain
+from axisid.estimation.parameters import with_drive_gain
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.studies import validate_fit
@@ -42,7 +42,7 @@ def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, outp
     declared = build(AXES[name]())
     other, record = _off(declared.axis), twin_record(declared)
     truth = np.array([*record.provenance.truth.values()])
-    form = FormByDriveGain.of(InverseForm(declared), [declared])
+    form = with_drive_gain(InverseForm(declared), [declared])
     by_gain = LoopPredictions(form, [declared], [record], output)
     alone = LoopPredictions(InverseForm(other), [other], [record], output)
     gain = float(other.axis.drive.gain)

@@ -21,9 +21,10 @@ def test_a_payload_is_taken_off_what_it_is_added_to_and_tells_the_gain() -> None
     assert [p.name for p in found.parameters] == ["M", "Fv", "Fc", "tau0", GAIN]
     assert found.gain == 35.15
     # With the gain twice the declared one, kappa is a half and so are the scaled parameters.
-    theta = np.array([50.0, 1.0, 2.0, 3.0, 0.5])
-    assert found.own(theta, 0) == pytest.approx([50.0, 1.0, 2.0, 3.0])
-    assert found.own(theta, 1) == pytest.approx([60.0, 1.0, 2.0, 3.0])
+    physical, _ = found.physical(np.array([50.0, 1.0, 2.0, 3.0, 0.5]))
+    assert physical[-1] == pytest.approx(2 * 35.15)
+    assert found.own(physical, 0) == pytest.approx([50.0, 1.0, 2.0, 3.0])
+    assert found.own(physical, 1) == pytest.approx([60.0, 1.0, 2.0, 3.0])
 
 
 def test_one_payload_in_all_records_does_not_tell_the_gain() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Record, build, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import FormByTime
+from axisid.estimation.parameters import with_time
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.regression import InverseForm
 from axisid.modeling.quantities import Parameter
@@ -40,9 +40,9 @@ def test_errors_are_a_straight_line_of_the_time(
     slow = Record(**every_other, sample_period=2e-3)
     records = [record, slow] if output == "open-loop" else [record]
     now, late = (_late(emps2015, name, 4e-4 + more) for more in (0.0, LATER))
-    with_time = FormByTime(emps2015, of_model=form, time=time)
-    timed = of(now, with_time, records)
-    step = of(_late(emps2015, name, 4e-4 + STEP), with_time, records)
+    searched = with_time(form, [now], time)
+    timed = of(now, searched, records)
+    step = of(_late(emps2015, name, 4e-4 + STEP), searched, records)
     other, here = of(late, form, records), of(now, form, records)
     timed.follow_time(step, np.append(THETA, 4e-4), 4e-4, STEP)
     for each in (other, here):

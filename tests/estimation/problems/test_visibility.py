@@ -32,7 +32,7 @@ from tests.refusals import refuses
 
 def reach_of(axis: GeneratedAxis, record: Record) -> Reach:
     data = FilteredRecord.bind(axis, record, Prefilter.suited(record.period))
-    found = Reach.of(data.signals, InverseForm(axis).equations(data.signals), data.kept)
+    found = Reach.of([(data.signals, InverseForm(axis).equations(data.signals), data.kept)])
     assert found is not None
     return found
 

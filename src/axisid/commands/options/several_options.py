@@ -40,9 +40,8 @@ class Sharing:
         """
         from axisid.estimation.identification import (
             layout_for,
-            of_used,
+            layout_without,
             tells_gain,
-            with_what_is_lost,
         )
         from axisid.estimation.parameters import known_of
 
@@ -52,13 +51,17 @@ class Sharing:
             return inputs, {"local": self.local, "known": self.known, "gain": self.gain}
         declared = {p.name for p in inputs.axis.declared.parameters}
         own = [name for name in self.local if name in declared]  # others are refused later
-        local, known = of_used(inputs.used, own, self.known)
         commanded = tells_gain(inputs.records, self.gain)
-        layouts = (
-            layout_for(inputs.axis, logs, own, self.known, commanded=commanded),
-            layout_for(inputs.axis, len(inputs.used), local, known, commanded=commanded),
+        whole = layout_for(inputs.axis, logs, own, self.known, commanded=commanded)
+        _, _, known, aside = layout_without(
+            inputs.axis,
+            whole,
+            inputs.used,
+            inputs.set_aside,
+            own,
+            self.known,
+            commanded=commanded,
         )
-        aside = with_what_is_lost(inputs.set_aside, inputs.axis, layouts, inputs.used)
         told = replace(inputs, set_aside=aside)
         local = self.local if len(inputs.used) > 1 else ()
         return told, {"local": local, "known": known, "gain": self.gain}

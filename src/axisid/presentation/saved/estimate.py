@@ -5,11 +5,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import is_output_error
-from axisid.estimation.estimates import Iterate, NamedValues, Value, derived_value
+from axisid.estimation.estimates import Distribution, Iterate, NamedValues, Value
 from axisid.estimation.regression import DrawSummary, ResidualTests
 from axisid.modeling.text import FunctionLike
 from axisid.presentation.schema import (
@@ -237,13 +235,8 @@ class SavedEstimate(Uncached, Presentable):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        return derived_value(
-            function,
-            self,
-            curvature=self._curvature,
-            moved_by_gain=self._moved_by_gain,
-            advice="identify again and draw: propagate()",
-        )
+        advice = "identify again and draw: propagate()"
+        return self.distribution.derived(function, advice, self._curvature)
 
     def propagate(self, function: str, *, draws: int | None = None) -> DrawSummary:
         """A parameter over draws, as the file has it.
@@ -299,11 +292,8 @@ class SavedEstimate(Uncached, Presentable):
 
         The map of a direct model bends too; of that the file has each parameter's own part.
         """
-        first = math.sqrt(max(float(gradient @ self.covariance @ gradient), 0.0))
-        scaled = hessian @ self.covariance
-        second = math.sqrt(max(float(np.trace(scaled @ scaled)), 0.0) / 2)
-        own = second / first if first else math.inf if second else 0.0
-        return float(max(own, 0.0, *self.curvatures[gradient != 0]))
+        own = self.distribution.curvature(gradient, hessian)
+        return float(max([own, *self.curvatures[gradient != 0]]))
 
     @property
     def gain_relative_sd(self) -> float:
@@ -323,10 +313,18 @@ class SavedEstimate(Uncached, Presentable):
         return self.gain_slopes
 
     @property
-    def _moved_by_gain(self) -> Array:
-        """What a deviation of the drive gain moves the physical parameters by, (p,)."""
+    def distribution(self) -> Distribution:
+        """Of the physical parameters."""
         slopes = self.gain_slopes
-        return np.zeros(len(self.physical)) if slopes is None else self.gain_relative_sd * slopes
+        return Distribution(
+            quantities=self.quantities,
+            theta=self.physical,
+            covariances=self.covariances,
+            freedom=self.freedom,
+            chosen=self.chosen,
+            bias=self.filter_bias,
+            by_gain=None if slopes is None else self.gain_relative_sd * slopes,
+        )
 
 
 def _slopes(names: Iterable[str], written: Mapping[str, float] | None) -> Array | None:

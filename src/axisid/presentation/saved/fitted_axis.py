@@ -135,7 +135,7 @@ def _of_file(saved: SavedIdentification, model: AxisModel, record: int | None) -
         physical={
             method: declared.parameters
             for method, e in part.estimates.items()
-            if (declared := physical_parameters(e)) is not None
+            if (declared := physical_parameters(method, e.form, e.distribution)) is not None
         },
     )
     return _from(found, part.record)

@@ -1,6 +1,6 @@
 """An identification that was written as JSON, read again."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,7 +12,7 @@ from axisid.estimation.checks import Levels
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import NamedValues, PhysicalByMethod
 from axisid.estimation.identification import ByMethod, DriveTime, OfRecord, record_place
-from axisid.estimation.parameters import JointForm, Layout, known_of, layout_of
+from axisid.estimation.parameters import known_of, layout_of
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
@@ -305,8 +305,10 @@ class SavedIdentification(ByMethod, Uncached, Presentable):
         place = record_place(number, len(self.of_records))
         if not (self.local_names or any(of_one.known for of_one in self.of_records)):
             return self
-        layout = saved_layout(self.axis, self.of_records, self.local_names, self.declared_gain)
-        form = JointForm(self.axis, layout=layout)
+        records, gain = self.of_records, self.declared_gain
+        told = {name: [of_one.known[name] for of_one in records] for name in records[0].known}
+        known, count = known_of(told, len(records)), len(records)
+        form = layout_of(self.axis, count, known, self.local_names, commanded=gain is not None)
         return SavedPart(
             requested=self.requested,
             preferred_method=self.preferred.method,
@@ -314,9 +316,8 @@ class SavedIdentification(ByMethod, Uncached, Presentable):
                 method: PartEstimate(whole=estimate, joint=form, place=place)
                 for method, estimate in self.estimates.items()
             },
-            of_record=self.of_records[place],
-            layout=layout,
-            place=place,
+            of_record=records[place],
+            axis=form.members[place].axis,
         )
 
     def validate(self, record: Record, *, like: int | None = None) -> Validation:
@@ -422,25 +423,3 @@ def _physical(estimate: SavedEstimate) -> SavedPhysical | None:
         remarks=written.remarks,
         shows_more=bool(parameters) and bool(written.fixed or {*parameters} - own),
     )
-
-
-def saved_layout(
-    axis: GeneratedAxis,
-    records: Sequence[OfRecord],
-    local: Iterable[str],
-    gain: float | None,
-) -> Layout:
-    """How the parameters of a file were shared by its records.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    records : sequence of OfRecord
-    local : iterable of str
-    gain : float or None
-        The declared drive gain where it was identified.
-    """
-    names = [*records[0].known]
-    told = {name: [of_one.known[name] for of_one in records] for name in names}
-    known = known_of(told, len(records))
-    return layout_of(axis, len(records), known, local, commanded=gain is not None)

@@ -12,7 +12,7 @@ from msgspec import UNSET
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check, Levels
 from axisid.estimation.diagnostics import Checked
-from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
+from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
 from axisid.estimation.fitting import OutputFit
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.text import FunctionLike
@@ -76,20 +76,15 @@ class SavedOutputFit(Checked, Presentable):
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the parameters, as `OutputFit.derive`, under the chosen covariance."""
         own, chosen = self.document.parameters, self.document.chosen_covariance
-        told = FittedParameters(
+        freedom = np.array([freedom_of(value) for value in self.parameters.values()])
+        return Distribution(
             quantities=tuple(Quantity(name=n, unit=v.unit) for n, v in own.items()),
-            values=self.parameters,
+            theta=self.physical,
             covariances={chosen: self.covariance},
+            freedom={chosen: freedom},
             chosen=chosen,
             at_bound={n for n, v in own.items() if v.at_bound},
-        )
-        return derived_value(
-            function,
-            told,
-            curvature=told.bend,
-            moved_by_gain=np.zeros(len(own)),
-            advice="fit again with bootstrap=",
-        )
+        ).derived(function, "fit again with bootstrap=")
 
     @property
     def physical(self) -> Array:

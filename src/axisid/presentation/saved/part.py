@@ -6,13 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity
-from axisid.estimation.estimates import NamedValues, value_with_interval
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.estimates import Distribution, NamedValues
 from axisid.estimation.identification import OfRecord, RecordInfo
-from axisid.estimation.parameters import JointForm, Layout
-from axisid.estimation.regression import InverseForm, delta_method
+from axisid.estimation.parameters import JointForm
+from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Prefilter
-from axisid.support.arrays import Array
 
 from .estimate import SavedEstimate
 
@@ -39,17 +38,12 @@ class PartEstimate:
     @property
     def form(self) -> InverseForm:
         """Of the record's axis."""
-        return InverseForm(self.joint.layout.members[self.place].axis)
+        return InverseForm(self.joint.members[self.place].axis)
 
     @property
     def method(self) -> str:
         """See `SavedEstimate`."""
         return self.whole.method
-
-    @property
-    def chosen(self) -> str:
-        """See `SavedEstimate`."""
-        return self.whole.chosen
 
     @property
     def equation_error_percent(self) -> float:
@@ -61,78 +55,21 @@ class PartEstimate:
         """Of all records."""
         return self.whole.simulation_error_percent
 
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """Those of the record's axis, length p."""
-        return self.form.axis.parameters
-
-    @property
-    def physical(self) -> Array:
-        """Parameters of the record's axis, (p,)."""
-        return self.joint.own(self.whole.physical, self.place)
-
     @cached_property
-    def _slopes(self) -> Array:
-        """Of these by the parameters of all, (p, P)."""
-        jacobian = self.joint.physical(self.joint.regressed(self.whole.physical))[1]
-        return np.asarray(self.joint.slopes(self.place) @ np.linalg.inv(jacobian))
-
-    @property
-    def covariances(self) -> Mapping[str, Array]:
-        """Of `physical`, (p, p), by name."""
-        return {name: delta_method(c, self._slopes) for name, c in self.whole.covariances.items()}
-
-    @property
-    def freedom(self) -> Mapping[str, Array]:
-        """Degrees of freedom of the variances of `physical`, (p,), by name."""
-        return {
-            name: np.min(np.where(self._slopes != 0, freedom, np.inf), axis=1)
-            for name, freedom in self.whole.freedom.items()
-        }
-
-    @property
-    def filter_bias(self) -> Array | None:
-        """What filter and noise move `physical` by, (p,), as twins tell."""
-        bias = self.whole.filter_bias
-        return None if bias is None else np.asarray(self._slopes @ bias)
-
-    @property
-    def corrected(self) -> Array:
-        """Values less the bias of filter and noise, (p,)."""
-        bias = self.filter_bias
-        return self.physical if bias is None else self.physical - bias
-
-    @property
-    def gain_relative_sd(self) -> float:
-        """Of the drive gain that scaled the force."""
-        return self.whole.gain_relative_sd
-
-    @property
-    def gain_slopes(self) -> Array | None:
-        """Of `physical` by the logarithm of the gain, (p,), where that is not exact."""
-        slopes = self.whole.gain_slopes
-        return None if slopes is None else np.asarray(self._slopes @ slopes)
+    def distribution(self) -> Distribution:
+        """Of the parameters of the record's axis."""
+        whole = self.whole.distribution
+        jacobian = self.joint.physical(self.joint.regressed(whole.theta))[1]
+        return whole.through(
+            self.form.axis.parameters,
+            self.joint.own(whole.theta, self.place),
+            self.joint.slopes(self.place) @ np.linalg.inv(jacobian),
+        )
 
     @property
     def parameters(self) -> NamedValues:
         """Parameters of the record's axis by name."""
-        bias, variances = self.filter_bias, self.covariances
-        slopes = self.gain_slopes
-        moved = np.zeros(len(self.physical)) if slopes is None else self.gain_relative_sd * slopes
-        return NamedValues(
-            {
-                q.name: value_with_interval(
-                    self,
-                    float(value),
-                    q.unit,
-                    {name: float(c[j, j]) for name, c in variances.items()},
-                    abs(float(moved[j])),
-                    None if bias is None else float(bias[j]),
-                    float(self.freedom[self.chosen][j]),
-                )
-                for j, (q, value) in enumerate(zip(self.quantities, self.physical, strict=True))
-            }
-        )
+        return self.distribution.values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,21 +84,15 @@ class SavedPart:
     estimates : mapping of str to PartEstimate
         By method.
     of_record : OfRecord
-    layout : Layout
-    place : int
+    axis : GeneratedAxis
+        With what is known of the record put in.
     """
 
     requested: Prefilter | None
     preferred_method: str
     estimates: Mapping[str, PartEstimate]
     of_record: OfRecord
-    layout: Layout
-    place: int
-
-    @property
-    def axis(self) -> GeneratedAxis:
-        """With what is known of the record put in."""
-        return self.layout.members[self.place].axis
+    axis: GeneratedAxis
 
     @property
     def record(self) -> RecordInfo:
