@@ -11,8 +11,8 @@ from axisid.modeling.quantities import (
     Parameter,
     Symbolic,
     check_coordinate,
-    declared_parameters,
     expression,
+    listed,
 )
 from axisid.support.errors import ModelError
 
@@ -67,7 +67,7 @@ def lagrange(
     energy = expression(kinetic, "the kinetic energy")
     stored = expression(potential, "the potential energy")
     lost = expression(dissipation, "the dissipation function")
-    declared = declared_parameters(parameters)
+    declared = listed(parameters, Parameter, "the parameters have")
     try:
         check_kinetic(energy, q, declared)
         check_potential(stored, q)

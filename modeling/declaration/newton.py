@@ -10,8 +10,8 @@ from axisid.modeling.quantities import (
     Parameter,
     Symbolic,
     check_coordinate,
-    declared_parameters,
     expression,
+    listed,
     several,
 )
 from axisid.support.errors import ModelError
@@ -63,7 +63,7 @@ def newton(
             "derives it.",
             code="inertia-depends",
         )
-    declared = declared_parameters(parameters)
+    declared = listed(parameters, Parameter, "the parameters have")
     try:
         check_inertia(mass, q, declared)
     except ModelError as error:

@@ -22,7 +22,7 @@ from .names import (
     check_symbol as check_symbol,
     fresh_name as fresh_name,
 )
-from .numbers import number as number, rounded as rounded
+from .numbers import number as number, rounded as rounded, settle as settle
 from .reading_order import (
     InReadingOrder as InReadingOrder,
     readable as readable,
@@ -31,7 +31,6 @@ from .reading_order import (
 from .signal import (
     Signal as Signal,
     SignalSymbol as SignalSymbol,
-    declared_signals as declared_signals,
     signals_in as signals_in,
 )
 from .size import MOST_NODES as MOST_NODES, check_size as check_size
@@ -61,8 +60,8 @@ from .symbols import (
     Parameter as Parameter,
     Symbolic as Symbolic,
     check_coordinate as check_coordinate,
-    declared_parameters as declared_parameters,
     expression as expression,
+    listed as listed,
     several as several,
 )
 from .units import Unit as Unit, angle_power as angle_power, parse_unit as parse_unit
