@@ -13,7 +13,7 @@ from .velocity import (
     joined,
     without_zeros,
 )
-from .windup import Windup, windup_of_none
+from .windup import Integral
 
 
 def cascade_p_pi(
@@ -115,23 +115,24 @@ def cascade_p_pi(
         gains["speed_limit"] = in_range(speed_limit, "the speed limit of a law", positive=True)
         wanted = within(wanted, gain("speed_limit"))
     error = wanted - formed.block.value
-    if tn is None:
-        windup_of_none(anti_windup, tracking_time)
-        output = gain("kv") * error + further
-        name = "cascade P-P"
-    else:
+    corrected = error
+    if tn is not None:
         gains["tn"] = in_range(tn, "the integral time tn", positive=True)
-        held = Windup(anti_windup, tracking_time)
-        gains |= held.gains
-        output = gain("kv") * (error + gain("integral") / gain("tn")) + further
-        tracking = gain("tn") / gain("kv") / held.time_or(gain("tn"))
-        memory.append((held.integral(error, output, tracking=tracking),))
-        name = "cascade P-PI"
+        corrected += gain("integral") / gain("tn")
+    output = gain("kv") * corrected + further
+    held = Integral(
+        error=error,
+        output=output,
+        anti_windup=anti_windup,
+        time=gain("tn"),
+        tracking_time=tracking_time,
+    )
+    gains |= held.gains
     return ControlLaw(
-        name=name,
+        name="cascade P-P" if tn is None else "cascade P-PI",
         period=period,
         output=output,
         gains=gains,
-        memory=joined(*memory),
+        memory=joined(*memory, held.memory),
         positive=positive_among(gains),
     )
