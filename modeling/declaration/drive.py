@@ -35,7 +35,6 @@ from .command_path import (
     check_logged,
     check_within,
     checked_time,
-    command_path,
     estimated_time,
 )
 
@@ -220,7 +219,7 @@ class Drive:
     def __post_init__(self) -> None:
         self._take_estimated()
         parse_unit(self.unit)
-        path = command_path(self.rate_limit, self.quantisation, self.deadband)
+        path = self.path
         settle(
             self,
             gain=number(self.gain, "the drive gain"),

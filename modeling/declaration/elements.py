@@ -137,16 +137,11 @@ def dahl(
     [Dahl1968]_.
     """
     s0, level = _amount(stiffness, coordinate, "/{}"), _amount(coulomb, coordinate)
-    dq = coordinate.velocity
-
-    def rate(z: sympy.Symbol) -> sympy.Expr:
-        return dq - s0 * sympy.Abs(dq) * z / level
-
     parts = (
         _part("the stiffness of Dahl friction", s0, coordinate, "/{}", "0 or more"),
         _part("the Coulomb level of Dahl friction", level, coordinate, "", "positive"),
     )
-    return s0 * State(name or _state_name(s0), coordinate.unit, rate, parts=parts).symbol
+    return s0 * _bristle(s0, level, coordinate, name, parts)[0]
 
 
 @_element
@@ -171,12 +166,7 @@ def lugre(
     s1 = _amount(damping, coordinate, "/({}/s)")
     slides, sticks = _amount(coulomb, coordinate), _amount(static, coordinate)
     speed = positive(velocity, f"{coordinate.unit}/s", "the Stribeck velocity")
-    dq = coordinate.velocity
-    level = slides + (sticks - slides) * sympy.exp(-((dq / speed) ** 2))
-
-    def rate(z: sympy.Symbol) -> sympy.Expr:
-        return dq - s0 * sympy.Abs(dq) * z / level
-
+    level = slides + (sticks - slides) * sympy.exp(-((coordinate.velocity / speed) ** 2))
     parts = (
         _part("the stiffness of LuGre friction", s0, coordinate, "/{}", "0 or more"),
         _part("the damping of LuGre friction", s1, coordinate, "/({}/s)"),
@@ -189,8 +179,8 @@ def lugre(
             least="positive",
         ),
     )
-    z = State(name or _state_name(s0), coordinate.unit, rate, parts=parts).symbol
-    return s0 * z + s1 * rate(z)
+    z, rate = _bristle(s0, level, coordinate, name, parts)
+    return s0 * z + s1 * rate
 
 
 @_element
@@ -395,6 +385,23 @@ def _part(
     """What a state is declared by, in the axis's force unit `over` the coordinate's."""
     unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
     return StatePart(what=what, value=value, unit=unit, least=least)
+
+
+def _bristle(
+    stiffness: sympy.Expr,
+    level: sympy.Expr,
+    coordinate: Coordinate,
+    name: str,
+    parts: tuple[StatePart, ...],
+) -> tuple[sympy.Expr, sympy.Expr]:
+    """A bristle's state, ``dz = dq - s0 |dq| z / level``, and its rate."""
+    dq = coordinate.velocity
+
+    def rate(z: sympy.Symbol) -> sympy.Expr:
+        return dq - stiffness * sympy.Abs(dq) * z / level
+
+    z = State(name or _state_name(stiffness), coordinate.unit, rate, parts=parts).symbol
+    return z, rate(z)
 
 
 def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:

@@ -6,13 +6,7 @@ from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, number, within
 
 from .numbers import Amount, added, in_range, positive_among
-from .velocity import (
-    Velocity,
-    commanded_acceleration,
-    commanded_velocity,
-    joined,
-    without_zeros,
-)
+from .velocity import Velocity, commanded, joined, without_zeros
 from .windup import Integral
 
 
@@ -101,14 +95,14 @@ def cascade_p_pi(
         "acceleration_feed_forward": acceleration_feed_forward,
     }
     gains = {"kp": kp, "kv": kv, **formed.gains, **without_zeros(advance)}
-    along, further = commanded_velocity(reference_velocity), added(feed_forward)
+    along, further = commanded("velocity", reference_velocity), added(feed_forward)
     wanted = gain("kp") * (REFERENCE - MEASURED_POSITION)
     memory = [formed.block.memory]
     if velocity_feed_forward:
         wanted += gain("velocity_feed_forward") * along.value
         memory.append(along.memory)
     if acceleration_feed_forward:
-        accelerated = commanded_acceleration(reference_acceleration)
+        accelerated = commanded("acceleration", reference_acceleration)
         further += gain("acceleration_feed_forward") * accelerated.value
         memory.append(accelerated.memory)
     if number(speed_limit, "the speed limit of a law", finite=False) != math.inf:

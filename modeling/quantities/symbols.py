@@ -16,8 +16,10 @@ from axisid.support.user_values import is_among, quoted
 
 from .names import check_symbol
 from .numbers import number, settle
-from .size import check_size
 from .units import Unit, parse_unit
+
+#: Operations and operands of an expression: different ones, and each as often as it stands there.
+MOST_NODES, _MOST_STANDING = 4000, 40_000
 
 T = TypeVar("T")
 
@@ -223,6 +225,29 @@ class Parameter(Symbolic):
         """What to say of a value that is not inside."""
         where = "at a bound of" if self.allows(value) else "outside its bounds"
         return f"{self.name} = {value:.6g} {self.unit} is {where} [{self.lower:g}, {self.upper:g}]"
+
+
+def check_size(value: sympy.Expr, what: str) -> None:
+    """Refuse an expression that is too large to be walked through again and again.
+
+    Raises
+    ------
+    ModelError
+        It has too many nodes or levels.
+    """
+    different: set[sympy.Basic] = set()
+    try:
+        for standing, node in enumerate(sympy.preorder_traversal(value)):
+            different.add(node)
+            if standing >= _MOST_STANDING or len(different) > MOST_NODES:
+                raise ModelError(
+                    f"{what} has more than {MOST_NODES} different operations and operands, or "
+                    f"{_MOST_STANDING} with those that repeat; declare a smaller model, or name "
+                    "what repeats as a parameter.",
+                    code="expression-size",
+                )
+    except RecursionError as error:
+        raise ModelError(f"{what} is nested too deeply; simplify it.") from error
 
 
 def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
