@@ -40,7 +40,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import DeclarationError, ModelError
 
-from .element_calls import ElementCalls
+from .element_calls import Elements, elements_along
 from .toml_control import read_control
 from .toml_drive import read_drive
 from .toml_table import Symbols, Table, checked_name
@@ -145,7 +145,7 @@ def _axis(root: Table) -> Axis | None:
     states = root.table("states")
     remembered = _states(states, {**constants, **unknown, **moving})
     symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else {}
-    declare = _dynamics(root, symbols, ElementCalls(coordinate or _stand_in(moving)))
+    declare = _dynamics(root, symbols, elements_along(coordinate or _stand_in(moving)))
     readable = len(root.mistakes) == before
     drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     columns = _columns(root.table("columns"), recorded)
@@ -235,7 +235,7 @@ def _check_states(table: Table, axis: Axis) -> None:
             table.say(name, "it stands nowhere; write it into the force, or remove it.")
 
 
-def _dynamics(root: Table, symbols: Symbols, elements: ElementCalls) -> Callable[..., Axis] | None:
+def _dynamics(root: Table, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:
     """`newton` or `lagrange` with what its table says; without symbols none can be read."""
     given = [key for key in _EQUATIONS if key in root.values]
     if len(given) != 1:
@@ -249,7 +249,7 @@ def _dynamics(root: Table, symbols: Symbols, elements: ElementCalls) -> Callable
     arguments = inspect.signature(declare).parameters
     fields = {
         key: table.read(
-            key, arguments[key].annotation, symbols, elements if key in _OF_FORCES else None
+            key, arguments[key].annotation, symbols, elements if key in _OF_FORCES else {}
         )
         for key in keys
         if key in table.values

@@ -53,8 +53,10 @@ def read_control(root: Table, recorded: Symbols, constants: Symbols) -> ControlL
     following = {**symbols, str(LIMITED_OUTPUT): LIMITED_OUTPUT}
     kept = memory.each(Memory, symbols=following, own={"start": at_rest})
     inside = [each for block in blocks.values() for each in block.memory]
+    # What is wrong of a gain or a memory has been told, and a gain of 1 stands for it.
+    wrong = (name for name in names if kept.get(name) is None)
     given = {
-        "gains": gains.read_all(float),
+        "gains": {**dict.fromkeys(wrong, 1.0), **gains.read_all(float)},
         "memory": [*filter(None, kept.values()), *inside],
         "positive": (),
     }

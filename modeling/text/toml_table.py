@@ -17,7 +17,7 @@ import sympy
 from axisid.modeling.quantities import check_name, number
 from axisid.support.errors import ModelError
 
-from .element_calls import ElementCalls
+from .element_calls import Elements
 from .expression import read_expression
 from .grammar import DYNAMICS
 from .mistakes import TextError, nearest
@@ -121,7 +121,7 @@ class Table:
         return None
 
     def read(
-        self, key: str, kind: Any, symbols: Symbols = _NONE, elements: ElementCalls | None = None
+        self, key: str, kind: Any, symbols: Symbols = _NONE, elements: Elements = _NONE
     ) -> Any:
         """The value of a key; None and a mistake if it is none of its kind.
 
@@ -132,7 +132,7 @@ class Table:
             As a signature has it. What is no text, number, switch or list is an expression.
         symbols : mapping of str to sympy.Symbol
             What an expression may name.
-        elements : ElementCalls, optional
+        elements : mapping of str to callable, optional
             Friction and loads that an expression may call.
         """
         value = self.values[key]
@@ -192,17 +192,16 @@ class Table:
             for key in self.values
             if key in keys
         }
+        stand_ins = {key: _neutral(argument) for key, argument in known.items()}
         # What could not be read has been told, and something stands for it.
-        fields = {
-            key: _neutral(keys[key]) if value is None else value for key, value in found.items()
-        }
+        fields = {key: stand_ins[key] if value is None else value for key, value in found.items()}
         fields |= {"name": name} if name else {}
-        neutral = {**{key: _neutral(argument) for key, argument in needed.items()}, **given}
+        neutral = {**{key: stand_ins[key] for key in needed}, **given}
         try:
             result = make(**{**neutral, **fields})
         except ModelError as error:
             whole = {"": error} if self.fine else {}
-            for key, reason in (_refused(make, neutral, fields) or whole).items():
+            for key, reason in (_refused(make, neutral, fields, stand_ins) or whole).items():
                 if found.get(key, "") is not None:
                     self.say(key if key in self.values else "", str(reason))
             return None
@@ -217,11 +216,15 @@ _ABSENT = inspect.Parameter.empty
 
 
 def _refused(
-    make: Callable[..., Any], neutral: Mapping[str, Any], fields: Mapping[str, Any]
+    make: Callable[..., Any],
+    neutral: Mapping[str, Any],
+    fields: Mapping[str, Any],
+    stand_ins: Mapping[str, Any],
 ) -> dict[str, ModelError]:
     """Fields that are not taken, each with the reason; none if neutral ones are not either.
 
-    They join neutral ones, alone or two at a time, for as long as one is taken.
+    They join neutral ones, alone or two at a time, for as long as one is taken. What would be taken
+    with stand-ins for the others that are not is no mistake: it lacks one of them.
     """
     taken, pending = dict(neutral), dict(fields)
     reasons: dict[str, ModelError] = {}
@@ -236,7 +239,12 @@ def _refused(
                 break
             reasons |= {keys[0]: error} if len(keys) == 1 else {}
         else:
-            return {key: reasons[key] for key in pending}
+            lacking = {**taken, **{key: stand_ins[key] for key in pending}}
+            return {
+                key: reasons[key]
+                for key, value in pending.items()
+                if _error(make, {**lacking, key: value}) is not None
+            }
 
 
 def _error(make: Callable[..., Any], fields: Mapping[str, Any]) -> ModelError | None:
@@ -289,7 +297,7 @@ def _number(value: object) -> float:
     return number(value, "it", finite=False)  # what is made of it says whether it may be infinite
 
 
-def _expression(value: Any, symbols: Symbols, elements: ElementCalls | None) -> Any:
+def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
     """An expression as text, or a number as it is."""
     if isinstance(value, str):
         return read_expression(value, symbols, DYNAMICS, elements)
