@@ -43,10 +43,9 @@ from .elements import (
     stribeck as stribeck,
     viscous as viscous,
 )
+from .equations import lagrange as lagrange, newton as newton
 from .experiment import Experiment as Experiment, Move as Move, back_and_forth as back_and_forth
-from .lagrange import lagrange as lagrange
-from .newton import newton as newton
-from .unit_check import unit_table as unit_table
+from .unit_check import check_unit as check_unit, unit_table as unit_table
 from .variants import (
     fix as fix,
     known_text as known_text,

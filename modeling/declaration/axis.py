@@ -9,6 +9,7 @@ import sympy
 
 from axisid.modeling.quantities import (
     FORCE,
+    NUMBER,
     ConstantSymbol,
     Coordinate,
     Formula,
@@ -20,9 +21,9 @@ from axisid.modeling.quantities import (
     check_distinct,
     check_name,
     check_size,
-    declared_parameters,
-    declared_signals,
+    listed,
     number,
+    settle,
     signals_in,
     states_in,
     with_numbers,
@@ -36,7 +37,7 @@ from .column import column_texts
 from .control import LONGEST_DELAY, ControlLaw
 from .drive import FORCE_TARGET, Drive, Response
 from .experiment import Experiment
-from .unit_check import check_profile, check_state_parts, check_states, checked_terms
+from .unit_check import check_states, check_unit, checked_terms, unit_table
 
 #: What a column of a record can be.
 ROLES = (
@@ -104,7 +105,6 @@ class Axis:
 
     def __post_init__(self) -> None:
         check_name(self.name, "the axis")
-        object.__setattr__(self, "parameters", tuple(self.parameters))
         self._check_types()
         if not self.title.isprintable():
             raise ModelError(
@@ -112,7 +112,7 @@ class Axis:
                 code="axis-title",
             )
         self._check_response()  # first: what it refuses may be a line of any number of commands
-        object.__setattr__(self, "columns", FrozenMapping(column_texts(self.columns)))
+        settle(self, columns=FrozenMapping(column_texts(self.columns)))
         self._check_names()
         self._check_signals()
         self._check_symbols()
@@ -244,8 +244,11 @@ class Axis:
                     code="axis-part-type",
                 )
         try:
-            declared_parameters(self.parameters)
-            object.__setattr__(self, "signals", declared_signals(self.signals))
+            settle(
+                self,
+                parameters=listed(self.parameters, Parameter, "the parameters have"),
+                signals=listed(self.signals, Signal, "the signals have"),
+            )
         except ModelError as error:
             raise ModelError(f"axis {self.name!r}: {error}") from error
 
@@ -424,18 +427,17 @@ class Axis:
 
     def _check_units(self) -> None:
         try:
-            check_state_parts(self.states, self.coordinate, self.parameters)
-            checked_terms(self.force, self.coordinate, self.parameters, self._beside)
             check_states(self.states, self.coordinate, self.parameters)
-            symbols: list[Parameter | Signal] = [*self.parameters, *self.signals]
-            check_profile(self.drive.profile, self.coordinate, symbols)
-            check_profile(
-                self.drive.scaled_by,
-                self.coordinate,
-                self.signals,
-                "scaled_by",
-                "what the gain is times",
-            )
+            checked_terms(self.force, self.coordinate, self.parameters, self._beside)
+            units = unit_table(self.coordinate, (*self.parameters, *self.signals))
+            for name, of in (
+                ("profile", "the force over its nominal value"),
+                ("scaled_by", "what the gain is times"),
+            ):
+                value = getattr(self.drive, name)
+                check_unit(
+                    value, NUMBER, units, f"the drive's {name} {value}", f"; give {of}, a number"
+                )
         except ModelError as error:
             raise ModelError(f"axis {self.name!r}: {error}", code="units-differ") from error
 

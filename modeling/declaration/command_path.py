@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TypeGuard
 
-from axisid.modeling.quantities import Parameter, number
+from axisid.modeling.quantities import Parameter, number, settle
 from axisid.support.errors import ModelError
 from axisid.support.user_values import is_among, quoted
 
@@ -34,6 +34,31 @@ class CommandPath:
     rate_limit: float = math.inf
     quantisation: float = 0.0
     deadband: float = 0.0
+
+    def __post_init__(self) -> None:
+        rate = number(self.rate_limit, "the drive's rate_limit", finite=False)
+        if not rate > 0:
+            raise ModelError(
+                f"the drive's rate_limit is {quoted(self.rate_limit)}; give a positive number, in "
+                "the control's unit per second, or leave it out.",
+                code="drive-rate",
+            )
+        settle(self, rate_limit=rate)
+        for what in ("quantisation", "deadband"):
+            value = number(getattr(self, what), f"the drive's {what}")
+            if value < 0:
+                raise ModelError(
+                    f"the drive's {what} is {quoted(getattr(self, what))}; give a number of 0 or "
+                    "more, in the control's unit.",
+                    code="drive-band",
+                )
+            settle(self, **{what: value})
+        if 0 < self.quantisation < _LEAST_STEP:
+            raise ModelError(
+                f"the drive's quantisation is {self.quantisation:g}, below {_LEAST_STEP:g}, which "
+                "no control shows; give a step in the control's unit, or 0 for none.",
+                code="drive-step",
+            )
 
     @property
     def is_plain(self) -> bool:
@@ -70,39 +95,6 @@ class CommandPath:
         if self.deadband:
             said.append(f"makes no force within {self.deadband:g} {unit} of 0")
         return f"the command {', '.join(said)}" if said else ""
-
-
-def command_path(rate_limit: object, quantisation: object, deadband: object) -> CommandPath:
-    """Check what is declared of the way of a command.
-
-    Raises
-    ------
-    ModelError
-        A value is no number, is negative, or lets no command through.
-    """
-    rate = number(rate_limit, "the drive's rate_limit", finite=False)
-    if not rate > 0:
-        raise ModelError(
-            f"the drive's rate_limit is {quoted(rate_limit)}; give a positive number, in the "
-            "control's unit per second, or leave it out.",
-            code="drive-rate",
-        )
-    step = number(quantisation, "the drive's quantisation")
-    band = number(deadband, "the drive's deadband")
-    for value, what in ((step, "quantisation"), (band, "deadband")):
-        if value < 0:
-            raise ModelError(
-                f"the drive's {what} is {quoted(value)}; give a number of 0 or more, in the "
-                "control's unit.",
-                code="drive-band",
-            )
-    if 0 < step < _LEAST_STEP:
-        raise ModelError(
-            f"the drive's quantisation is {step:g}, below {_LEAST_STEP:g}, which no control shows; "
-            "give a step in the control's unit, or 0 for none.",
-            code="drive-step",
-        )
-    return CommandPath(rate_limit=rate, quantisation=step, deadband=band)
 
 
 def check_within(path: CommandPath, limit: float) -> None:

@@ -22,7 +22,9 @@ from axisid.modeling.quantities import (
     SignalSymbol,
     check_symbol,
     expression,
+    listed,
     number,
+    settle,
     several,
     signals_in,
 )
@@ -64,9 +66,11 @@ class Memory:
 
     def __post_init__(self) -> None:
         check_symbol(self.name, "a memory of a control law", control=True)
-        for which in ("following", "start"):
-            value = expression(getattr(self, which), f"the {which} value of memory {self.name!r}")
-            object.__setattr__(self, which, value)
+        settle(
+            self,
+            following=expression(self.following, f"the following value of memory {self.name!r}"),
+            start=expression(self.start, f"the start value of memory {self.name!r}"),
+        )
 
     @property
     def symbol(self) -> sympy.Symbol:
@@ -122,14 +126,18 @@ class ControlLaw:
 
     def __post_init__(self) -> None:
         self._check_types()
-        object.__setattr__(self, "period", number(self.period, f"{self.name!r}: the period"))
         gains = {name: number(v, f"{self.name!r}: gain {name!r}") for name, v in self.gains.items()}
-        object.__setattr__(self, "gains", FrozenMapping(gains))
+        settle(
+            self,
+            period=number(self.period, f"{self.name!r}: the period"),
+            gains=FrozenMapping(gains),
+            memory=listed(self.memory, Memory, f"control law {self.name!r}: the memory has"),
+            output=expression(self.output, "the control law's output"),
+            positive=several(self.positive),
+        )
         self._check_positive()
         if not self.period > 0:
             raise ModelError(f"control law {self.name!r}: period {self.period!r} is not positive.")
-        object.__setattr__(self, "memory", several(self.memory))
-        object.__setattr__(self, "output", expression(self.output, "the control law's output"))
         for name in (*self.gains, *(memory.name for memory in self.memory)):
             check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
         self._check_timing()
@@ -218,15 +226,8 @@ class ControlLaw:
                 "name, as in gains={'kp': 160.0}.",
                 code="gains-type",
             )
-        if not all(isinstance(memory, Memory) for memory in several(self.memory)):
-            raise ModelError(
-                f"control law {self.name!r}: the memory is {quoted(self.memory)}; give a tuple of "
-                "Memory objects.",
-                code="memory-type",
-            )
 
     def _check_positive(self) -> None:
-        object.__setattr__(self, "positive", several(self.positive))
         for name in self.positive:
             if not is_among(name, self.gains) or not self.gains[name] > 0:
                 said = f"{self.gains[name]:g}" if is_among(name, self.gains) else "not declared"

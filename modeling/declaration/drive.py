@@ -21,6 +21,7 @@ from axisid.modeling.quantities import (
     number,
     parse_unit,
     rounded,
+    settle,
     signals_in,
     with_numbers,
     written,
@@ -34,7 +35,6 @@ from .command_path import (
     check_logged,
     check_within,
     checked_time,
-    command_path,
     estimated_time,
 )
 
@@ -219,21 +219,26 @@ class Drive:
     def __post_init__(self) -> None:
         self._take_estimated()
         parse_unit(self.unit)
-        object.__setattr__(self, "gain", number(self.gain, "the drive gain"))
-        object.__setattr__(self, "limit", number(self.limit, "the drive limit", finite=False))
+        path = self.path
+        settle(
+            self,
+            gain=number(self.gain, "the drive gain"),
+            limit=number(self.limit, "the drive limit", finite=False),
+            relative_sd=number(self.relative_sd, "the drive gain's relative deviation"),
+            profile=expression(self.profile, "the drive's profile"),
+            scaled_by=expression(self.scaled_by, "the drive's scaled_by"),
+            lag=checked_time(self.lag, "the drive's lag"),
+            delay=checked_time(self.delay, "the drive's delay"),
+            **asdict(path),
+        )
         if self.gain == 0:
             raise ModelError(f"the drive gain is {self.gain!r}; give a finite number other than 0.")
-        object.__setattr__(
-            self, "relative_sd", number(self.relative_sd, "the drive gain's relative deviation")
-        )
         if not 0 <= self.relative_sd < 1:
             raise ModelError(
                 f"the drive gain's relative deviation is {self.relative_sd!r}; give a fraction "
                 "from 0 to below 1, such as 0.005 for 0.5 %.",
                 code="drive-deviation",
             )
-        object.__setattr__(self, "profile", expression(self.profile, "the drive's profile"))
-        object.__setattr__(self, "scaled_by", expression(self.scaled_by, "the drive's scaled_by"))
         if missing := signals_in(self.scaled_by) - signals_in(self.force):
             raise ModelError(
                 f"the drive {type(self).__name__} has a force of its own, which scaled_by "
@@ -243,11 +248,6 @@ class Drive:
             )
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")
-        for name in ("lag", "delay"):
-            object.__setattr__(self, name, checked_time(getattr(self, name), f"the drive's {name}"))
-        path = command_path(self.rate_limit, self.quantisation, self.deadband)
-        for name in ("rate_limit", "quantisation", "deadband"):
-            object.__setattr__(self, name, getattr(path, name))
         check_within(path, self.limit)
         check_logged(self.logged, self.lag, self.delay, path)
 
@@ -256,10 +256,9 @@ class Drive:
         given = {name: getattr(self, name) for name in HIDDEN_FROM}
         found = estimated_time(given, self.estimated, self.logged)
         if found is not None:
-            object.__setattr__(self, "estimated", found)
             name, parameter = found
-            if isinstance(given[name], Parameter):
-                object.__setattr__(self, name, parameter.nominal)
+            changed = {name: parameter.nominal} if isinstance(given[name], Parameter) else {}
+            settle(self, estimated=found, **changed)
 
     @property
     def force(self) -> sympy.Expr:

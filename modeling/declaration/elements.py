@@ -9,9 +9,11 @@ identified. What enters otherwise (a Stribeck velocity, a period) is mostly know
 a `Constant`. A plain number has the unit of its place.
 """
 
+import functools
+import inspect
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Literal, TypeAlias
+from typing import Literal, ParamSpec, TypeAlias
 
 import sympy
 
@@ -35,59 +37,78 @@ from axisid.support.user_values import quoted
 Amount: TypeAlias = sympy.Expr | Symbolic | float
 
 _AMOUNT = "an amount of an element"
+_P = ParamSpec("_P")
+_ELEMENTS: dict[str, Callable[..., sympy.Expr]] = {}
+#: By the names that declarations as text know them by.
+ELEMENTS: Mapping[str, Callable[..., sympy.Expr]] = MappingProxyType(_ELEMENTS)
 
 
+def _element(made: Callable[_P, sympy.Expr]) -> Callable[_P, sympy.Expr]:
+    """An element, which refuses what is no coordinate first."""
+    signature = inspect.signature(made)
+
+    @functools.wraps(made)
+    def element(*args: _P.args, **kwargs: _P.kwargs) -> sympy.Expr:
+        if "coordinate" in signature.parameters:
+            check_coordinate(signature.bind(*args, **kwargs).arguments["coordinate"])
+        return made(*args, **kwargs)
+
+    _ELEMENTS[made.__name__] = element
+    return element
+
+
+@_element
 def viscous(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Viscous friction ``Fv dq``.
 
     `coefficient` in N/(m/s); opposes motion if positive. [ArmstrongHelouvry1994]_.
     """
-    check_coordinate(coordinate)
     return _amount(coefficient, coordinate, "/({}/s)") * coordinate.velocity
 
 
+@_element
 def asymmetric_viscous(forward: Amount, backward: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Viscous friction of its own in each direction: ``Fvp dq`` for dq > 0, ``Fvm dq`` for dq < 0.
 
     Both in N/(m/s); each opposes its motion if positive. [ArmstrongHelouvry1994]_.
     """
-    check_coordinate(coordinate)
     dq, size = coordinate.velocity, sympy.Abs(coordinate.velocity)
     ahead, back = (_amount(value, coordinate, "/({}/s)") for value in (forward, backward))
     return ahead * (dq + size) / 2 + back * (dq - size) / 2
 
 
+@_element
 def coulomb(level: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Coulomb friction ``Fc sign(dq)``, set-valued at rest: the axis can stick.
 
     `level` in N; opposes motion if positive. [Olsson1998]_; at rest [Filippov1988]_.
     """
-    check_coordinate(coordinate)
     return _amount(level, coordinate) * sympy.sign(coordinate.velocity)
 
 
+@_element
 def asymmetric_coulomb(forward: Amount, backward: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Coulomb friction of its own in each direction: ``Fcp`` for dq > 0, ``-Fcm`` for dq < 0.
 
     Both in N; each opposes its motion if positive. An `offset` beside it cannot be told apart, as
     it is ``(Fcp - Fcm) / 2``. [ArmstrongHelouvry1994]_.
     """
-    check_coordinate(coordinate)
     direction = sympy.sign(coordinate.velocity)
     ahead, back = _amount(forward, coordinate), _amount(backward, coordinate)
     return ahead * (1 + direction) / 2 - back * (1 - direction) / 2
 
 
+@_element
 def quadratic(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Quadratic drag ``Fq dq |dq|``: turbulent fluid or air.
 
     `coefficient` in N/(m/s)^2; opposes motion if positive. [Olsson1998]_.
     """
-    check_coordinate(coordinate)
     drag = _amount(coefficient, coordinate, "/({}/s)^2")
     return drag * coordinate.velocity * sympy.Abs(coordinate.velocity)
 
 
+@_element
 def stribeck(
     excess: Amount, coordinate: Coordinate, *, velocity: Amount, exponent: Amount = 2
 ) -> sympy.Expr:
@@ -97,7 +118,6 @@ def stribeck(
     if positive; `velocity` vs in m/s; `exponent` d without unit: 1 for the exponential form, 2 for
     the Gaussian one. A `Parameter` for vs or d enters nonlinearly. [ArmstrongHelouvry1994]_.
     """
-    check_coordinate(coordinate)
     speed = positive(velocity, f"{coordinate.unit}/s", "the Stribeck velocity")
     power = positive(exponent, "1", "the Stribeck exponent")
     if isinstance(exponent, int) or (isinstance(exponent, float) and exponent.is_integer()):
@@ -106,6 +126,7 @@ def stribeck(
     return _amount(excess, coordinate) * shape * sympy.sign(coordinate.velocity)
 
 
+@_element
 def dahl(
     stiffness: Amount, coordinate: Coordinate, *, coulomb: Amount, name: str = ""
 ) -> sympy.Expr:
@@ -115,20 +136,15 @@ def dahl(
     in N; `name` of the state z, in m. It has no rows for least squares: simulate and `fit`.
     [Dahl1968]_.
     """
-    check_coordinate(coordinate)
     s0, level = _amount(stiffness, coordinate, "/{}"), _amount(coulomb, coordinate)
-    dq = coordinate.velocity
-
-    def rate(z: sympy.Symbol) -> sympy.Expr:
-        return dq - s0 * sympy.Abs(dq) * z / level
-
     parts = (
         _part("the stiffness of Dahl friction", s0, coordinate, "/{}", "0 or more"),
         _part("the Coulomb level of Dahl friction", level, coordinate, "", "positive"),
     )
-    return s0 * State(name or _state_name(s0), coordinate.unit, rate, parts=parts).symbol
+    return s0 * _bristle(s0, level, coordinate, name, parts)[0]
 
 
+@_element
 def lugre(
     stiffness: Amount,
     damping: Amount,
@@ -146,17 +162,11 @@ def lugre(
     Under a load that vibrates it drifts, also below Fs: so the law has it. It has no rows for least
     squares: simulate and `fit`. [CanudasDeWit1995]_.
     """
-    check_coordinate(coordinate)
     s0 = _amount(stiffness, coordinate, "/{}")
     s1 = _amount(damping, coordinate, "/({}/s)")
     slides, sticks = _amount(coulomb, coordinate), _amount(static, coordinate)
     speed = positive(velocity, f"{coordinate.unit}/s", "the Stribeck velocity")
-    dq = coordinate.velocity
-    level = slides + (sticks - slides) * sympy.exp(-((dq / speed) ** 2))
-
-    def rate(z: sympy.Symbol) -> sympy.Expr:
-        return dq - s0 * sympy.Abs(dq) * z / level
-
+    level = slides + (sticks - slides) * sympy.exp(-((coordinate.velocity / speed) ** 2))
     parts = (
         _part("the stiffness of LuGre friction", s0, coordinate, "/{}", "0 or more"),
         _part("the damping of LuGre friction", s1, coordinate, "/({}/s)"),
@@ -169,10 +179,11 @@ def lugre(
             least="positive",
         ),
     )
-    z = State(name or _state_name(s0), coordinate.unit, rate, parts=parts).symbol
-    return s0 * z + s1 * rate(z)
+    z, rate = _bristle(s0, level, coordinate, name, parts)
+    return s0 * z + s1 * rate
 
 
+@_element
 def maxwell_slip(
     stiffness: Amount, level: Amount, coordinate: Coordinate, *, name: str = ""
 ) -> sympy.Expr:
@@ -182,7 +193,6 @@ def maxwell_slip(
     does not creep. `stiffness` k in N/m, `level` W in N; `name` of the state z, in m. It has no
     rows for least squares: simulate and `fit`. [Lampaert2003]_.
     """
-    check_coordinate(coordinate)
     k, most = _amount(stiffness, coordinate, "/{}"), _amount(level, coordinate)
     parts = (
         _part("the stiffness of a Maxwell slider", k, coordinate, "/{}", "positive"),
@@ -192,6 +202,7 @@ def maxwell_slip(
     return k * State(called, coordinate.unit, follows, limit=most / k, parts=parts).symbol
 
 
+@_element
 def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Coulomb friction that grows with a load: ``mu |load| sign(dq)``.
 
@@ -199,11 +210,11 @@ def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) ->
     `load` is a known force, or one that the position gives. A load made of parameters makes
     products of parameters: declare the product. [Hamon2010]_.
     """
-    check_coordinate(coordinate)
     share, pressing = with_unit(coefficient, "1", _AMOUNT), _amount(load, coordinate)
     return share * sympy.Abs(pressing) * sympy.sign(coordinate.velocity)
 
 
+@_element
 def periodic_coulomb(
     cosine: Amount, sine: Amount, coordinate: Coordinate, *, period: Amount, harmonic: int = 1
 ) -> sympy.Expr:
@@ -212,12 +223,12 @@ def periodic_coulomb(
     `cosine` a and `sine` b in N, added to the mean that `coulomb` gives: a run-out of gear, bearing
     or screw. `period` p in m. [ArmstrongHelouvry1994]_.
     """
-    check_coordinate(coordinate)
     return cogging(cosine, sine, coordinate, period=period, harmonic=harmonic) * sympy.sign(
         coordinate.velocity
     )
 
 
+@_element
 def cogging(
     cosine: Amount, sine: Amount, coordinate: Coordinate, *, period: Amount, harmonic: int = 1
 ) -> sympy.Expr:
@@ -226,7 +237,6 @@ def cogging(
     `cosine` a and `sine` b in N, resisting a positive motion where the harmonic is positive; it
     does no work over a `period` p, in m: the pitch of the motor's poles or slots. [Gieras2012]_.
     """
-    check_coordinate(coordinate)
     if not (is_whole(harmonic) and harmonic > 0):
         raise ModelError(
             f"the harmonic is {quoted(harmonic)}; give a whole number, 1 or more.",
@@ -238,6 +248,7 @@ def cogging(
     return even * sympy.cos(angle) + odd * sympy.sin(angle)
 
 
+@_element
 def offset(level: Amount) -> sympy.Expr:
     """A constant force: amplifier offset, constant gravity, unequal friction.
 
@@ -246,6 +257,7 @@ def offset(level: Amount) -> sympy.Expr:
     return expression(level, _AMOUNT)
 
 
+@_element
 def gravity(mass: Amount) -> sympy.Expr:
     """Weight ``m G`` on a vertical axis, its coordinate upwards; ``G = 9.80665 m/s^2``.
 
@@ -254,6 +266,7 @@ def gravity(mass: Amount) -> sympy.Expr:
     return with_unit(mass, "kg", _AMOUNT) * G.symbol
 
 
+@_element
 def gravity_moment(sine: Amount, cosine: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Moment of a weight about a horizontal axis: ``a sin(q) + b cos(q)``.
 
@@ -261,30 +274,30 @@ def gravity_moment(sine: Amount, cosine: Amount, coordinate: Coordinate) -> symp
     along the horizontal for b, at q = 0. Give 0 for one that is not there. With first moments in
     kg m, write ``G * ms``. Resists a positive motion where it is positive. [Khalil2002]_.
     """
-    check_coordinate(coordinate)
     q = coordinate.symbol
     below, beside = _amount(sine, coordinate), _amount(cosine, coordinate)
     return below * sympy.sin(q) + beside * sympy.cos(q)
 
 
+@_element
 def spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) -> sympy.Expr:
     """Linear spring ``k (q - rest)``.
 
     `stiffness` in N/m, `rest` in m; drives back to `rest` if positive. [Khalil2002]_.
     """
-    check_coordinate(coordinate)
     return _amount(stiffness, coordinate, "/{}") * _stretch(coordinate, rest)
 
 
+@_element
 def cubic_spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) -> sympy.Expr:
     """Hardening part of a spring: ``k3 (q - rest)^3``; softening if negative.
 
     `stiffness` in N/m^3, `rest` in m; drives back to `rest` if positive. [Kovacic2011]_.
     """
-    check_coordinate(coordinate)
     return _amount(stiffness, coordinate, "/{}^3") * _stretch(coordinate, rest) ** 3
 
 
+@_element
 def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> sympy.Expr:
     """Inertia of a motor as the load feels it: ``n^2 J``, a part of the axis's inertia.
 
@@ -292,11 +305,11 @@ def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> 
     5 mm pitch has ``2 pi / 0.005``). It adds to the load's inertia, from which no motion tells it
     apart: let one of the two be known, unless gravity shows the mass. [Khalil2002]_.
     """
-    check_coordinate(coordinate)
     turns = positive(ratio, f"rad/{coordinate.unit}", "the gear ratio")
     return turns**2 * with_unit(inertia, "kg m^2", _AMOUNT)
 
 
+@_element
 def back_emf(
     constant: Amount,
     coordinate: Coordinate,
@@ -312,7 +325,6 @@ def back_emf(
     motor at rest. It is a viscous friction: beside `viscous` no motion tells the two apart, unless
     one is known. [Krishnan2001]_.
     """
-    check_coordinate(coordinate)
     geared = ratio != 1
     turns = positive(ratio, f"rad/{coordinate.unit}" if geared else "1", "the gear ratio")
     turning = geared or coordinate.unit == "rad"
@@ -322,6 +334,7 @@ def back_emf(
     return force * emf * turns**2 / ohms * coordinate.velocity
 
 
+@_element
 def end_stop(
     coordinate: Coordinate,
     *,
@@ -339,7 +352,6 @@ def end_stop(
     too short to be met. In a regression it is a known force, which amplifies the noise of rows in
     contact: leave those out. [HuntCrossley1975]_.
     """
-    check_coordinate(coordinate)
     k = positive(stiffness, "N/m" if coordinate.unit == "m" else "N m/rad", "the stop's stiffness")
     c = with_unit(dissipation, f"s/{coordinate.unit}", "the stop's dissipation")
     low = with_unit(lower, coordinate.unit, "the lower stop")
@@ -375,6 +387,23 @@ def _part(
     return StatePart(what=what, value=value, unit=unit, least=least)
 
 
+def _bristle(
+    stiffness: sympy.Expr,
+    level: sympy.Expr,
+    coordinate: Coordinate,
+    name: str,
+    parts: tuple[StatePart, ...],
+) -> tuple[sympy.Expr, sympy.Expr]:
+    """A bristle's state, ``dz = dq - s0 |dq| z / level``, and its rate."""
+    dq = coordinate.velocity
+
+    def rate(z: sympy.Symbol) -> sympy.Expr:
+        return dq - stiffness * sympy.Abs(dq) * z / level
+
+    z = State(name or _state_name(stiffness), coordinate.unit, rate, parts=parts).symbol
+    return z, rate(z)
+
+
 def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
     if _is_zero(rest):
         return coordinate.symbol
@@ -389,33 +418,3 @@ def _state_name(stiffness: sympy.Expr) -> str:
 
 def _is_zero(value: Amount) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
-
-
-#: By the names that declarations as text know them by.
-ELEMENTS: Mapping[str, Callable[..., sympy.Expr]] = MappingProxyType(
-    {
-        element.__name__: element
-        for element in (
-            asymmetric_coulomb,
-            asymmetric_viscous,
-            back_emf,
-            cogging,
-            coulomb,
-            cubic_spring,
-            dahl,
-            end_stop,
-            gravity,
-            gravity_moment,
-            load_dependent,
-            lugre,
-            maxwell_slip,
-            motor_inertia,
-            offset,
-            periodic_coulomb,
-            quadratic,
-            spring,
-            stribeck,
-            viscous,
-        )
-    }
-)

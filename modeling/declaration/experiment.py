@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy
 
-from axisid.modeling.quantities import TIME, ConstantSymbol, expression, number, several
+from axisid.modeling.quantities import TIME, ConstantSymbol, expression, listed, number, settle
 from axisid.support.errors import ModelError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_whole
@@ -41,8 +41,8 @@ class Move:
     dwell: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("distance", "speed", "acceleration", "dwell"):
-            object.__setattr__(self, name, number(getattr(self, name), f"the {name} of a move"))
+        names = ("distance", "speed", "acceleration", "dwell")
+        settle(self, **{n: number(getattr(self, n), f"the {n} of a move") for n in names})
         if not self.dwell >= 0:
             raise ModelError(f"{self}: give a dwell of 0 s or more.", code="move-dwell")
         if min(self.speed, self.acceleration) <= 0:
@@ -146,18 +146,14 @@ class Experiment:
                 code="experiment-signals",
             )
         of_time = {name: self._of_time(name, value) for name, value in self.signals.items()}
-        object.__setattr__(self, "signals", FrozenMapping(of_time))
-        object.__setattr__(self, "moves", several(self.moves))
-        object.__setattr__(self, "truth", FrozenMapping(self.truth))
-        noise = number(self.position_noise, "the position noise")
-        object.__setattr__(self, "position_noise", noise)
-        counts = number(self.resolution, "the encoder's resolution")
-        object.__setattr__(self, "resolution", counts)
-        if not all(isinstance(move, Move) for move in self.moves):
-            raise ModelError(
-                f"the moves of an experiment are {quoted(self.moves)}; give Move objects.",
-                code="moves-type",
-            )
+        settle(
+            self,
+            signals=FrozenMapping(of_time),
+            moves=listed(self.moves, Move, "the moves of an experiment have"),
+            truth=FrozenMapping(self.truth),
+            position_noise=number(self.position_noise, "the position noise"),
+            resolution=number(self.resolution, "the encoder's resolution"),
+        )
         duration = sum(move.duration for move in self.moves)
         if not 0 < duration < _LONGEST:
             raise ModelError(
@@ -166,9 +162,9 @@ class Experiment:
             )
         if not (is_whole(self.seed) and self.seed >= 0):
             raise ModelError(f"the seed is {quoted(self.seed)}; give a whole number, 0 or more.")
-        if not noise >= 0:
+        if not self.position_noise >= 0:
             raise ModelError(f"the position noise is {self.position_noise!r}; give 0 or more.")
-        if not counts >= 0:
+        if not self.resolution >= 0:
             raise ModelError(
                 f"the encoder's resolution is {self.resolution!r}; give 0 or more.",
                 code="twin-resolution",

@@ -21,14 +21,18 @@ from axisid.support.user_values import quoted
 Figure: TypeAlias = float | Constant | ConstantSymbol
 
 
-def figure(value: Figure, what: str, *, positive: bool = True, finite: bool = True) -> float:
+def figure(
+    value: Figure, what: str, unit: str = "", *, positive: bool = True, finite: bool = True
+) -> float:
     """The number of a figure.
 
     Raises
     ------
     ModelError
-        It is none, or negative, or 0 where that is no figure.
+        It is none, or negative, or 0 where that is no figure, or a constant in another unit.
     """
+    if unit:
+        _check_dimension(value, what, unit)
     found = number(_number(value), what, finite=finite)
     if found < 0 or (positive and not found):
         said = "a positive number" if positive else "0 or more"
@@ -48,7 +52,7 @@ def gear_ratio(value: Figure) -> float:
     return math.copysign(figure(abs(found), "the gear ratio"), found)
 
 
-def check_dimension(value: Figure | None, what: str, *units: str) -> None:
+def _check_dimension(value: Figure | None, what: str, *units: str) -> None:
     """Refuse a constant in another unit than those.
 
     Raises
@@ -151,9 +155,9 @@ class GearedUnits:
         ModelError
             One is in a unit that none of them has.
         """
-        check_dimension(kt, "kt", "N m/A", "N/A")
-        check_dimension(ke, "ke", "V/(rad/s)", "V/(m/s)")
-        check_dimension(ratio, "the gear ratio", "1", "rad/m")
+        _check_dimension(kt, "kt", "N m/A", "N/A")
+        _check_dimension(ke, "ke", "V/(rad/s)", "V/(m/s)")
+        _check_dimension(ratio, "the gear ratio", "1", "rad/m")
         return cls(kt=_unit(kt), ke=_unit(ke), ratio=_unit(ratio), is_geared=_number(ratio) != 1)
 
     def check_on(self, coordinate: Coordinate) -> None:

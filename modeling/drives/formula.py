@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from axisid.modeling.declaration import DRIVE_GAIN, Drive, unit_table
+from axisid.modeling.declaration import DRIVE_GAIN, Drive, check_unit, unit_table
 from axisid.modeling.quantities import (
     CONTROL,
     FORCE,
@@ -15,8 +15,6 @@ from axisid.modeling.quantities import (
     Signal,
     Symbolic,
     Unit,
-    UnitReader,
-    UnitsError,
     expression,
     parse_unit,
     with_numbers,
@@ -153,14 +151,7 @@ def check_formula(
             code="drive-symbols",
         )
     plain = not value.atoms(ConstantSymbol)  # of numbers alone any may stand for a unit
-    reader = UnitReader(units, loose_numbers=True, of_numbers=plain)
     try:
-        fits = reader.fits(value, wanted)
-        said = "" if fits else f"it is in {reader.unit(value)}, and wanted is {wanted}"
-    except UnitsError as error:
-        said = str(error)
-    if said:
-        raise ModelError(
-            f"the units in the drive's {what} {value} do not fit: {said}.",
-            code="drive-formula-units",
-        )
+        check_unit(value, wanted, units, f"the drive's {what} {value}", of_numbers=plain)
+    except ModelError as error:
+        raise ModelError(str(error), code="drive-formula-units") from error

@@ -16,6 +16,7 @@ from axisid.modeling.quantities import (
     expression,
     extreme,
     number,
+    settle,
     signals_in,
     with_numbers,
     written,
@@ -67,9 +68,12 @@ class MotorDrive(Drive):
     geared: GearedUnits = field(default_factory=GearedUnits)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "back_emf", number(self.back_emf, "the drive's back-EMF"))
-        object.__setattr__(self, "efficiency", checked_efficiency(self.efficiency))
-        object.__setattr__(self, "reach", checked_reach(self.reach))
+        settle(
+            self,
+            back_emf=number(self.back_emf, "the drive's back-EMF"),
+            efficiency=checked_efficiency(self.efficiency),
+            reach=checked_reach(self.reach),
+        )
         Drive.__post_init__(self)  # it looks at the force
         if self.logged == "current" and self.back_emf:
             raise ModelError(

@@ -16,7 +16,6 @@ from .figures import (
     GearedUnits,
     check_control,
     check_current,
-    check_dimension,
     check_others,
     figure,
     gear_ratio,
@@ -82,10 +81,8 @@ def voltage_drive(
     _check_free(others, gain="kt, ratio and resistance", lag="inductance and resistance")
     check_others("voltage_drive", others)
     check_control(unit, volts)
-    check_dimension(resistance, "the resistance", "V/A")
-    check_dimension(inductance, "the inductance", "V s/A")
     geared = GearedUnits.of(kt, ke, ratio)
-    n, ohms = gear_ratio(ratio), figure(resistance, "the resistance")
+    n, ohms = gear_ratio(ratio), figure(resistance, "the resistance", "V/A")
     scale = figure(volts, "volts")
     return MotorDrive(
         gain=figure(kt, "kt") * n * scale / ohms,
@@ -93,7 +90,7 @@ def voltage_drive(
         back_emf=0.0 if ke is None else figure(ke, "ke") * n / scale,
         efficiency=efficiency,
         unknown_back_emf=ke is None,
-        lag=figure(inductance, "the inductance", positive=False) / ohms,
+        lag=figure(inductance, "the inductance", "V s/A", positive=False) / ohms,
         geared=geared,
         **others,
     )
@@ -150,8 +147,7 @@ def current_drive(
     geared = GearedUnits.of(kt, ke, ratio)
     n = gear_ratio(ratio)
     gain = figure(kt, "kt") * n
-    check_dimension(supply, "the supply", "V")
-    volts = figure(supply, "the supply", finite=False)
+    volts = figure(supply, "the supply", "V", finite=False)
     has_supply, has_reach = math.isfinite(volts), reach is not None
     of_supply = (has_supply, resistance is not None)
     if (has_supply and has_reach) or len({*of_supply, has_supply or ke is not None}) > 1:
@@ -163,8 +159,7 @@ def current_drive(
         )
     most = sympy.oo if reach is None else expression(reach, "the drive's reach")
     if resistance is not None:
-        check_dimension(resistance, "the resistance", "V/A")
-        ohms = figure(resistance, "the resistance")
+        ohms = figure(resistance, "the resistance", "V/A")
         emf = n * figure(kt if ke is None else ke, "kt" if ke is None else "ke")
         most = sympy.Float(abs(gain) / ohms * volts) - sympy.Float(gain / ohms * emf) * VELOCITY
     return MotorDrive(

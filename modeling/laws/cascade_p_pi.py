@@ -6,14 +6,8 @@ from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, number, within
 
 from .numbers import Amount, added, in_range, positive_among
-from .velocity import (
-    Velocity,
-    commanded_acceleration,
-    commanded_velocity,
-    joined,
-    without_zeros,
-)
-from .windup import Windup, windup_of_none
+from .velocity import Velocity, commanded, joined, without_zeros
+from .windup import Integral
 
 
 def cascade_p_pi(
@@ -101,37 +95,38 @@ def cascade_p_pi(
         "acceleration_feed_forward": acceleration_feed_forward,
     }
     gains = {"kp": kp, "kv": kv, **formed.gains, **without_zeros(advance)}
-    along, further = commanded_velocity(reference_velocity), added(feed_forward)
+    along, further = commanded("velocity", reference_velocity), added(feed_forward)
     wanted = gain("kp") * (REFERENCE - MEASURED_POSITION)
     memory = [formed.block.memory]
     if velocity_feed_forward:
         wanted += gain("velocity_feed_forward") * along.value
         memory.append(along.memory)
     if acceleration_feed_forward:
-        accelerated = commanded_acceleration(reference_acceleration)
+        accelerated = commanded("acceleration", reference_acceleration)
         further += gain("acceleration_feed_forward") * accelerated.value
         memory.append(accelerated.memory)
     if number(speed_limit, "the speed limit of a law", finite=False) != math.inf:
         gains["speed_limit"] = in_range(speed_limit, "the speed limit of a law", positive=True)
         wanted = within(wanted, gain("speed_limit"))
     error = wanted - formed.block.value
-    if tn is None:
-        windup_of_none(anti_windup, tracking_time)
-        output = gain("kv") * error + further
-        name = "cascade P-P"
-    else:
+    corrected = error
+    if tn is not None:
         gains["tn"] = in_range(tn, "the integral time tn", positive=True)
-        held = Windup(anti_windup, tracking_time)
-        gains |= held.gains
-        output = gain("kv") * (error + gain("integral") / gain("tn")) + further
-        tracking = gain("tn") / gain("kv") / held.time_or(gain("tn"))
-        memory.append((held.integral(error, output, tracking=tracking),))
-        name = "cascade P-PI"
+        corrected += gain("integral") / gain("tn")
+    output = gain("kv") * corrected + further
+    held = Integral(
+        error=error,
+        output=output,
+        anti_windup=anti_windup,
+        time=gain("tn"),
+        tracking_time=tracking_time,
+    )
+    gains |= held.gains
     return ControlLaw(
-        name=name,
+        name="cascade P-P" if tn is None else "cascade P-PI",
         period=period,
         output=output,
         gains=gains,
-        memory=joined(*memory),
+        memory=joined(*memory, held.memory),
         positive=positive_among(gains),
     )

@@ -4,12 +4,13 @@ The paper's law and the one recovered from the EMPS record.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
-import sympy
+from axisid.modeling.declaration import ControlLaw, gain
+from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE
 
-from axisid.modeling.declaration import ControlLaw, Memory, gain
-from axisid.modeling.quantities import MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, REFERENCE
+from .velocity import Velocity
 
 
 def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:
@@ -32,13 +33,8 @@ def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False)
     ----------
     Equations (6) and (7) of [Brunot2015]_.
     """
-    return ControlLaw(
-        name="cascade PD, ideal velocity",
-        period=period,
-        output=_cascade(MEASURED_VELOCITY),
-        gains={"kp": kp, "kv": kv},
-        continuous=continuous,
-    )
+    law = _cascade("ideal", "ideal velocity", kp=kp, kv=kv, period=period)
+    return replace(law, continuous=continuous)
 
 
 def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
@@ -48,15 +44,7 @@ def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
     ``(q[k] - q[k-2]) / (2 period)``. Recovered from the record of [Janot2019]_, whose control it
     reproduces to 0.24 % of its norm.
     """
-    q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
-    q2 = Memory("q2", following=q1.symbol, start=MEASURED_POSITION)
-    return ControlLaw(
-        name="cascade PD, averaged encoder velocity",
-        period=period,
-        output=_cascade((MEASURED_POSITION - q2.symbol) / (2 * PERIOD)),
-        gains={"kp": kp, "kv": kv},
-        memory=(q1, q2),
-    )
+    return _cascade("averaged", "averaged encoder velocity", kp=kp, kv=kv, period=period)
 
 
 def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
@@ -64,18 +52,19 @@ def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
 
     ``(q[k] - q[k-1]) / period``, as simple drives form it: half a sample late, and coarse.
     """
-    q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
+    return _cascade("difference", "encoder difference", kp=kp, kv=kv, period=period)
+
+
+def _cascade(how: str, said: str, *, kp: float, kv: float, period: float) -> ControlLaw:
+    """The cascade with a velocity that is formed so."""
+    formed = Velocity(how=how).block
     return ControlLaw(
-        name="cascade PD, encoder difference",
+        name=f"cascade PD, {said}",
         period=period,
-        output=_cascade((MEASURED_POSITION - q1.symbol) / PERIOD),
+        output=gain("kv") * (gain("kp") * (REFERENCE - MEASURED_POSITION) - formed.value),
         gains={"kp": kp, "kv": kv},
-        memory=(q1,),
+        memory=formed.memory,
     )
-
-
-def _cascade(velocity: sympy.Expr) -> sympy.Expr:
-    return gain("kv") * (gain("kp") * (REFERENCE - MEASURED_POSITION) - velocity)
 
 
 #: The cascades by name: they differ by how the drive forms its velocity.

@@ -9,7 +9,7 @@ from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
 from .numbers import in_range
 from .velocity import without_zeros
-from .windup import Windup, windup_of_none
+from .windup import Integral
 
 
 def dynamixel_position(
@@ -73,17 +73,12 @@ def dynamixel_position(
     ]
     read = output.free_symbols | ({before[1]} if before[2] in output.free_symbols else set())
     kept = [each for each in memory if each.symbol in read]
-    if not i:
-        windup_of_none(anti_windup, None)
-    else:
-        output += gain("i") / 65536 * gain("integral")
-        tracking = 65536 / gain("i") / PERIOD
-        held = Windup(anti_windup, None)
-        kept.append(held.integral(error / PERIOD, output, tracking=tracking))
+    output += gain("i") / 65536 * gain("integral") if i else 0
+    held = Integral(error=error / PERIOD, output=output, anti_windup=anti_windup, time=PERIOD)
     return ControlLaw(
         name="Dynamixel position",
         period=period,
         output=output,
         gains=gains,
-        memory=tuple(kept),
+        memory=(*kept, *held.memory),
     )

@@ -4,7 +4,7 @@ from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE
 
 from .numbers import Amount, added, positive_among
-from .velocity import Velocity, commanded_velocity, joined
+from .velocity import Velocity, commanded, joined
 
 
 def impedance(
@@ -48,7 +48,7 @@ def impedance(
     [Hogan1985]_; [Pieper2024]_.
     """
     formed = Velocity(how=velocity, filter_time=velocity_filter, bandwidth=pll_bandwidth)
-    along = commanded_velocity(reference_velocity)
+    along = commanded("velocity", reference_velocity)
     spring = gain("kp") * (REFERENCE - MEASURED_POSITION)
     damper = gain("kd") * (along.value - formed.block.value)
     return ControlLaw(

@@ -7,7 +7,7 @@ from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
 from .blocks import Block
 from .numbers import Amount, added, chosen, in_range, positive_among
-from .windup import Windup, windup_of_none
+from .windup import Integral
 
 #: Of what the derivative may be.
 DERIVATIVES = ("error", "position")
@@ -69,20 +69,21 @@ def pid(
     output = gain("kp") * _ERROR + added(feed_forward)
     output += gain("kd") * derivative.value if kd else 0
     memory = derivative.memory if kd else ()
-    if not ki:
-        windup_of_none(anti_windup, tracking_time)
-    else:
-        held = Windup(anti_windup, tracking_time)
-        gains |= held.gains
-        output += gain("ki") * gain("integral")
-        tracking = 1 / (gain("ki") * held.time_or(gain("kp") / gain("ki")))
-        memory = (*memory, held.integral(_ERROR, output, tracking=tracking))
+    output += gain("ki") * gain("integral") if ki else 0
+    held = Integral(
+        error=_ERROR,
+        output=output,
+        anti_windup=anti_windup,
+        time=gain("kp") / gain("ki"),
+        tracking_time=tracking_time,
+    )
+    gains |= held.gains
     return ControlLaw(
         name=_name(ki, kd),
         period=period,
         output=output,
         gains=gains,
-        memory=memory,
+        memory=(*memory, *held.memory),
         positive=positive_among(gains),
     )
 
@@ -131,22 +132,24 @@ def pid_ideal(
     inner = _ERROR + (gain("td") * derivative.value if td else 0)
     memory = derivative.memory if td else ()
     output = gain("k") * inner + added(feed_forward)
-    if ti is None:
-        windup_of_none(anti_windup, tracking_time)
-    else:
+    if ti is not None:
         gains["ti"] = in_range(ti, "the integral time ti", positive=True)
-        held = Windup(anti_windup, tracking_time)
-        gains |= held.gains
         output += gain("k") * gain("integral") / gain("ti")
-        tracking = gain("ti") / gain("k") / held.time_or(gain("ti"))
-        memory = (*memory, held.integral(_ERROR, output, tracking=tracking))
+    held = Integral(
+        error=_ERROR,
+        output=output,
+        anti_windup=anti_windup,
+        time=gain("ti"),
+        tracking_time=tracking_time,
+    )
+    gains |= held.gains
     name = f"{_name(0 if ti is None else 1, td)}, ideal form"
     return ControlLaw(
         name=name,
         period=period,
         output=output,
         gains=gains,
-        memory=memory,
+        memory=(*memory, *held.memory),
         positive=positive_among(gains),
     )
 

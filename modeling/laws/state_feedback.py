@@ -5,7 +5,7 @@ from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE
 
 from .numbers import Amount, added, positive_among
 from .velocity import Velocity, joined
-from .windup import Windup, windup_of_none
+from .windup import Integral
 
 
 def state_feedback(
@@ -60,22 +60,22 @@ def state_feedback(
         gains["k_reference"] = k_reference
         output = gain("k_reference") * REFERENCE - gain("k_position") * MEASURED_POSITION
     output += added(feed_forward) - gain("k_velocity") * formed.block.value
-    memory = formed.block.memory
-    if not k_integral:
-        windup_of_none(anti_windup, tracking_time)
-    else:
+    if k_integral:
         gains["k_integral"] = k_integral
-        held = Windup(anti_windup, tracking_time)
-        gains |= held.gains
         output += gain("k_integral") * gain("integral")
-        time = held.time_or(gain("k_position") / gain("k_integral"))
-        tracking = 1 / (gain("k_integral") * time)
-        memory = joined(memory, (held.integral(error, output, tracking=tracking),))
+    held = Integral(
+        error=error,
+        output=output,
+        anti_windup=anti_windup,
+        time=gain("k_position") / gain("k_integral"),
+        tracking_time=tracking_time,
+    )
+    gains |= held.gains
     return ControlLaw(
         name="state feedback",
         period=period,
         output=output,
         gains=gains,
-        memory=memory,
+        memory=joined(formed.block.memory, held.memory),
         positive=positive_among(gains),
     )

@@ -77,18 +77,11 @@ class Velocity:
         return Block((MEASURED_POSITION - q2.symbol) / (2 * PERIOD), (q1, q2))
 
 
-def commanded_velocity(recorded: Amount | None) -> Block:
-    """The reference's velocity: a recorded signal, else the reference's difference."""
+def commanded(rate: str, recorded: Amount | None) -> Block:
+    """The reference's velocity or acceleration: a recorded signal, else its difference."""
     if recorded is None:
-        return reference_velocity()
-    return Block(expression(recorded, "the reference's velocity"))
-
-
-def commanded_acceleration(recorded: Amount | None) -> Block:
-    """The reference's acceleration: a recorded signal, else the reference's second difference."""
-    if recorded is None:
-        return reference_acceleration()
-    return Block(expression(recorded, "the reference's acceleration"))
+        return reference_velocity() if rate == "velocity" else reference_acceleration()
+    return Block(expression(recorded, f"the reference's {rate}"))
 
 
 def joined(*parts: tuple[Memory, ...]) -> tuple[Memory, ...]:

@@ -65,58 +65,63 @@ def integral(
     return Memory(name, following=following, start=start)
 
 
-@dataclass(frozen=True, slots=True)
-class Windup:
-    """What the integral of a ready law does at the drive's limit.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Integral:
+    """The integral of a ready law, and what it does at the drive's limit.
 
     Attributes
     ----------
-    how : str
+    error : sympy.Expr
+        What is integrated.
+    output : sympy.Expr
+        The law's; it has no integral where ``integral`` does not stand in it.
+    anti_windup : str
         One of `ANTI_WINDUP`.
+    time : sympy.Expr
+        The law's own integral time.
     tracking_time : float or None
         Of back-calculation, s; None for the law's own integral time.
     """
 
-    how: str
-    tracking_time: float | None
+    error: sympy.Expr
+    output: sympy.Expr
+    anti_windup: str
+    time: sympy.Expr
+    tracking_time: float | None = None
 
     def __post_init__(self) -> None:
-        chosen(self.how, "anti_windup", ANTI_WINDUP)
-        if self.tracking_time is None:
-            return
-        if self.how != "back_calculation":
+        how, time = self.anti_windup, self.tracking_time
+        if not self.slope and (how != "none" or time is not None):
             raise ModelError(
-                f"the tracking time is {self.tracking_time!r}, but anti_windup is {self.how!r}; "
-                "leave it out, or give anti_windup='back_calculation'.",
+                f"the law has no integral that could wind up, but anti_windup is {how!r}; leave "
+                "anti_windup and tracking_time out, or give the integral's gain.",
+                code="law-without-integral",
+            )
+        chosen(how, "anti_windup", ANTI_WINDUP)
+        if time is None:
+            return
+        if how != "back_calculation":
+            raise ModelError(
+                f"the tracking time is {time!r}, but anti_windup is {how!r}; leave it out, or give "
+                "anti_windup='back_calculation'.",
                 code="law-tracking-time",
             )
-        in_range(self.tracking_time, "the tracking time", positive=True)
+        in_range(time, "the tracking time", positive=True)
+
+    @property
+    def slope(self) -> sympy.Expr:
+        """What the output gains by the integral; 0 without one."""
+        return sympy.diff(self.output, gain("integral"))
 
     @property
     def gains(self) -> dict[str, float]:
         """The tracking time by its name, where it is given."""
         return {} if self.tracking_time is None else {"tracking_time": self.tracking_time}
 
-    def time_or(self, otherwise: sympy.Expr) -> sympy.Expr:
-        """The tracking time, else another."""
-        return otherwise if self.tracking_time is None else gain("tracking_time")
-
-    def integral(self, error: sympy.Expr, output: sympy.Expr, *, tracking: sympy.Expr) -> Memory:
-        """The law's integral; see the function `integral`."""
-        return integral(error, output, anti_windup=self.how, tracking=tracking)
-
-
-def windup_of_none(how: str, tracking_time: float | None) -> None:
-    """Refuse what is said of the windup of a law without an integral.
-
-    Raises
-    ------
-    ModelError
-        Something is.
-    """
-    if how != "none" or tracking_time is not None:
-        raise ModelError(
-            f"the law has no integral that could wind up, but anti_windup is {how!r}; leave "
-            "anti_windup and tracking_time out, or give the integral's gain.",
-            code="law-without-integral",
-        )
+    @property
+    def memory(self) -> tuple[Memory, ...]:
+        """What the law remembers of it; see the function `integral`."""
+        if not self.slope:
+            return ()
+        tracking = 1 / (self.slope * (gain("tracking_time") if self.gains else self.time))
+        return (integral(self.error, self.output, anti_windup=self.anti_windup, tracking=tracking),)

@@ -14,7 +14,6 @@ from .constants import (
     with_unit as with_unit,
 )
 from .expression_units import NUMBER as NUMBER, UnitReader as UnitReader, UnitsError as UnitsError
-from .formula import Formula as Formula
 from .kinks import extreme as extreme, within as within
 from .names import (
     check_distinct as check_distinct,
@@ -22,8 +21,9 @@ from .names import (
     check_symbol as check_symbol,
     fresh_name as fresh_name,
 )
-from .numbers import number as number, rounded as rounded
+from .numbers import number as number, rounded as rounded, settle as settle
 from .reading_order import (
+    Formula as Formula,
     InReadingOrder as InReadingOrder,
     readable as readable,
     written as written,
@@ -31,10 +31,8 @@ from .reading_order import (
 from .signal import (
     Signal as Signal,
     SignalSymbol as SignalSymbol,
-    declared_signals as declared_signals,
     signals_in as signals_in,
 )
-from .size import MOST_NODES as MOST_NODES, check_size as check_size
 from .state import (
     State as State,
     StatePart as StatePart,
@@ -52,6 +50,7 @@ from .symbols import (
     LIMITED_OUTPUT as LIMITED_OUTPUT,
     MEASURED_POSITION as MEASURED_POSITION,
     MEASURED_VELOCITY as MEASURED_VELOCITY,
+    MOST_NODES as MOST_NODES,
     PERIOD as PERIOD,
     POSITION as POSITION,
     REFERENCE as REFERENCE,
@@ -61,8 +60,9 @@ from .symbols import (
     Parameter as Parameter,
     Symbolic as Symbolic,
     check_coordinate as check_coordinate,
-    declared_parameters as declared_parameters,
+    check_size as check_size,
     expression as expression,
+    listed as listed,
     several as several,
 )
 from .units import Unit as Unit, angle_power as angle_power, parse_unit as parse_unit

@@ -11,7 +11,7 @@ from axisid.support.user_values import is_among
 
 from .kinks import replaced
 from .names import check_name
-from .numbers import number
+from .numbers import number, settle
 from .symbols import Symbolic, expression
 from .units import Unit, parse_unit
 
@@ -58,7 +58,7 @@ class Constant(Symbolic):
     name: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "value", number(self.value, "the value of a constant"))
+        settle(self, value=number(self.value, "the value of a constant"))
         parse_unit(self.unit)
         if not is_among(self.name, ("",)):
             check_name(self.name, "a constant")

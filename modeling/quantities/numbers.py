@@ -11,6 +11,12 @@ from axisid.support.user_values import quoted
 _SIMPLE, _DIGITS = 1000, 6
 
 
+def settle(record: object, **values: Any) -> None:
+    """Put checked values in the places of what a frozen dataclass was given."""
+    for name, value in values.items():
+        object.__setattr__(record, name, value)
+
+
 def number(value: Any, what: str, *, finite: bool = True) -> float:
     """Return a float, or say what should have been one.
 

@@ -9,7 +9,7 @@ from axisid.support.errors import ModelError
 from axisid.support.user_values import is_among, quoted
 
 from .names import check_symbol
-from .symbols import Symbolic, several
+from .symbols import Symbolic
 from .units import parse_unit
 
 #: How a signal or a reference may run between the samples of a log.
@@ -78,23 +78,6 @@ class Signal(Symbolic):
     def rate_name(self) -> str:
         """What generated code names its rate of change."""
         return f"{self.name}_rate"
-
-
-def declared_signals(values: Any) -> tuple[Signal, ...]:
-    """The signals that a declaration lists.
-
-    Raises
-    ------
-    ModelError
-        Something else is among them.
-    """
-    listed = several(values)
-    for value in listed:
-        if not isinstance(value, Signal):
-            raise ModelError(
-                f"the signals have {quoted(value)}; give Signal objects.", code="signals-declared"
-            )
-    return listed
 
 
 def signals_in(*values: sympy.Basic) -> frozenset[SignalSymbol]:

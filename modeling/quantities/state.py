@@ -11,6 +11,7 @@ from axisid.support.errors import ModelError
 
 from .constants import with_numbers
 from .names import check_symbol
+from .numbers import settle
 from .symbols import Symbolic, expression
 from .units import parse_unit
 
@@ -119,11 +120,13 @@ class State(Symbolic):
         rate: Any = self.following
         if callable(rate) and not isinstance(rate, (sympy.Basic, Symbolic)):
             rate = rate(self.own)
-        object.__setattr__(self, "following", expression(rate, f"the rate of state {self.name!r}"))
-        object.__setattr__(self, "start", expression(self.start, f"the start of {self.name!r}"))
-        if self.limit is not None:
-            limit = expression(self.limit, f"the limit of state {self.name!r}")
-            object.__setattr__(self, "limit", limit)
+        limit = self.limit
+        settle(
+            self,
+            following=expression(rate, f"the rate of state {self.name!r}"),
+            start=expression(self.start, f"the start of {self.name!r}"),
+            limit=None if limit is None else expression(limit, f"the limit of {self.name!r}"),
+        )
         for part in self.parts:
             _check_number(part)
 

@@ -7,7 +7,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import sympy
 
@@ -15,9 +15,13 @@ from axisid.support.errors import ModelError
 from axisid.support.user_values import is_among, quoted
 
 from .names import check_symbol
-from .numbers import number
-from .size import check_size
+from .numbers import number, settle
 from .units import Unit, parse_unit
+
+#: Operations and operands of an expression: different ones, and each as often as it stands there.
+MOST_NODES, _MOST_STANDING = 4000, 40_000
+
+T = TypeVar("T")
 
 #: Drive force (or torque) on the load side, in the unit of the coordinate's dual (N or N m).
 FORCE = sympy.Symbol("tau", real=True)
@@ -173,35 +177,30 @@ class Parameter(Symbolic):
         check_symbol(self.name, "a parameter")
         parse_unit(self.unit)
         what = f"of parameter {self.name!r}"
-        object.__setattr__(self, "nominal", number(self.nominal, f"the nominal value {what}"))
-        for bound in ("lower", "upper"):
-            value = number(getattr(self, bound), f"the {bound} bound {what}", finite=False)
-            object.__setattr__(self, bound, value)
-        if not self.allows(self.nominal):
-            raise ModelError(
-                f"parameter {self.name!r}: nominal value {self.nominal!r} is outside its bounds "
-                f"[{self.lower!r}, {self.upper!r}]. Correct one of the three."
-            )
-        self._check_known(what)
-
-    def _check_known(self, what: str) -> None:
-        spread = number(self.known_sd, f"the standard deviation of the known value {what}")
-        object.__setattr__(self, "known_sd", spread)
-        if spread < 0 or (spread > 0 and self.known is None):
+        known = self.known
+        settle(
+            self,
+            nominal=number(self.nominal, f"the nominal value {what}"),
+            lower=number(self.lower, f"the lower bound {what}", finite=False),
+            upper=number(self.upper, f"the upper bound {what}", finite=False),
+            known=None if known is None else number(known, f"the known value {what}"),
+            known_sd=number(self.known_sd, f"the standard deviation of the known value {what}"),
+        )
+        for said, value, code in (
+            ("nominal", self.nominal, ""),
+            ("its known", self.known, "known-beyond-bounds"),
+        ):
+            if value is not None and not self.allows(value):
+                raise ModelError(
+                    f"parameter {self.name!r}: {said} value {value!r} is outside its bounds "
+                    f"[{self.lower!r}, {self.upper!r}]. Correct one of the three.",
+                    code=code,
+                )
+        if self.known_sd < 0 or (self.known_sd > 0 and self.known is None):
             raise ModelError(
                 f"parameter {self.name!r}: the standard deviation of its known value is "
                 f"{self.known_sd!r}; give 0 or more, with a known value.",
                 code="known-deviation",
-            )
-        if self.known is None:
-            return
-        value = number(self.known, f"the known value {what}")
-        object.__setattr__(self, "known", value)
-        if not self.allows(value):
-            raise ModelError(
-                f"parameter {self.name!r}: its known value {self.known!r} is outside its bounds "
-                f"[{self.lower!r}, {self.upper!r}]. Correct one of the three.",
-                code="known-beyond-bounds",
             )
 
     @property
@@ -226,6 +225,29 @@ class Parameter(Symbolic):
         """What to say of a value that is not inside."""
         where = "at a bound of" if self.allows(value) else "outside its bounds"
         return f"{self.name} = {value:.6g} {self.unit} is {where} [{self.lower:g}, {self.upper:g}]"
+
+
+def check_size(value: sympy.Expr, what: str) -> None:
+    """Refuse an expression that is too large to be walked through again and again.
+
+    Raises
+    ------
+    ModelError
+        It has too many nodes or levels.
+    """
+    different: set[sympy.Basic] = set()
+    try:
+        for standing, node in enumerate(sympy.preorder_traversal(value)):
+            different.add(node)
+            if standing >= _MOST_STANDING or len(different) > MOST_NODES:
+                raise ModelError(
+                    f"{what} has more than {MOST_NODES} different operations and operands, or "
+                    f"{_MOST_STANDING} with those that repeat; declare a smaller model, or name "
+                    "what repeats as a parameter.",
+                    code="expression-size",
+                )
+    except RecursionError as error:
+        raise ModelError(f"{what} is nested too deeply; simplify it.") from error
 
 
 def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
@@ -255,22 +277,21 @@ def several(values: Any) -> tuple[Any, ...]:
     return tuple(values) if isinstance(values, Iterable) else (values,)
 
 
-def declared_parameters(values: Any) -> tuple[Parameter, ...]:
-    """The parameters that a declaration lists.
+def listed(values: Any, kind: type[T], what: str) -> tuple[T, ...]:
+    """What a declaration lists of a kind; one thing alone is a list of one.
 
     Raises
     ------
     ModelError
         Something else is among them.
     """
-    listed = several(values)
-    for value in listed:
-        if not isinstance(value, Parameter):
+    found = several(values)
+    for value in found:
+        if not isinstance(value, kind):
             raise ModelError(
-                f"the parameters have {quoted(value)}; give Parameter objects.",
-                code="parameters-type",
+                f"{what} {quoted(value)}; give {kind.__name__} objects.", code="listed-type"
             )
-    return listed
+    return found
 
 
 #: Reference position at the sample.

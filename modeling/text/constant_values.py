@@ -27,10 +27,14 @@ _FLOATS: dict[Any, Callable[..., float]] = {
 class ConstantValues:
     """Floats of expressions, each worked out once."""
 
-    def __init__(self, functions: Mapping[Any, Callable[..., float]]) -> None:
-        """Take the functions of floats by their SymPy classes."""
+    def __init__(
+        self,
+        functions: Mapping[Any, Callable[..., float]],
+        known: Mapping[sympy.Expr, float] | None = None,
+    ) -> None:
+        """Take the functions of floats by their SymPy classes, and values of symbols."""
         self._functions = {**functions, **_FLOATS}
-        self._found: dict[sympy.Expr, float | None] = {}
+        self._found: dict[sympy.Expr, float | None] = dict(known or {})
 
     def value(self, expression: sympy.Expr) -> float | None:
         """None where something unknown is in it, NaN where it is no finite real number."""

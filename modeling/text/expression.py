@@ -8,10 +8,11 @@ text takes long. Every refusal says where.
 import ast
 import re
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import sympy
 
-from .element_calls import ElementCalls
+from .element_calls import Elements
 from .expression_reader import ExpressionReader
 from .grammar import DEEPEST, Grammar, nested, not_allowed
 from .mistakes import TextError
@@ -28,7 +29,7 @@ def read_expression(
     text: str,
     symbols: Mapping[str, sympy.Symbol],
     grammar: Grammar,
-    elements: ElementCalls | None = None,
+    elements: Elements = MappingProxyType({}),
 ) -> sympy.Expr:
     """Return the expression that a text says.
 
@@ -38,7 +39,7 @@ def read_expression(
     symbols : mapping of str to sympy.Symbol
         What it may name, beside ``pi``.
     grammar : Grammar
-    elements : ElementCalls, optional
+    elements : mapping of str to callable, optional
         Friction and loads that it may call; none by default.
 
     Raises
@@ -55,7 +56,7 @@ def read_expression(
         )
     if not text.strip():
         raise TextError("it is empty.", text, 0, code="text-empty")
-    _check_characters(text, grammar, has_elements=elements is not None)
+    _check_characters(text, grammar, has_elements=bool(elements))
     flat = re.sub(r"\s", " ", text)
     start = len(flat) - len(flat.lstrip())
     try:

@@ -4,6 +4,7 @@ import ast
 import math
 import operator
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import sympy
@@ -13,7 +14,7 @@ from axisid.modeling.quantities import MOST_NODES, with_numbers
 from axisid.support.errors import ModelError
 
 from .constant_values import LARGEST, ConstantValues, small
-from .element_calls import ElementCalls
+from .element_calls import Elements
 from .grammar import DEEPEST, Grammar, nested, not_allowed
 from .mistakes import TextError, nearest
 
@@ -49,7 +50,7 @@ class ExpressionReader:
         start: int,
         symbols: Mapping[str, sympy.Symbol],
         grammar: Grammar,
-        elements: ElementCalls | None,
+        elements: Elements,
     ) -> None:
         self._text = text
         self._start = start
@@ -189,7 +190,7 @@ class ExpressionReader:
         if self._is_element(name):
             return self._element(node, name, depth, calls)
         if name not in functions:
-            listed = ", ".join([*functions, *(self._elements.names if self._elements else ())])
+            listed = ", ".join([*functions, *self._elements])
             if name in self._symbols:
                 raise TextError(
                     f"{name} is no function; write {name}*(...) for a product.",
@@ -229,11 +230,7 @@ class ExpressionReader:
 
     def _is_element(self, name: str) -> bool:
         """Whether a call is one of friction or a load, and no product of what is declared."""
-        return (
-            self._elements is not None
-            and name in self._elements.names
-            and name not in self._symbols
-        )
+        return name in self._elements and name not in self._symbols
 
     def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
         """Friction or a load by its name, its arguments like any expression."""
@@ -244,9 +241,8 @@ class ExpressionReader:
             if keyword.arg is None:
                 raise not_allowed("**", self._grammar, *self._at(node))
             named[keyword.arg] = self._evaluated(keyword.value, depth - 1, calls - 1)
-        assert self._elements is not None  # noqa: S101  # as asked before
         try:
-            made = self._tried(node, self._elements.made, name, arguments, named)
+            made = self._tried(node, partial(self._elements[name], **named), *arguments)
         except ModelError as error:
             raise TextError(str(error), *self._at(node), code=error.code) from error
         for power in sorted(made.atoms(sympy.Pow), key=str):

@@ -4,14 +4,12 @@ Text is read by a parser of its own, for arithmetic and a few functions; nothing
 """
 
 import math
-import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import sympy
 
-from axisid.modeling.algebra import CANNOT
 from axisid.modeling.quantities import (
     Symbolic,
     Unit,
@@ -22,6 +20,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import UsageError
 
+from .constant_values import ConstantValues
 from .expression import read_expression
 from .grammar import Function, Grammar
 
@@ -61,16 +60,15 @@ _FUNCTIONS = {
 }
 _FLOATS: dict[Any, Callable[..., float]] = {
     **{function.symbolic: function.number for function in _FUNCTIONS.values()},
-    sympy.Add: lambda *terms: math.fsum(terms),
-    sympy.Mul: lambda *factors: math.prod(factors),
-    sympy.Pow: operator.pow,
     _Sign: lambda x: float((x > 0) - (x < 0)),
 }
+#: SymPy classes of a function.
+_NODES = frozenset({*_FLOATS, sympy.Add, sympy.Mul, sympy.Pow})
 _GRAMMAR = Grammar(
     what="a function of the parameters",
     names="parameter",
     functions=_FUNCTIONS,
-    nodes=frozenset({*_FLOATS, sympy.Abs}),
+    nodes=_NODES | {sympy.Abs},
     longest=_LONGEST_TEXT,
 )
 
@@ -93,20 +91,28 @@ class ParameterFunction:
 
     def at(self, values: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
         """Value, gradient (p,) and Hessian (p, p); NaN where one is no finite real number."""
-        point = self._point(values)
+        number = self._numbers(values)
         slopes = [sympy.diff(self.expression, p) for p in self.parameters]
         return (
-            _number(self.expression, point),
-            [_number(slope, point) for slope in slopes],
-            [[_number(sympy.diff(s, p), point) for p in self.parameters] for s in slopes],
+            number(self.expression),
+            [number(slope) for slope in slopes],
+            [[number(sympy.diff(s, p)) for p in self.parameters] for s in slopes],
         )
 
     def value(self, values: Sequence[float]) -> float:
         """Value for parameters (p,); NaN where it is no finite real number."""
-        return _number(self.expression, self._point(values))
+        return self._numbers(values)(self.expression)
 
-    def _point(self, values: Sequence[float]) -> dict[sympy.Symbol, float]:
-        return dict(zip(self.parameters, map(float, values), strict=True))
+    def _numbers(self, values: Sequence[float]) -> Callable[[sympy.Expr], float]:
+        """What works out expressions in floating point: exact it could take for ever."""
+        known = dict(zip(self.parameters, map(float, values), strict=True))
+        found = ConstantValues(_FLOATS, known)
+
+        def number(expression: sympy.Expr) -> float:
+            value = found.value(expression)
+            return value if value is not None and math.isfinite(value) else math.nan
+
+        return number
 
 
 def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> ParameterFunction:
@@ -138,7 +144,7 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
     function = written.xreplace({s: symbols[str(s)] for s in written.free_symbols})
     function = function.replace(sympy.Abs, _Abs)
     for node in sympy.preorder_traversal(function):
-        if not (node.is_Symbol or node.is_Number or node.is_NumberSymbol or node.func in _FLOATS):
+        if not (node.is_Symbol or node.is_Number or node.is_NumberSymbol or node.func in _NODES):
             raise UsageError(
                 f"{type(node).__name__!r} cannot be used in a function of the parameters; use "
                 f"arithmetic, pi and {', '.join(_FUNCTIONS)}.",
@@ -150,26 +156,3 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
     except UnitsError as error:
         raise UsageError(str(error), code="function-units") from error
     return ParameterFunction(function, unit, tuple(symbols.values()))
-
-
-def _number(function: sympy.Expr, point: Mapping[sympy.Symbol, float]) -> float:
-    """Value in floating point: exact or longer numbers could take for ever."""
-    try:
-        value = _float(function, dict(point))
-    except CANNOT:
-        return math.nan
-    return value if math.isfinite(value) else math.nan
-
-
-def _float(function: sympy.Expr, values: dict[sympy.Expr, float]) -> float:
-    if function not in values:
-        if function.is_Number or function.is_NumberSymbol:
-            value: Any = float(function)
-        else:
-            value = _FLOATS[function.func](
-                *(_float(argument, values) for argument in function.args)
-            )
-        if isinstance(value, complex):
-            raise ValueError("it is not real")
-        values[function] = value
-    return values[function]

@@ -3,11 +3,13 @@
 Expressions are text, read by `read_expression`. All mistakes of a file are told at once.
 """
 
+import inspect
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,26 +29,23 @@ from axisid.modeling.declaration import (
 from axisid.modeling.quantities import (
     TIME,
     Constant,
+    ConstantSymbol,
     Coordinate,
     G,
     Parameter,
     Signal,
     SignalSymbol,
     State,
-    check_symbol,
     parse_unit,
-    several,
-    signals_in,
 )
 from axisid.support.errors import DeclarationError, ModelError
 
-from .element_calls import ElementCalls
+from .element_calls import Elements, elements_along
 from .toml_control import read_control
 from .toml_drive import read_drive
-from .toml_table import Symbols, Table, checked_name, read_parameter
+from .toml_table import Symbols, Table, checked_name
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
-_COLUMN = ("name", "unit", "scale", "offset", "gear", "resolution")
 _PARTS = (
     "coordinate",
     "parameters",
@@ -58,8 +57,12 @@ _PARTS = (
     "columns",
     "experiment",
 )
-_FORCE = "generalised_force"
-_ENERGIES = ("kinetic", "potential", "dissipation", _FORCE)
+#: What makes an axis of the table of its equation of motion, whose first key is needed.
+_EQUATIONS: Mapping[str, tuple[Callable[..., Axis], tuple[str, ...]]] = {
+    "newton": (partial(newton, resistance=()), ("inertia", "resistance")),
+    "lagrange": (lagrange, ("kinetic", "potential", "dissipation", "generalised_force")),
+}
+_OF_FORCES = ("inertia", "resistance", "generalised_force")
 
 
 def axis_from_toml(file: Path) -> Axis:
@@ -127,55 +130,57 @@ def _text(file: Path) -> str:
 
 def _axis(root: Table) -> Axis | None:
     """The axis, or None and mistakes; each part is read whatever is wrong with the others."""
-    root.only("name", "title", *_PARTS[:5], "newton", "lagrange", *_PARTS[5:])
+    root.only("name", "title", *_PARTS[:5], *_EQUATIONS, *_PARTS[5:])
     root.needs("name", "coordinate", "parameters", "drive")
-    name = checked_name(root, "name", root.values.get("name", "axis"), "the axis")
+    name = root.values.get("name", "axis")
+    title = root.read("title", str) if "title" in root.values else ""
+    named = root.attempt("name", lambda: checked_name(name, "the axis"))
+    before = len(root.mistakes)
     coordinate, moving = _coordinate(root)
-    parameters, unknown = _parameters(root)
-    signals, recorded = _signals(root)
-    others = {**dict.fromkeys(unknown, "parameter"), **dict.fromkeys(recorded, "signal")}
-    constants = _constants(root, others, list(moving))
-    fields = {
-        "name": name or "axis",
-        "title": root.text("title"),
-        "coordinate": coordinate,
-        "parameters": parameters,
-        "signals": signals,
-    }
-    elements = ElementCalls(coordinate or _stand_in(moving))
-    remembered = _states(root, {**constants, **unknown, **moving})
-    symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else None
-    dynamics = _dynamics(root, symbols, elements)
+    parameters = root.table("parameters").each(Parameter)
+    signals = root.table("signals").each(Signal)
+    unknown: Symbols = {name: sympy.Symbol(name, real=True) for name in parameters}
+    recorded: Symbols = {name: SignalSymbol(name) for name in signals}
+    constants = _constants(root.table("constants"), unknown, recorded, moving)
+    states = root.table("states")
+    remembered = _states(states, {**constants, **unknown, **moving})
+    symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else {}
+    declare = _dynamics(root, symbols, elements_along(coordinate or _stand_in(moving)))
+    readable = len(root.mistakes) == before
     drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
+    columns = _columns(root.table("columns"), recorded)
     parts = {
-        "drive": drive,
         "control": read_control(root, recorded, constants),
-        "columns": _columns(root, list(recorded)),
-        "injected_at": _injected_at(root),
-        "experiment": _experiment(root, list(unknown), list(recorded)),
+        "injected_at": columns.pop("injected_at", ""),
+        "columns": columns,
+        "experiment": _experiment(root, unknown, recorded),
     }
-    if coordinate is None or parameters is None or signals is None or dynamics is None:
+    if coordinate is None or declare is None or not readable:
         return None
-    declare, energies = dynamics
-    axis = root.attempt("", lambda: declare(**fields, **energies, **parts))
+    declared = partial(
+        declare,
+        named or "axis",
+        title=title or "",
+        coordinate=coordinate,
+        parameters=tuple(parameters.values()),
+        signals=tuple(signals.values()),
+        drive=drive,
+    )
+    axis = root.attempt("", lambda: declared(**parts))
     if axis is not None:
-        _check_states(root, axis)
-    if axis is None and parts["control"] is not None:
-        # A name that the control law shares hides what is wrong with the equation of motion.
-        mistake = root.mistakes.pop()
-        alone = {**fields, "signals": _standing_in(signals, energies, drive)}
-        root.attempt("", lambda: declare(**alone, **energies, drive=drive))
-        root.mistakes += [mistake] if mistake not in root.mistakes else []
+        _check_states(states, axis)
+    elif parts["control"] is not None:
+        _tell_without_law(root, declared)
     return axis
 
 
-def _standing_in(
-    signals: tuple[Signal, ...], energies: Mapping[str, Any], drive: Drive
-) -> tuple[Signal, ...]:
-    """The signals without those that the control law alone may have."""
-    values = [value for entry in energies.values() for value in several(entry)]
-    used = signals_in(*values, drive.force, drive.profile)
-    return tuple(signal for signal in signals if signal.symbol in used)
+def _tell_without_law(root: Table, declared: Callable[..., Axis]) -> None:
+    """Say what a name that the law shares hides: what is wrong with the equation of motion."""
+    try:
+        declared()
+    except ModelError as error:
+        if error.code != "unused-signals" and str(error) not in root.mistakes:
+            root.say("", str(error))
 
 
 def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
@@ -183,12 +188,8 @@ def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
     if "coordinate" not in root.values:
         return None, {}
     table = root.table("coordinate")
-    table.only("name", "unit")
-    table.needs("name")
+    coordinate = table.made(Coordinate)
     name = table.values.get("name", "x")
-    checked = checked_name(table, "name", name, "the coordinate", check_symbol)
-    fields = {key: value for key, value in table.values.items() if key in ("name", "unit")}
-    coordinate = table.made(Coordinate, fields, {"name": checked or "x"}, apart=("unit",))
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,30}", name, re.ASCII):
         return None, {}
     motion = (name, f"d{name}", f"dd{name}")
@@ -202,199 +203,95 @@ def _stand_in(moving: Symbols) -> Coordinate:
     return Coordinate("x")
 
 
-def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
-    """The parameters in the order of the file, and the symbols even of wrong ones."""
-    table = root.table("parameters")
-    made = [read_parameter(table, name) for name in table.values]
-    symbols = {name: sympy.Symbol(name, real=True) for name in table.values}
-    good = tuple(p for p in made if p is not None)
-    return (good if len(good) == len(made) and table.fine else None), symbols
+def _constants(table: Table, unknown: Symbols, recorded: Symbols, moving: Symbols) -> Symbols:
+    """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
+    symbols = {constant.name: constant.symbol for constant in (G, Constant(math.pi, "1", "pi"))}
+    others = {**dict.fromkeys(unknown, "parameter"), **dict.fromkeys(recorded, "signal")}
+    others |= dict.fromkeys(moving, "symbol of the motion")
+    for name, constant in table.each(Constant).items():
+        if name in others:
+            table.say(name, f"it is a {others[name]} too; give one of them another name.")
+        if name == "pi":
+            table.say(name, "it is the number pi already; leave it out, or choose another name.")
+        symbols[name] = ConstantSymbol(name, 1.0, "1") if constant is None else constant.symbol
+        gravity = parse_unit(G.unit)
+        if constant and name == "G" and not parse_unit(constant.unit).same_dimension(gravity):
+            table.say(name, f"it is a gravity, in {G.unit}; choose another name.")
+    return symbols
 
 
-def _signals(root: Table) -> tuple[tuple[Signal, ...] | None, Symbols]:
-    """The recorded signals in the order of the file, and the symbols even of wrong ones."""
-    table = root.table("signals")
-    made = [_signal(table, name) for name in table.values]
-    symbols: Symbols = {name: SignalSymbol(name) for name in table.values}
-    good = tuple(signal for signal in made if signal is not None)
-    return (good if len(good) == len(made) and table.fine else None), symbols
-
-
-def _signal(root: Table, name: str) -> Signal | None:
-    checked = checked_name(root, name, name, "a signal", check_symbol)
-    table = root.table(name)
-    table.only("unit", "between", "description")
-    table.needs("unit")
-    fields: dict[str, Any] = {"description": table.text("description")}
-    fields |= {key: table.values[key] for key in ("unit", "between") if key in table.values}
-    neutral = {"name": checked or "s", "unit": "1"}
-    signal = table.made(Signal, fields, neutral, apart=("unit", "between"))
-    return signal if checked else None
-
-
-def _states(root: Table, symbols: Symbols) -> Symbols:
+def _states(table: Table, symbols: Symbols) -> Symbols:
     """What friction remembers, each state by its equation."""
-    table = root.table("states")
     own: Symbols = {name: sympy.Symbol(name, real=True) for name in table.values}
-    return {name: _state(table, name, {**symbols, **own}) for name in table.values}
+    made = table.each(State, symbols={**symbols, **own}, given={"parts": ()})
+    return {name: own[name] if state is None else state.symbol for name, state in made.items()}
 
 
-def _check_states(root: Table, axis: Axis) -> None:
+def _check_states(table: Table, axis: Axis) -> None:
     """Say which states stand nowhere, in no force and in no other state's equation."""
-    used, table = {state.name for state in axis.states}, root.table("states")
+    used = {state.name for state in axis.states}
     for name in table.values:
         if name not in used:
             table.say(name, "it stands nowhere; write it into the force, or remove it.")
 
 
-def _state(root: Table, name: str, symbols: Symbols) -> sympy.Symbol:
-    checked = checked_name(root, name, name, "a state", check_symbol)
-    table = root.table(name)
-    table.only("unit", "following", "limit", "start", "description")
-    table.needs("unit", "following")
-    fields: dict[str, Any] = {"description": table.text("description")}
-    fields |= {"unit": table.values["unit"]} if "unit" in table.values else {}
-    for key in ("following", "limit", "start"):
-        if key in table.values:
-            fields[key] = table.expression(key, symbols)
-    neutral = {"name": checked or "z", "unit": "1", "following": sympy.S.Zero}
-    state = table.made(State, fields, neutral, apart=("unit",))
-    return sympy.Symbol(name, real=True) if state is None else state.symbol
-
-
-def _constants(root: Table, declared: Mapping[str, str], motion: list[str]) -> Symbols:
-    """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
-    table = root.table("constants")
-    built_in = (G, Constant(math.pi, "1", "pi"))
-    symbols = {constant.name: constant.symbol for constant in built_in}
-    for name in table.values:
-        checked = checked_name(table, name, name, "a constant")
-        if name in declared:
-            table.say(name, f"it is a {declared[name]} too; give one of them another name.")
-        if name in motion:
-            table.say(name, "it is a symbol of the motion too; give one of them another name.")
-        if name == "pi":
-            table.say(name, "it is the number pi already; leave it out, or choose another name.")
-        entry = table.table(name)
-        entry.only("value", "unit")
-        entry.needs("value", "unit")
-        fields: dict[str, Any] = {"value": entry.number("value")}
-        fields |= {"unit": entry.values["unit"]} if "unit" in entry.values else {}
-        neutral = {"value": 1.0, "unit": "1", "name": checked or "c"}
-        constant = entry.made(
-            Constant, {**fields, "name": checked or "c"}, neutral, apart=("unit",)
-        )
-        if constant is not None:
-            symbols[name] = constant.symbol
-            if name == "G" and not parse_unit(constant.unit).same_dimension(parse_unit(G.unit)):
-                table.say(name, f"it is a gravity, in {G.unit}; choose another name.")
-    return symbols
-
-
-def _dynamics(
-    root: Table, symbols: Symbols | None, elements: ElementCalls
-) -> tuple[Any, dict[str, Any]] | None:
-    """`newton` or `lagrange`, and what it takes; without symbols no expression can be read."""
-    given = [key for key in ("newton", "lagrange") if key in root.values]
+def _dynamics(root: Table, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:
+    """`newton` or `lagrange` with what its table says; without symbols none can be read."""
+    given = [key for key in _EQUATIONS if key in root.values]
     if len(given) != 1:
         root.say("", f"give one of the tables newton and lagrange, not {len(given)}.")
         return None
-    if symbols is None:
+    if not symbols:
         return None
-    table = root.table(given[0])
-    if given == ["newton"]:
-        table.only("inertia", "resistance")
-        table.needs("inertia")
-        resistance = table.expressions("resistance", symbols, elements)
-        fields: dict[str, Any] = {
-            "inertia": table.expression("inertia", symbols, elements),
-            "resistance": resistance,
-        }
-        return (newton, fields) if table.fine else None
-    table.only(*_ENERGIES)
-    table.needs("kinetic")
+    table, (declare, keys) = root.table(given[0]), _EQUATIONS[given[0]]
+    table.only(*keys)
+    table.needs(keys[0])
+    arguments = inspect.signature(declare).parameters
     fields = {
-        key: table.expression(key, symbols, elements if key == _FORCE else None)
-        for key in _ENERGIES
+        key: table.read(
+            key, arguments[key].annotation, symbols, elements if key in _OF_FORCES else {}
+        )
+        for key in keys
+        if key in table.values
     }
-    return (lagrange, fields) if table.fine else None
+    return partial(declare, **fields)
 
 
-def _injected_at(root: Table) -> str:
-    table = root.table("columns")
-    return table.text("injected_at") if "injected_at" in table.values else ""
+def _columns(table: Table, signals: Symbols) -> dict[str, str]:
+    """Columns by role, each a text or a table of what it means, and ``injected_at``."""
+    keys = dict.fromkeys((*ROLES, *signals, "injected_at"))
+    table.only(*keys)
+    found = {
+        key: table.table(key).made(Column)
+        if isinstance(table.values[key], Mapping)
+        else table.read(key, str)
+        for key in keys
+        if key in table.values
+    }
+    return {key: str(column) for key, column in found.items() if column}
 
 
-def _columns(root: Table, signals: list[str]) -> dict[str, str]:
-    table, roles = root.table("columns"), dict.fromkeys((*ROLES, *signals))
-    table.only(*roles, "injected_at")
-    found = {role: _column(table, role) for role in roles if role in table.values}
-    return {role: text for role, text in found.items() if text}
-
-
-def _column(table: Table, role: str) -> str:
-    """A column as a text, or as a table of what it means."""
-    if not isinstance(table.values[role], Mapping):
-        return table.text(role)
-    inner = table.table(role)
-    inner.only(*_COLUMN)
-    inner.needs("name")
-    fields = {key: inner.values[key] for key in _COLUMN if key in inner.values}
-    made = inner.attempt("", lambda: Column(**fields)) if inner.fine else None
-    return "" if made is None else str(made)
-
-
-def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experiment | None:
+def _experiment(root: Table, unknown: Symbols, recorded: Symbols) -> Experiment | None:
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
-    noise = ("position_noise", "resolution", "seed")
-    table.only("moves", "back_and_forth", "truth", *noise, "signals")
-    signals = table.table("signals")
+    signals, truth = table.table("signals"), table.table("truth")
     signals.only(*recorded)
-    truth = table.table("truth")
-    truth.only(*names)
-    fields: dict[str, Any] = {
-        "moves": _moves(table),
-        "truth": {name: truth.number(name) for name in truth.values if name in names},
-        "position_noise": table.number("position_noise"),
-        "resolution": table.number("resolution"),
-        "seed": table.whole("seed", 1),
-        "signals": {
-            name: signals.expression(name, {str(TIME): TIME})
-            for name in signals.values
-            if name in recorded
-        },
+    truth.only(*unknown)
+    given = {
+        "moves": _moves(table) or (Move(1.0, 1.0, 1.0),),
+        "truth": truth.read_all(float),
+        "signals": signals.read_all(sympy.Expr, {str(TIME): TIME}),
     }
-    neutral = {"moves": (Move(1.0, 1.0, 1.0),)}
-    return table.made(Experiment, fields, neutral, apart=noise)
+    return table.made(Experiment, given=given, beside=("back_and_forth", *given))
 
 
-def _moves(table: Table) -> tuple[Move, ...]:
+def _moves(table: Table) -> tuple[Move | None, ...]:
     """Moves one by one, or back and forth; none and a mistake if neither or both are given."""
     given = [key for key in ("moves", "back_and_forth") if key in table.values]
     if len(given) != 1:
         table.say("", f"give one of moves and back_and_forth, not {len(given)}.")
         return ()
     if given == ["moves"]:
-        made = [_move(move) for move in table.tables("moves")]
-        return tuple(move for move in made if move is not None)
-    pattern = table.table("back_and_forth")
-    pattern.only("speeds", "acceleration", "seconds", "repeat", "dwell")
-    pattern.needs("speeds", "acceleration", "seconds")
-    fields = {
-        "speeds": tuple(pattern.numbers("speeds")),
-        "acceleration": pattern.number("acceleration"),
-        "seconds": pattern.number("seconds"),
-        "repeat": pattern.whole("repeat", 1),
-        "dwell": pattern.number("dwell"),
-    }
-    neutral = {"speeds": (1.0,), "acceleration": 1.0, "seconds": 1.0}
-    return pattern.made(back_and_forth, fields, neutral, apart=tuple(fields)) or ()
-
-
-def _move(table: Table) -> Move | None:
-    keys = ("distance", "speed", "acceleration")
-    table.only(*keys, "dwell")
-    table.needs(*keys)
-    return table.made(Move, {key: table.number(key) for key in (*keys, "dwell")}, {})
+        return tuple(filter(None, (move.made(Move) for move in table.tables("moves"))))
+    return table.table("back_and_forth").made(back_and_forth) or ()

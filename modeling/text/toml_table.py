@@ -1,16 +1,23 @@
-"""One table of a TOML declaration, read key by key; mistakes are collected, not raised."""
+"""One table of a TOML declaration, read as the arguments of what it declares.
 
+Which keys there are, which are needed and what each may be follows from the signature of what is
+made of the table. Mistakes are collected, not raised.
+"""
+
+import inspect
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from itertools import combinations
+from types import MappingProxyType
+from typing import Any, TypeVar, get_args, get_origin
 
 import sympy
 
-from axisid.modeling.quantities import Parameter, check_name, check_symbol, expression, number
+from axisid.modeling.quantities import check_name, number
 from axisid.support.errors import ModelError
 
-from .element_calls import ElementCalls
+from .element_calls import Elements
 from .expression import read_expression
 from .grammar import DYNAMICS
 from .mistakes import TextError, nearest
@@ -19,6 +26,7 @@ T = TypeVar("T")
 Symbols = Mapping[str, sympy.Symbol]
 
 _LONGEST_MISTAKE = 600
+_NONE: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(slots=True)
@@ -74,43 +82,6 @@ class Table:
             if key not in self.values:
                 self.say(key, "it is missing; add it.")
 
-    def text(self, key: str) -> str:
-        """One line of text."""
-        value = self.values.get(key, "")
-        if isinstance(value, str) and value.isprintable():
-            return value
-        self.say(key, f"it is {value!r}; give one line of text in quotes.")
-        return ""
-
-    def number(self, key: str, *, finite: bool = True) -> float:
-        """A float."""
-        value = self.values.get(key, 0.0)
-        return self.attempt(key, lambda: number(value, "it", finite=finite)) or 0.0
-
-    def numbers(self, key: str) -> list[float]:
-        """A list of floats; one alone is a list of one."""
-        value = self.values.get(key, [])
-        items = {
-            f"{key}[{i}]": v for i, v in enumerate(value if isinstance(value, list) else [value], 1)
-        }
-        return [Table(self.path, items, self.mistakes).number(k) for k in items]
-
-    def whole(self, key: str, default: int) -> int:
-        """An integer."""
-        value = self.values.get(key, default)
-        if isinstance(value, int) and not isinstance(value, bool):
-            return value
-        self.say(key, f"it is {value!r}; give a whole number.")
-        return default
-
-    def switch(self, key: str, *, default: bool) -> bool:
-        """True or false."""
-        value = self.values.get(key, default)
-        if isinstance(value, bool):
-            return value
-        self.say(key, f"it is {value!r}; give true or false.")
-        return default
-
     def table(self, key: str) -> "Table":
         """The table under a key; empty if it is absent or none."""
         value = self.values.get(key, {})
@@ -130,102 +101,226 @@ class Table:
         self.say(key, f"it is {listed!r}; give a list of tables, as in [{{ ... }}, {{ ... }}].")
         return []
 
-    def expression(
-        self, key: str, symbols: Symbols, elements: ElementCalls | None = None
-    ) -> sympy.Expr:
-        """An expression as text, or a number; 0 if it is absent or wrong.
-
-        Parameters
-        ----------
-        key : str
-        symbols : mapping of str to sympy.Symbol
-        elements : ElementCalls, optional
-            Friction and loads that the text may call.
-        """
-        value = self.values.get(key, 0)
-        if isinstance(value, str):
-            try:
-                return read_expression(value, symbols, DYNAMICS, elements)
-            except TextError as error:
-                self.say(key, f"{error.where}: {error.reason}", error.pointer)
-                return sympy.S.Zero
-        if isinstance(value, (list, Mapping)):
-            self.say(key, f"it is {value!r}; give an expression in quotes, or a number.")
-            return sympy.S.Zero
-        self.number(key)
-        return expression(value, key) if self.fine else sympy.S.Zero
-
-    def expressions(
-        self, key: str, symbols: Symbols, elements: ElementCalls | None = None
-    ) -> list[sympy.Expr]:
-        """A list of expressions; one alone is a list of one."""
-        value = self.values.get(key, [])
-        if not isinstance(value, list):
-            return [self.expression(key, symbols, elements)]
-        items = {f"{key}[{i}]": item for i, item in enumerate(value, 1)}
-        inner = Table(self.path, items, self.mistakes)
-        return [inner.expression(k, symbols, elements) for k in items]
-
     def attempt(self, key: str, make: Callable[[], T]) -> T | None:
         """What is made, or None and a mistake."""
         try:
             return make()
+        except TextError as error:
+            self.say(key, f"{error.where}: {error.reason}", error.pointer)
         except ModelError as error:
             self.say(key, str(error))
-            return None
+        return None
+
+    def chosen(self, key: str, options: Mapping[str, T], what: str, hint: str = "") -> T | None:
+        """What ships under the name that a key has, or None and a mistake."""
+        name = self.values.get(key)
+        if isinstance(name, str) and name in options:
+            return options[name]
+        like = nearest(name, options) if isinstance(name, str) else ""
+        self.say(key, f"there is no {what} {name!r}; there are {', '.join(options)}{hint}.{like}")
+        return None
+
+    def read(
+        self, key: str, kind: Any, symbols: Symbols = _NONE, elements: Elements = _NONE
+    ) -> Any:
+        """The value of a key; None and a mistake if it is none of its kind.
+
+        Parameters
+        ----------
+        key : str
+        kind : type
+            As a signature has it. What is no text, number, switch or list is an expression.
+        symbols : mapping of str to sympy.Symbol
+            What an expression may name.
+        elements : mapping of str to callable, optional
+            Friction and loads that an expression may call.
+        """
+        value = self.values[key]
+        if get_origin(kind) in (tuple, Iterable):  # one alone is a list of one
+            items = {key: value}
+            if isinstance(value, list):
+                items = {f"{key}[{i}]": item for i, item in enumerate(value, 1)}
+            inner = Table(self.path, items, self.mistakes)
+            found = [inner.read(each, get_args(kind)[0], symbols, elements) for each in items]
+            return None if None in found else found
+        if kind in _KINDS:
+            return self.attempt(key, lambda: _KINDS[kind](value))
+        return self.attempt(key, lambda: _expression(value, symbols, elements))
+
+    def read_all(self, kind: Any, symbols: Symbols = _NONE) -> dict[str, Any]:
+        """The values of all keys, those that are of their kind."""
+        found = {key: self.read(key, kind, symbols) for key in self.values}
+        return {key: value for key, value in found.items() if value is not None}
 
     def made(
         self,
         make: Callable[..., T],
-        fields: Mapping[str, Any],
-        neutral: Mapping[str, Any],
-        apart: Collection[str] = (),
+        symbols: Symbols = _NONE,
+        *,
+        arguments: Mapping[str, inspect.Parameter] | None = None,
+        name: str = "",
+        given: Mapping[str, Any] = _NONE,
+        beside: Collection[str] = (),
+        own: Mapping[str, Symbols] = _NONE,
     ) -> T | None:
-        """What is made of fields, or None and all mistakes.
+        """What is made of a table whose keys are arguments, or None and all mistakes.
 
         Parameters
         ----------
         make : callable
-        fields : mapping
-            Its arguments.
-        neutral : mapping
-            Arguments that it takes without complaint.
-        apart : collection of str
-            Fields that are tried among neutral ones first, so that none hides another.
+        symbols : mapping of str to sympy.Symbol
+            What expressions may name.
+        arguments : mapping of str to inspect.Parameter
+            Those of `make`, where its signature does not say it.
+        name : str
+            The argument ``name``, where it is the key of the table.
+        given : mapping
+            Arguments that are no keys.
+        beside : collection of str
+            Keys that are no arguments.
+        own : mapping of str to mapping
+            What the expressions of single keys may name.
         """
-        for key in apart:
-            if key in fields:
-                alone = {**neutral, key: fields[key]}
-                self.attempt(key, lambda alone=alone: make(**alone))  # type: ignore[misc]
-        return self.attempt("", lambda: make(**{**neutral, **fields})) if self.fine else None
+        others = {*given, "name"} if name else given
+        known = arguments or inspect.signature(make).parameters
+        keys = {key: argument for key, argument in known.items() if key not in others}
+        needed = {key: argument for key, argument in known.items() if argument.default is _ABSENT}
+        self.only(*beside, *keys)
+        self.needs(*(key for key in needed if key in keys))
+        found = {
+            key: self.read(key, keys[key].annotation, own.get(key, symbols))
+            for key in self.values
+            if key in keys
+        }
+        stand_ins = {key: _neutral(argument) for key, argument in known.items()}
+        # What could not be read has been told, and something stands for it.
+        fields = {key: stand_ins[key] if value is None else value for key, value in found.items()}
+        fields |= {"name": name} if name else {}
+        neutral = {**{key: stand_ins[key] for key in needed}, **given}
+        try:
+            result = make(**{**neutral, **fields})
+        except ModelError as error:
+            whole = {"": error} if self.fine else {}
+            for key, reason in (_refused(make, neutral, fields, stand_ins) or whole).items():
+                if found.get(key, "") is not None:
+                    self.say(key if key in self.values else "", str(reason))
+            return None
+        return result if self.fine else None
+
+    def each(self, make: Callable[..., T], **how: Any) -> dict[str, T | None]:
+        """What is made of the tables of this one, which have names for keys; see `made`."""
+        return {name: self.table(name).made(make, name=name, **how) for name in self.values}
 
 
-def checked_name(
-    table: Table, key: str, name: Any, what: str, check: Callable[[Any, str], None] = check_name
-) -> str | None:
-    """The name if it may be used; else None and a mistake."""
-
-    def checked() -> str:
-        check(name, what)
-        return str(name)
-
-    return table.attempt(key, checked)
+_ABSENT = inspect.Parameter.empty
 
 
-def read_parameter(root: Table, name: str, unit: str = "") -> Parameter | None:
-    """A parameter from its table, of a unit that is given in it or goes without saying."""
-    checked = checked_name(root, name, name, "a parameter", check_symbol)
-    table = root.table(name)
-    table.only("unit", "nominal", "lower", "upper", "description", "known", "known_sd")
-    table.needs(*([] if unit else ["unit"]))
-    fields: dict[str, Any] = {"description": table.text("description")}
-    fields |= {"unit": unit} if unit else {}
-    fields |= {"unit": table.values["unit"]} if "unit" in table.values else {}
-    fields |= {
-        key: table.number(key, finite=key not in ("lower", "upper"))
-        for key in ("nominal", "lower", "upper", "known", "known_sd")
-        if key in table.values
-    }
-    neutral = {"name": checked or "p", "unit": "1"}
-    parameter = table.made(Parameter, fields, neutral, apart=("unit",))
-    return parameter if checked else None
+def _refused(
+    make: Callable[..., Any],
+    neutral: Mapping[str, Any],
+    fields: Mapping[str, Any],
+    stand_ins: Mapping[str, Any],
+) -> dict[str, ModelError]:
+    """Fields that are not taken, each with the reason; none if neutral ones are not either.
+
+    They join neutral ones, alone or two at a time, for as long as one is taken. What would be taken
+    with stand-ins for the others that are not is no mistake: it lacks one of them.
+    """
+    taken, pending = dict(neutral), dict(fields)
+    reasons: dict[str, ModelError] = {}
+    if _error(make, neutral) is not None:
+        return reasons
+    while True:
+        for keys in (*combinations(pending, 1), *combinations(pending, 2)):
+            tried = {key: pending[key] for key in keys}
+            error = _error(make, {**taken, **tried})
+            if error is None:
+                taken |= {key: pending.pop(key) for key in keys}
+                break
+            reasons |= {keys[0]: error} if len(keys) == 1 else {}
+        else:
+            lacking = {**taken, **{key: stand_ins[key] for key in pending}}
+            return {
+                key: reasons[key]
+                for key, value in pending.items()
+                if _error(make, {**lacking, key: value}) is not None
+            }
+
+
+def _error(make: Callable[..., Any], fields: Mapping[str, Any]) -> ModelError | None:
+    try:
+        make(**fields)
+    except ModelError as error:
+        return error
+    return None
+
+
+def _neutral(argument: inspect.Parameter) -> Any:
+    """A value that is taken for an argument whatever the others are."""
+    kind = argument.annotation
+    if str in (kind, *get_args(kind)):
+        return "1" if argument.name == "unit" else "x"
+    return (1.0,) if get_origin(kind) is tuple else 1 if kind is int else 1.0
+
+
+def checked_name(name: str, what: str) -> str:
+    """A name that may be used.
+
+    Raises
+    ------
+    ModelError
+        It may not.
+    """
+    check_name(name, what)
+    return name
+
+
+def _text(value: object) -> str:
+    if isinstance(value, str) and value.isprintable():
+        return value
+    raise ModelError(f"it is {value!r}; give one line of text in quotes.", code="toml-text")
+
+
+def _whole(value: object) -> int:
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value
+    raise ModelError(f"it is {value!r}; give a whole number.", code="toml-whole")
+
+
+def _switch(value: object) -> bool:
+    if isinstance(value, bool):
+        return value
+    raise ModelError(f"it is {value!r}; give true or false.", code="toml-switch")
+
+
+def _number(value: object) -> float:
+    return number(value, "it", finite=False)  # what is made of it says whether it may be infinite
+
+
+def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
+    """An expression as text, or a number as it is."""
+    if isinstance(value, str):
+        return read_expression(value, symbols, DYNAMICS, elements)
+    if isinstance(value, (list, Mapping)):
+        raise ModelError(
+            f"it is {value!r}; give an expression in quotes, or a number.", code="toml-expression"
+        )
+    number(value, "it")
+    return value
+
+
+def _as_it_is(value: Any) -> Any:
+    return value
+
+
+#: What reads a value, by the kind of its argument.
+_KINDS: Mapping[Any, Callable[[Any], Any]] = {
+    str: _text,
+    int: _whole,
+    bool: _switch,
+    float: _number,
+    float | None: _number,
+    float | Any: _number,
+    str | int: _as_it_is,
+    float | str: _as_it_is,
+}

@@ -1,9 +1,115 @@
-"""What no motion tells apart, in words."""
+"""What a record tells of the declared parameters, and what no motion tells apart, in words."""
+
+from collections.abc import Iterable, Sequence
 
 import sympy
 
-from axisid.modeling.derivation import Direction
+from axisid.modeling.declaration import known_text
+from axisid.modeling.derivation import BaseModel, Direction, generic_points
 from axisid.modeling.quantities import rounded
+
+_MOST_DIRECTIONS = 4
+
+
+def undetermined_names(base: BaseModel) -> tuple[str, ...]:
+    """Declared parameters that neither a record nor what is known of them gives."""
+    open_ = {s for direction in base.undetermined for s in direction}
+    return tuple(p.name for p in base.declared.parameters if p.symbol in open_)
+
+
+def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
+    """What no motion tells apart, whatever is known of it; one sentence for each group."""
+    return tuple(
+        f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: no "
+        f"motion shows a change of {_directions(directions)}"
+        for names, directions in _groups(base, base.unidentifiable)
+    )
+
+
+def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
+    """What would have to be known so that the rest follows; one sentence for each group."""
+    return tuple(
+        f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: the "
+        f"rest follows if {_missing(base, names, directions)} known"
+        for names, directions in _groups(base, base.undetermined)
+    )
+
+
+def describe_determined(base: BaseModel) -> str:
+    """Which declared parameters follow, and from what; empty if none is declared otherwise."""
+    lost = undetermined_names(base)
+    found = [p.name for p in base.declared.parameters if p.name not in lost]
+    if not found:
+        return ""
+    known = [f"{p.name} = {known_text(p)} {p.unit}" for p in base.known]
+    condition = f", with {', '.join(known)} known" if known else ""
+    follows = "follows" if len(found) == 1 else "follow"
+    return f"{_listed(found)} {follows} from a record{condition}"
+
+
+def _groups(
+    base: BaseModel, directions: Sequence[Direction]
+) -> list[tuple[list[str], list[Direction]]]:
+    """Directions that share parameters together, with the names of these in their order."""
+    groups: list[tuple[set[sympy.Symbol], list[Direction]]] = []
+    for direction in directions:
+        apart = [group for group in groups if not group[0] & set(direction)]
+        joined = [group for group in groups if group[0] & set(direction)]
+        symbols = set(direction).union(*(group[0] for group in joined))
+        groups = [*apart, (symbols, [*(d for group in joined for d in group[1]), direction])]
+    order = [p.symbol for p in base.declared.parameters]
+    return [([str(s) for s in order if s in symbols], found) for symbols, found in groups]
+
+
+def _seen(base: BaseModel, names: Iterable[str]) -> str:
+    """Base parameters with any of the names in them."""
+    wanted = set(names)
+    return _listed(
+        [
+            str(rounded(value))
+            for value in base.expressions
+            if wanted & {str(s) for s in value.free_symbols}
+        ]
+    )
+
+
+def _directions(directions: Sequence[Direction]) -> str:
+    said = [describe_direction(d) for d in directions[:_MOST_DIRECTIONS]]
+    more = len(directions) - len(said)
+    return " or ".join([*said, f"{more} more"] if more else said)
+
+
+def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[Direction]) -> str:
+    """How many of a group must be known; which, where not any will do."""
+    if len(directions) == 1:
+        return f"one of {', '.join(names)} is"
+    enough = _enough(base, names, directions)
+    return f"{len(directions)} of them, such as {_listed([names[j] for j in enough])}, are"
+
+
+def _enough(
+    base: BaseModel, names: Sequence[str], directions: Sequence[Direction]
+) -> tuple[int, ...]:
+    """Columns of a group's directions that are independent, the first ones where there is a choice.
+
+    Which they are is the same at almost every point, and reducing fractions of polynomials could
+    take for ever: numbers stand for the parameters.
+    """
+    columns = [_symbol(name) for name in names]
+    found: list[tuple[int, ...]] = []
+    for point in generic_points(base.declared.parameters):
+        weights = [[d.get(s, sympy.S.Zero).xreplace(point) for s in columns] for d in directions]
+        found.append(sympy.Matrix(weights).rref()[1])
+    return min(found, key=lambda pivots: (-len(pivots), pivots))
+
+
+def _symbol(name: str) -> sympy.Symbol:
+    return sympy.Symbol(name, real=True)
+
+
+def _listed(names: Sequence[str]) -> str:
+    *others, last = names
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def describe_loss(direction: Direction) -> str:

@@ -15,8 +15,7 @@ from axisid.modeling.derivation import (
 from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
 from axisid.support.missing import Missing
 
-from .base_parameters import describe_unidentifiable
-from .identifiability import describe_direction
+from .identifiability import describe_direction, describe_unidentifiable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

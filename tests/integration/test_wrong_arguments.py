@@ -206,7 +206,7 @@ DECLARED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "numbers as memory": (
         lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, memory=[3]),  # type: ignore[arg-type]
-        r"the memory is \[3\]; give a tuple of Memory",
+        r"the memory has 3; give Memory objects",
     ),
     "a number as gain": (lambda: control.gain(3), "a gain is named 3; give a text"),  # type: ignore[arg-type]
     "a list as truth": (

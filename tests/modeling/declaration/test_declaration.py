@@ -134,7 +134,7 @@ def test_gain_named_like_a_parameter_is_refused() -> None:
         ({"inertia": M * q}, "inertia-depends"),
         ({"inertia": "M"}, "expression-type"),
         ({"drive": 18.0}, "axis-part-type"),
-        ({"coordinate": q, "parameters": ("M",)}, "parameters-type"),
+        ({"coordinate": q, "parameters": ("M",)}, "listed-type"),
         ({"resistance": (Fv * sympy.zoo,)}, "equation-not-finite"),
         ({"title": "two\nlines"}, "axis-title"),
         ({"columns": {"speed": "v"}}, "column-roles"),

@@ -15,7 +15,7 @@ from axisid.modeling.declaration.variants import read_fixed
 from axisid.modeling.derivation.base_model import base_model
 from axisid.modeling.derivation.base_terms import reduced_rows
 from axisid.modeling.library import LIBRARY
-from axisid.modeling.wording.base_parameters import (
+from axisid.modeling.wording.identifiability import (
     describe_undetermined,
 )
 from tests.axes.bodies import ROD, body, energetic, geared, rod, rotor, turn as q, x

@@ -10,7 +10,7 @@ from hypothesis import given
 from axisid import Constant, Coordinate, Parameter, load_axis
 from axisid.elements import G
 from axisid.modeling.declaration.axis import equation_of_motion
-from axisid.modeling.quantities.formula import Formula
+from axisid.modeling.quantities import Formula
 from axisid.modeling.quantities.reading_order import written
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE, MEASURED_POSITION, REFERENCE
 from tests.strategies.expressions import expressions

@@ -142,9 +142,11 @@ def test_what_is_known_of_a_parameter_is_declared_as_fix_does(load: Loader) -> N
         load(EMPS2015), M=98.0
     )
     told = mistakes(load, EMPS2015, ("nominal = 100,", "nominal = 100, known_sd = 0.2,"))
-    assert any("parameters.M: " in each and "with a known value" in each for each in told)
+    assert any("parameters.M.known_sd: " in each and "with a known value" in each for each in told)
     told = mistakes(load, EMPS2015, ("nominal = 100,", "nominal = 100, known = inf,"))
-    assert any("parameters.M.known: it is inf" in each for each in told)
+    assert any(
+        "parameters.M.known: the known value of parameter 'M' is inf" in each for each in told
+    )
 
 
 def test_every_feature_of_a_law_and_an_experiment_is_reachable(load: Loader) -> None:
@@ -253,10 +255,12 @@ def test_all_mistakes_are_told_at_once_each_with_its_place(load: Loader) -> None
         ([("back_and_forth", "moves = []\nback_and_forth")], "experiment: give one of moves and"),
         ([("kp = 160.18", "kp = nan")], "control.kp: it is nan; give a number"),
         ([("kp = 160.18", "kp = 1979-05-27")], "control.kp: .*give a number"),
-        ([("gain = 35.15", "gain = [1]")], r"drive.gain: the drive gain is \[1\]; give a number"),
+        ([("gain = 35.15", "gain = [1]")], r"drive.gain: it is \[1\]; give a number"),
         ([('unit = "kg"', 'unit = "' + "(" * 2000 + '"')], "at most 60 characters"),
-        ([('unit = "kg"', "unit = 3")], "parameters.M.unit: a unit is a text"),
+        ([('unit = "kg"', "unit = 3")], "parameters.M.unit: it is 3; give one line of text"),
         ([("2015\n", "true\n")], "experiment.seed: it is True"),
+        ([("[0.05", '["slow"')], r"experiment.back_and_forth.speeds\[1\]: it is 'slow'"),
+        ([('unit = "V"', 'kind = "voltage_drive"\nresistance = {}')], "drive.resistance: it is {}"),
     ],
 )
 def test_one_mistake_is_told_with_its_place(
@@ -291,7 +295,7 @@ def test_a_gain_named_like_a_parameter_hides_no_mistake_of_the_equation(load: Lo
         (
             b"drive.gain = " + b"9" * 2400,
             "declaration",
-            "drive.gain: the drive gain is a whole number of 2400 digits",
+            "drive.gain: it is a whole number of 2400 digits",
         ),
         (b"name = '\xe9'", "declaration-encoding", "0xe9 in line 1"),
         (b"\x00\xff" * 50, "declaration-encoding", ""),

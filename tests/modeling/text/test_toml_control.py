@@ -191,3 +191,19 @@ def test_mistakes_of_blocks_are_told_with_their_place(
     with pytest.raises(DeclarationError) as refused:
         load(OWN.replace(old, new))
     assert re.search(says, "\n".join(refused.value.mistakes))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("tn = 0.03", "tn = -1", "control.tn: .*give a positive number"),
+        ("kp = 40.0", 'kp = "high"', "control.kp: it is 'high'; give a number"),
+    ],
+)
+def test_what_follows_from_a_mistake_is_no_other_one(
+    load: Load, old: str, new: str, says: str
+) -> None:
+    with pytest.raises(DeclarationError) as refused:
+        load(f"[control]\nperiod = 1e-3\n{READY[0][0]}".replace(old, new))
+    (told,) = refused.value.mistakes
+    assert re.match(says, told)

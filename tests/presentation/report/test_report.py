@@ -28,7 +28,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
 from axisid.estimation.diagnostics import conclusion
 from axisid.modeling.declaration.axis import equation_of_motion
-from axisid.modeling.quantities.formula import Formula
+from axisid.modeling.quantities import Formula
 from axisid.presentation.formulas.mathml import formula_mathml
 from axisid.presentation.formulas.numbers import readable_text, significant
 from axisid.presentation.report.embedding import script_json, thinned

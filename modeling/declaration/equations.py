@@ -1,0 +1,269 @@
+"""Declare an axis by a force balance or by its energies, whose inertia is positive."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+import sympy
+
+from axisid.modeling.algebra import Expansion, NotRealError, Number, slope, vanishes
+from axisid.modeling.quantities import (
+    Coordinate,
+    Parameter,
+    Symbolic,
+    check_coordinate,
+    expression,
+    listed,
+    several,
+    signals_in,
+    with_numbers,
+)
+from axisid.support.errors import ModelError
+
+from .axis import Axis
+
+_PLACES = (0, 1, -1, 2, -3, 5)  # of the coordinate where an inertia is looked at
+_SIZES = ((1, 1), (1, 7), (7, 1), (1, 100), (100, 1))  # of the parameters, in turn
+
+
+def newton(
+    name: str,
+    *,
+    coordinate: Coordinate,
+    parameters: Iterable[Parameter],
+    inertia: sympy.Expr | Symbolic | float,
+    resistance: Iterable[sympy.Expr | Symbolic | float],
+    **declaration: Any,
+) -> Axis:
+    """Declare an axis by Newton's law: ``inertia * ddq = tau - sum of resistances``.
+
+    Parameters
+    ----------
+    name : str
+        The axis's name.
+    coordinate : Coordinate
+        The degree of freedom.
+    parameters : iterable of Parameter
+        In the order of the tables.
+    inertia : expression
+        Mass or moment of inertia, without the coordinate in it.
+    resistance : iterable of expression
+        Forces that oppose a positive motion; see `axisid.modeling.declaration.elements`.
+    **declaration
+        The other attributes of `Axis`: drive, control, signals, columns, experiment, title.
+
+    Raises
+    ------
+    ModelError
+        The declaration is contradictory, or the inertia depends on the motion
+        or is negative.
+    """
+    check_coordinate(coordinate)
+    q = coordinate
+    mass = expression(inertia, "the inertia")
+    moving = mass.free_symbols & {q.symbol, q.velocity, q.acceleration}
+    if moving:
+        raise ModelError(
+            f"axis {name!r}: the inertia {mass} depends on {', '.join(map(str, moving))}, so "
+            "Newton's law needs a further velocity term. Declare the axis with lagrange, which "
+            "derives it.",
+            code="inertia-depends",
+        )
+    declared = listed(parameters, Parameter, "the parameters have")
+    try:
+        _check_inertia(mass, q, declared)
+    except ModelError as error:
+        raise ModelError(f"axis {name!r}: {error}", code="negative-inertia") from error
+    opposing = [expression(term, "a resistance") for term in several(resistance)]
+    axis = Axis(
+        name=name,
+        coordinate=q,
+        parameters=declared,
+        force=mass * q.acceleration + sum(opposing, sympy.S.Zero),
+        **declaration,
+    )
+    axis.check_signals_used()
+    return axis
+
+
+def lagrange(
+    name: str,
+    *,
+    coordinate: Coordinate,
+    parameters: Iterable[Parameter],
+    kinetic: sympy.Expr,
+    potential: sympy.Expr | float = 0,
+    dissipation: sympy.Expr | float = 0,
+    generalised_force: sympy.Expr | Symbolic | float = 0,
+    **declaration: Any,
+) -> Axis:
+    """Declare an axis by Lagrange's equation with a dissipation function.
+
+    ``d/dt(dT/d dq) - dT/dq + dV/dq + dD/d dq = tau + Q``. T, V and D may have kinks, such as
+    ``k Max(0, q)**2 / 2`` of a one-sided spring; where the force jumps at one, it has the mean of
+    both sides there.
+
+    Parameters
+    ----------
+    name : str
+        The axis's name.
+    coordinate : Coordinate
+        The degree of freedom.
+    parameters : iterable of Parameter
+        In the order of the tables.
+    kinetic : expression
+        Energy T(q, dq), J: half an inertia, which may depend on the position, times ``dq**2``.
+    potential : expression
+        Energy V(q), J, of the position alone.
+    dissipation : expression
+        D(q, dq), W: ``Fv dq**2 / 2`` is viscous friction, ``Fc Abs(dq)`` Coulomb friction.
+    generalised_force : expression
+        Q, whatever else drives the axis, positive along the coordinate.
+    **declaration
+        The other attributes of `Axis`: drive, control, signals, columns, experiment, title.
+
+    Raises
+    ------
+    ModelError
+        The declaration is contradictory, an energy depends on what it must not, jumps, or is
+        negative where it is kinetic.
+    """
+    check_coordinate(coordinate)
+    q = coordinate
+    energy = expression(kinetic, "the kinetic energy")
+    stored = expression(potential, "the potential energy")
+    lost = expression(dissipation, "the dissipation function")
+    declared = listed(parameters, Parameter, "the parameters have")
+    try:
+        momentum = _momentum(energy, q, declared)
+        _check_free(
+            stored,
+            "potential energy",
+            (q.velocity, q.acceleration),
+            f"the position {q.symbol} alone. Put an inertia into the kinetic energy, as in "
+            f"m*{q.velocity}**2/2, and friction into the dissipation function.",
+        )
+        _check_free(
+            lost,
+            "dissipation function",
+            (q.acceleration,),
+            f"the position {q.symbol} and the velocity {q.velocity} alone. Put an inertia into "
+            f"the kinetic energy, as in m*{q.velocity}**2/2.",
+        )
+    except ModelError as error:
+        raise ModelError(f"axis {name!r}: {error}", code="energy-depends") from error
+    force = (
+        slope(momentum, q.velocity, "the momentum") * q.acceleration
+        + slope(momentum, q.symbol, "the momentum") * q.velocity
+        - slope(energy, q.symbol, "the kinetic energy")
+        + slope(stored, q.symbol, "the potential energy")
+        + slope(lost, q.velocity, "the dissipation function")
+        - expression(generalised_force, "the generalised force")
+    )
+    axis = Axis(name=name, coordinate=q, parameters=declared, force=force, **declaration)
+    axis.check_signals_used()
+    return axis
+
+
+def _check_free(value: sympy.Expr, what: str, symbols: Iterable[sympy.Symbol], rest: str) -> None:
+    """Refuse an energy, or a dissipation function, of symbols of the motion.
+
+    Raises
+    ------
+    ModelError
+        It depends on one.
+    """
+    if beside := " and ".join(str(s) for s in symbols if s in value.free_symbols):
+        raise ModelError(f"the {what} {value} depends on {beside}; it may depend on {rest}")
+
+
+def _momentum(
+    energy: sympy.Expr, coordinate: Coordinate, parameters: Sequence[Parameter]
+) -> sympy.Expr:
+    """Momentum by a kinetic energy, which is half an inertia times the square of the velocity.
+
+    Raises
+    ------
+    ModelError
+        It depends on the acceleration, or otherwise on the velocity, or is negative.
+    """
+    q = coordinate
+    if recorded := signals_in(energy):
+        raise ModelError(
+            f"the kinetic energy {energy} has the signal {min(map(str, recorded))} in it, whose "
+            "rate of change would make a force too, and is not recorded. Declare the axis with "
+            "newton.",
+            code="signal-in-inertia",
+        )
+    _check_free(
+        energy,
+        "kinetic energy",
+        (q.acceleration,),
+        f"the position {q.symbol} and the square of the velocity alone, as m*{q.velocity}**2/2 "
+        "does. Lagrange's equation makes the acceleration of it.",
+    )
+    momentum = slope(energy, q.velocity, "the kinetic energy")
+    inertia = slope(momentum, q.velocity, "the momentum")
+    square = with_numbers(energy - inertia * q.velocity**2 / 2)
+    if not vanishes(with_numbers(inertia).diff(q.velocity)) or not vanishes(square):
+        raise ModelError(
+            f"the kinetic energy {energy} is not a square of the velocity {q.velocity}: write an "
+            f"inertia times {q.velocity}**2/2. What is there at rest is a potential energy, with "
+            "the other sign."
+        )
+    _check_inertia(inertia, coordinate, parameters)
+    return momentum
+
+
+def _check_inertia(
+    inertia: sympy.Expr, coordinate: Coordinate, parameters: Sequence[Parameter]
+) -> None:
+    """Refuse an inertia that is negative wherever it is looked at.
+
+    With the nominal values, if there are any; else with positive ones, as far as the bounds let.
+
+    Raises
+    ------
+    ModelError
+        It is negative.
+    """
+    if signals_in(inertia):
+        return  # whatever its signals are
+    found = {p: p.nominal if p.known is None else p.known for p in parameters}
+    inside = {p: value for p, value in found.items() if p.symbol in inertia.free_symbols}
+    nominal = all(inside.values())
+    points = [{p.symbol: Fraction(v) for p, v in inside.items()}] if nominal else _positive(inside)
+    values = [
+        _value(inertia, coordinate, {**point, coordinate.symbol: place})
+        for point in points
+        for place in _PLACES
+    ]
+    real = [value for value in values if not math.isnan(value)]
+    if real and all(value < 0 for value in real):
+        what = "with the nominal values" if nominal else "if its parameters are positive"
+        raise ModelError(
+            f"the inertia {inertia} is negative {what}; so would be the kinetic energy. Correct "
+            "its sign, or a nominal value."
+        )
+
+
+def _positive(parameters: Iterable[Parameter]) -> list[dict[sympy.Symbol, Number]]:
+    """Positive numbers of several sizes, or the bound where it is lower."""
+    return [
+        {
+            p.symbol: Fraction(min(max(sizes[i % 2], p.lower), p.upper))
+            for i, p in enumerate(parameters)
+        }
+        for sizes in _SIZES
+    ]
+
+
+def _value(
+    inertia: sympy.Expr, coordinate: Coordinate, point: Mapping[sympy.Symbol, Number]
+) -> float:
+    """An inertia at a point; NaN where it has none."""
+    try:
+        return float(Expansion(coordinate.velocity, point).number(inertia))
+    except (NotRealError, OverflowError):
+        return math.nan
