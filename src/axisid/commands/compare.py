@@ -1,13 +1,14 @@
 """``axisid compare`` and ``axisid compare-results``: models of one axis, or two results."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import levels_options
-from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.estimator_options import Judging, start_option
+from axisid.commands.options.filter_options import Filtering
+from axisid.commands.options.groups import takes
 from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import (
@@ -17,15 +18,8 @@ from axisid.commands.options.outputs import (
     json_option,
     put_result,
 )
-from axisid.commands.options.record_options import Reading, is_log, record_options
-from axisid.commands.options.several_options import (
-    Sharing,
-    columns_by_place,
-    columns_of_option,
-    sharing_options,
-    skip_bad_option,
-)
-from axisid.commands.options.start_option import start_option
+from axisid.commands.options.record_options import Reading, is_log
+from axisid.commands.options.several_options import Sharing
 from axisid.estimation.choices import comparing
 from axisid.presentation.console import ProgressLine
 
@@ -90,14 +84,12 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     show_default=True,
     help="Estimator.",
 )
-@filter_options()
-@record_options
-@columns_of_option
-@sharing_options
-@skip_bad_option
+@takes("filtering", Filtering)
+@takes("reading", Reading)
+@takes("sharing", Sharing)
 @leave_out_option
-@start_option()
-@levels_options
+@start_option
+@takes("levels", Judging)
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @force_option
@@ -110,12 +102,10 @@ def compare(
     method: str,
     filtering: Filtering,
     reading: Reading,
-    columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
-    skip_bad: bool,
     left_out: tuple[str, ...],
     started_at: str,
-    levels: dict[str, Any],
+    levels: Judging,
     no_native: bool,
     json_file: str | None,
     force: bool,
@@ -139,8 +129,8 @@ def compare(
         record,
         reading,
         no_native=no_native,
-        skip_bad=skip_bad,
-        own_columns=columns_by_place(columns_of, len(record)),
+        skip_bad=sharing.skip_bad,
+        own_columns=sharing.own_columns(len(record)),
     )
     inputs, said = sharing.of(inputs, len(record))
     inputs.say_set_aside()
@@ -166,8 +156,8 @@ def compare(
             method,
             progress=line,
             start=started_at,
-            skip_bad=skip_bad,
-            **levels,
+            skip_bad=sharing.skip_bad,
+            **levels.arguments(),
             **said,
         ).with_set_aside(inputs.set_aside)
     put_result(result, json_file)

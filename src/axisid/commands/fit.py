@@ -3,12 +3,14 @@
 import shlex
 import sys
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.fit_options import fit_options
+from axisid.commands.options.estimator_options import Judging
+from axisid.commands.options.fit_options import Fitting
+from axisid.commands.options.groups import takes
 from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import (
@@ -19,14 +21,8 @@ from axisid.commands.options.outputs import (
     put_result,
     write_output,
 )
-from axisid.commands.options.record_options import Reading, record_options
-from axisid.commands.options.several_options import (
-    Sharing,
-    columns_by_place,
-    columns_of_option,
-    sharing_options,
-    skip_bad_option,
-)
+from axisid.commands.options.record_options import Reading
+from axisid.commands.options.several_options import Sharing
 from axisid.presentation.console import ProgressLine
 
 if TYPE_CHECKING:
@@ -42,7 +38,8 @@ if TYPE_CHECKING:
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
-@fit_options
+@takes("asked", Fitting)
+@takes("levels", Judging)
 @click.option(
     "--seed",
     type=click.IntRange(min=0),
@@ -50,10 +47,8 @@ if TYPE_CHECKING:
     show_default=True,
     help="Of further starts.",
 )
-@record_options
-@columns_of_option
-@sharing_options
-@skip_bad_option
+@takes("reading", Reading)
+@takes("sharing", Sharing)
 @click.option(
     "--fix",
     multiple=True,
@@ -69,12 +64,11 @@ if TYPE_CHECKING:
 def fit(
     axis: str,
     record: tuple[str, ...],
-    asked: dict[str, Any],
+    asked: Fitting,
+    levels: Judging,
     seed: int,
     reading: Reading,
-    columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
-    skip_bad: bool,
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
     no_native: bool,
@@ -97,8 +91,8 @@ def fit(
         fixed=fix,
         left_out=left_out,
         no_native=no_native,
-        skip_bad=skip_bad,
-        own_columns=columns_by_place(columns_of, len(record)),
+        skip_bad=sharing.skip_bad,
+        own_columns=sharing.own_columns(len(record)),
     )
     inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
@@ -106,7 +100,15 @@ def fit(
     from axisid.estimation.fitting import fit as run
 
     with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
-        result = run(inputs.axis, inputs.records, progress=line, seed=seed, **asked, **shared)
+        result = run(
+            inputs.axis,
+            inputs.records,
+            progress=line,
+            seed=seed,
+            **asked.arguments(),
+            **levels.arguments(),
+            **shared,
+        )
     put_result(result, json_file)
     if report is not None:
         _put_page(result, report, is_quiet=json_file == "-")

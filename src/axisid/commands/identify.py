@@ -3,26 +3,24 @@
 import math
 import shlex
 import sys
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.estimator_options import (
+    Estimating,
+    Judging,
     bootstrap_option,
     bounded_option,
-    check_estimator,
-    covariance_option,
     draws_option,
     drive_time_option,
     fix_option,
-    lags_option,
-    levels_options,
-    loss_option,
     method_option,
-    start_of_instruments,
 )
-from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.filter_options import Filtering
+from axisid.commands.options.groups import Options, option, takes
 from axisid.commands.options.inputs import Inputs, axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command, check_idle, check_needed
 from axisid.commands.options.outputs import (
@@ -32,14 +30,8 @@ from axisid.commands.options.outputs import (
     force_option,
     json_option,
 )
-from axisid.commands.options.record_options import Reading, Window, record_options, window_of
-from axisid.commands.options.several_options import (
-    Sharing,
-    columns_by_place,
-    columns_of_option,
-    sharing_options,
-    skip_bad_option,
-)
+from axisid.commands.options.record_options import Reading, Window, read_windows
+from axisid.commands.options.several_options import Sharing
 from axisid.presentation.console import ProgressLine
 
 from .identify_outputs import put_identification
@@ -52,12 +44,11 @@ if TYPE_CHECKING:
     from axisid.estimation.signals import Prefilter
 
 
-def _check_idle(methods: tuple[str, ...], covariance: str, json_file: str | None) -> None:
+def _check_idle(json_file: str | None) -> None:
     """Refuse options that the others leave without effect."""
     check_needed(("--figure-format", "--figure-width"), ("--figures",))
     check_needed(("--no-sweep",), ("--report", "--figures"))
     check_needed(("--validate-window", "--validate-like"), ("--validate",))
-    check_estimator(methods, covariance)
     if json_file == "-":
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
 
@@ -67,6 +58,34 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     if not math.isfinite(value):
         raise click.BadParameter("give a number of millimetres", param=parameter)
     return value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Validating(Options):
+    """Other records that the estimates are held against."""
+
+    further: tuple[str, ...] = option(
+        "Hold the estimates, frozen, against another record; again for each.",
+        name="validate",
+        metavar="RECORD",
+        multiple=True,
+        shell_complete=complete_file,
+    )
+    windows: tuple[Window, ...] = option(
+        "As --window, of the record of --validate, which else is taken whole; that may be the "
+        "same file.",
+        name="validate-window",
+        read=read_windows,
+        multiple=True,
+        metavar="FROM..TO",
+    )
+    like: int | None = option(
+        "The record, of those that are identified from, whose --local parameters and --known "
+        "values the record of --validate has.",
+        name="validate-like",
+        type=click.IntRange(min=1),
+        metavar="N",
+    )
 
 
 @click.command(
@@ -80,7 +99,9 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
 @method_option
-@filter_options(
+@takes(
+    "filtering",
+    Filtering,
     cutoff="Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",
     order="Its order.  [default: 4]",
     decimate="Keep one row in N.  [default: 10, or more where the cut-off asks for it]",
@@ -91,10 +112,8 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     reversals="Samples near a reversal or a rest, where the low-pass rounds what friction does at "
     "once.  [default: leave-out for axes with friction, unless that hides a parameter]",
 )
-@record_options
-@columns_of_option
-@sharing_options
-@skip_bad_option
+@takes("reading", Reading)
+@takes("sharing", Sharing)
 @fix_option(
     "A parameter that is known apart from the record, SI, with its standard deviation; again "
     "for each."
@@ -105,37 +124,11 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     "then has what its own adds. Of one record, which shows their sum alone."
 )
 @click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
-@click.option(
-    "--validate",
-    "further",
-    metavar="RECORD",
-    multiple=True,
-    shell_complete=complete_file,
-    help="Hold the estimates, frozen, against another record; again for each.",
-)
-@click.option(
-    "--validate-window",
-    "second_windows",
-    multiple=True,
-    metavar="FROM..TO",
-    help="As --window, of the record of --validate, which else is taken whole; that may be the "
-    "same file.",
-)
-@click.option(
-    "--validate-like",
-    "like",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="The record, of those that are identified from, whose --local parameters and --known "
-    "values the record of --validate has.",
-)
-@covariance_option
-@lags_option
-@start_of_instruments
-@loss_option
+@takes("validating", Validating)
+@takes("estimating", Estimating)
 @bounded_option
 @bootstrap_option
-@levels_options
+@takes("levels", Judging)
 @draws_option
 @click.option("--all", "every", is_flag=True, help="Print every method, side by side, with notes.")
 @click.option(
@@ -170,21 +163,14 @@ def identify(
     axis: str,
     record: tuple[str, ...],
     methods: tuple[str, ...],
-    further: tuple[str, ...],
-    second_windows: tuple[str, ...],
-    like: int | None,
+    validating: Validating,
     filtering: Filtering,
     reading: Reading,
-    columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
-    skip_bad: bool,
-    covariance: str,
-    lags: int | None,
-    started_at: str,
-    loss: str,
+    estimating: Estimating,
     bounded: bool,
     bootstrap: int,
-    levels: dict[str, Any],
+    levels: Judging,
     draws: int | None,
     every: bool,
     full: bool,
@@ -211,46 +197,43 @@ def identify(
     """
     filtering.prefilter()  # refused before anything is read
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
-    check_targets(targets, (*record, axis, *further), force=force)
-    own_columns = columns_by_place(columns_of, len(record))
-    _check_idle(methods, covariance, json_file)
+    check_targets(targets, (*record, axis, *validating.further), force=force)
+    own_columns = sharing.own_columns(len(record))
+    _check_idle(json_file)
+    estimating.check(methods)
     _check_figures(figures, figure_format, len(record), force=force)
     inputs = axis_and_records(
         axis,
         record,
         reading,
-        further,
+        validating.further,
         fixed=fix,
         left_out=left_out,
         drive_time=drive_time,
         no_native=no_native,
-        skip_bad=skip_bad,
+        skip_bad=sharing.skip_bad,
         own_columns=own_columns,
     )
-    if further:
-        sharing.check_validates(like)
+    if validating.further:
+        sharing.check_validates(validating.like)
     inputs, shared = sharing.of(inputs, len(record))
 
     from axisid.estimation.identification import identify as run
 
     generated, first = inputs.axis, inputs.records[0]
     prefilter = filtering.prefilter(first.period)
-    held = tuple(window_of(text, "--validate-window") for text in second_windows)
-    others = _held_out(generated, further, held, reading, prefilter)
+    others = _held_out(generated, validating, reading, prefilter)
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = run(
             generated,
             inputs.records,
             prefilter,
             None if "all" in methods else methods,
-            lags=lags,
-            covariance=covariance,
-            skip_bad=skip_bad,
-            start=started_at,
-            loss=loss,
+            skip_bad=sharing.skip_bad,
             bounded=bounded,
             bootstrap=bootstrap,
-            **levels,
+            **estimating.arguments(),
+            **levels.arguments(),
             **shared,
         ).with_set_aside(inputs.set_aside)
     from axisid.presentation.report import Outputs
@@ -264,6 +247,7 @@ def identify(
         draws=draws or 0,
         command=shlex.join(["axisid", *sys.argv[1:]]),
     )
+    like = validating.like
     own = None if like is None else _place(inputs, result.records, like)
     put_identification(
         result, json_file, others, draws or 0, outputs, every=every, full=full, like=own
@@ -284,15 +268,14 @@ def _place(inputs: Inputs, used: "Sequence[Record]", number: int) -> int:
 
 def _held_out(
     axis: "GeneratedAxis",
-    logs: tuple[str, ...],
-    windows: tuple[Window, ...],
+    validating: Validating,
     reading: Reading,
     prefilter: "Prefilter",
 ) -> list["Record"]:
     """Records for --validate; refused before the long part where the filter does not suit one."""
     from axisid.estimation.signals import FilteredRecord
 
-    records = [reading.record(log, axis, windows) for log in logs]
+    records = [reading.record(log, axis, validating.windows) for log in validating.further]
     for record in records:
         _ = FilteredRecord.bind(axis, record, prefilter).signals
     return records

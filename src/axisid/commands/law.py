@@ -3,6 +3,7 @@
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.groups import takes
 from axisid.commands.options.inputs import axis_and_records
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import (
@@ -12,7 +13,7 @@ from axisid.commands.options.outputs import (
     json_option,
     put_result,
 )
-from axisid.commands.options.record_options import Reading, record_options
+from axisid.commands.options.record_options import Reading
 from axisid.presentation.console import ProgressLine
 
 
@@ -23,7 +24,7 @@ from axisid.presentation.console import ProgressLine
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", required=False, shell_complete=complete_file)
-@record_options
+@takes("reading", Reading)
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the result as JSON; - for stdout.")
 @force_option

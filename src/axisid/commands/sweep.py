@@ -1,15 +1,14 @@
 """``axisid sweep``."""
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import levels_options
-from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.estimator_options import Judging, start_option
+from axisid.commands.options.filter_options import Filtering
+from axisid.commands.options.groups import takes
 from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import (
@@ -20,15 +19,8 @@ from axisid.commands.options.outputs import (
     print_result,
     put_json,
 )
-from axisid.commands.options.record_options import Reading, record_options
-from axisid.commands.options.several_options import (
-    Sharing,
-    columns_by_place,
-    columns_of_option,
-    sharing_options,
-    skip_bad_option,
-)
-from axisid.commands.options.start_option import start_option
+from axisid.commands.options.record_options import Reading
+from axisid.commands.options.several_options import Sharing
 from axisid.presentation.console import ProgressLine
 
 _FIGURES = (".png", ".svg", ".pdf")
@@ -45,14 +37,17 @@ _FIGURES = (".png", ".svg", ".pdf")
 @click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
 @click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
-@filter_options("order", "hold", "reversals", order="Of the Butterworth filter.  [default: 4]")
-@partial(record_options, ends=False)
-@columns_of_option
-@sharing_options
-@skip_bad_option
+@takes(
+    "filtering",
+    Filtering,
+    without=("cutoff", "decimate", "decimation", "drop"),
+    order="Of the Butterworth filter.  [default: 4]",
+)
+@takes("reading", Reading, without=("start", "stop"))
+@takes("sharing", Sharing)
 @leave_out_option
-@start_option()
-@levels_options
+@start_option
+@takes("levels", Judging)
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
@@ -65,12 +60,10 @@ def sweep(
     points: int,
     filtering: Filtering,
     reading: Reading,
-    columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
-    skip_bad: bool,
     left_out: tuple[str, ...],
     started_at: str,
-    levels: dict[str, Any],
+    levels: Judging,
     no_native: bool,
     json_file: str | None,
     figure: str | None,
@@ -90,8 +83,8 @@ def sweep(
         reading,
         left_out=left_out,
         no_native=no_native,
-        skip_bad=skip_bad,
-        own_columns=columns_by_place(columns_of, len(record)),
+        skip_bad=sharing.skip_bad,
+        own_columns=sharing.own_columns(len(record)),
     )
     inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
@@ -107,9 +100,9 @@ def sweep(
             cutoffs,
             filtering.prefilter(),
             progress=line,
-            skip_bad=skip_bad,
+            skip_bad=sharing.skip_bad,
             start=started_at,
-            **levels,
+            **levels.arguments(),
             **shared,
         ).with_set_aside(inputs.set_aside)
     if json_file != "-":

@@ -1,21 +1,26 @@
 """``axisid fleet``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.estimator_options import (
+    Estimating,
+    Judging,
+    bounded_option,
+    draws_option,
     drive_time_option,
-    estimator_options,
     fix_option,
+    method_option,
 )
-from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.filter_options import Filtering
+from axisid.commands.options.groups import takes
 from axisid.commands.options.inputs import leave_out_option
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import check_folder, force_option
-from axisid.commands.options.record_options import Reading, record_options
+from axisid.commands.options.record_options import Reading
 from axisid.presentation.console import ProgressLine, print_document
 
 if TYPE_CHECKING:
@@ -58,9 +63,13 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Leave alone what was done with the same log, axis and options.",
 )
-@filter_options()
-@record_options
-@estimator_options
+@takes("filtering", Filtering)
+@takes("reading", Reading)
+@method_option
+@takes("estimating", Estimating)
+@bounded_option
+@takes("levels", Judging)
+@draws_option
 @fix_option("As in identify, of all logs.")
 @leave_out_option
 @drive_time_option("As in identify.")
@@ -75,7 +84,11 @@ def fleet(
     resume: bool,
     filtering: Filtering,
     reading: Reading,
-    estimating: dict[str, Any],
+    methods: tuple[str, ...],
+    estimating: Estimating,
+    bounded: bool,
+    levels: Judging,
+    draws: int | None,
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
     drive_time: str | None,
@@ -92,6 +105,7 @@ def fleet(
     together have fleet.parquet (fleet.csv without pyarrow). A log that is bad, hangs or ends its
     process is told with the reason, and the others go on.
     """
+    estimating.check(methods)
     prefilter = filtering.prefilter()  # refused before anything is read
     from axisid.fleets import fleet as run, written_files
     from axisid.fleets.items import gather_items
@@ -113,9 +127,13 @@ def fleet(
                 left_out=left_out,
                 drive_time=drive_time,
                 native=not no_native,
-                reading=reading.arguments(),
+                reading=reading.settings(),
                 progress=line,
-                **estimating,
+                methods=None if "all" in methods else methods,
+                bounded=bounded,
+                draws=draws or 0,
+                **estimating.arguments(),
+                **levels.arguments(),
             )
     except KeyboardInterrupt:
         click.echo(f"axisid: what is done is in {output}; --resume goes on from there", err=True)

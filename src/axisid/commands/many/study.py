@@ -5,20 +5,14 @@ import sys
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.estimator_options import (
-    bootstrap_option,
-    check_estimator,
-    covariance_option,
-    lags_option,
-    levels_options,
-    loss_option,
-)
-from axisid.commands.options.filter_options import FILTER_OPTIONS, Filtering, filter_options
+from axisid.commands.options.estimator_options import Estimating, Judging, bootstrap_option
+from axisid.commands.options.filter_options import Filtering
+from axisid.commands.options.groups import takes
 from axisid.commands.options.inputs import leave_out_option
 from axisid.commands.options.option_checks import Command, check_idle, check_needed
 from axisid.commands.options.outputs import (
@@ -30,7 +24,6 @@ from axisid.commands.options.outputs import (
     put_result,
     write_output,
 )
-from axisid.commands.options.start_option import start_option
 from axisid.estimation.choices import fit_names, fitted_output, method_names
 from axisid.presentation.console import ProgressLine
 
@@ -47,7 +40,6 @@ if TYPE_CHECKING:
     from axisid.estimation.monte_carlo import MonteCarlo
 
 _RUNS, _CHECKS = 200, 0
-_OF_IDENTIFY = ("--covariance", "--lags", "--start", "--loss", "--bootstrap")
 
 
 @click.command(
@@ -85,14 +77,11 @@ _OF_IDENTIFY = ("--covariance", "--lags", "--start", "--loss", "--bootstrap")
     help="Judge the first N runs too: how often each check fails. A verdict costs several times an "
     "estimate.",
 )
-@filter_options()
+@takes("filtering", Filtering)
 @leave_out_option
-@covariance_option
-@lags_option
-@start_option()
-@loss_option
+@takes("estimating", Estimating, start="As in identify.")
 @bootstrap_option
-@levels_options
+@takes("levels", Judging)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
 @click.option(
     "--jobs",
@@ -124,13 +113,10 @@ def study(
     checks: int,
     filtering: Filtering,
     left_out: tuple[str, ...],
-    covariance: str,
-    lags: int | None,
-    started_at: str,
-    loss: str,
+    estimating: Estimating,
     seed: int,
     bootstrap: int,
-    levels: dict[str, Any],
+    levels: Judging,
     jobs: int,
     no_native: bool,
     output: str | None,
@@ -146,7 +132,7 @@ def study(
     Bias and scatter of every estimate, how often its intervals hold the truth, and how often each
     check fails: on twins of the axis itself, or of another one (--twin).
     """
-    _check_methods(methods, covariance)
+    _check_methods(methods, estimating)
     check_needed(("--figure-format",), ("--figures",))
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
     outputs = _Outputs(output=output, report=report, figures=figures, form=figure_format)
@@ -166,12 +152,9 @@ def study(
             truth=truth_of(truth),
             checks=checks,
             seed=seed,
-            covariance=covariance,
-            lags=lags,
-            start=started_at,
-            loss=loss,
             bootstrap=bootstrap,
-            **levels,
+            **estimating.arguments(),
+            **levels.arguments(),
             jobs=jobs,
             progress=line,
             keep=outputs.keep,
@@ -182,13 +165,13 @@ def study(
         click.echo(f"wrote {path}", err=json_file == "-")
 
 
-def _check_methods(methods: tuple[str, ...], covariance: str) -> None:
+def _check_methods(methods: tuple[str, ...], estimating: Estimating) -> None:
     """Refuse options of identify that the methods leave without effect."""
     regressions = tuple(method for method in methods if not fitted_output(method))
     if regressions:
-        check_estimator(regressions, covariance)
+        estimating.check(regressions)
         return
-    for option in (*_OF_IDENTIFY, *FILTER_OPTIONS):
+    for option in (*Estimating.names().values(), "--bootstrap", *Filtering.names().values()):
         check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
 
 

@@ -63,7 +63,7 @@ def axis_and_records(
     left_out: tuple[str, ...] = (),
     no_native: bool,
     skip_bad: bool = False,
-    own_columns: Mapping[int, str] | None = None,
+    own_columns: Mapping[int, dict[str, str]] | None = None,
     drive_time: str | None = None,
 ) -> Inputs:
     """The axis that was named, and its records or its twin's.
@@ -77,8 +77,8 @@ def axis_and_records(
         Other logs that `reading` is of.
     fixed, left_out : tuple of str
     no_native, skip_bad : bool
-    own_columns : mapping of int to str, optional
-        Columns of single logs, by their place, as ``--columns`` takes them.
+    own_columns : mapping of int to dict, optional
+        Columns of single logs, by their place.
     drive_time : str, optional
         The drive's time that is estimated, ``lag`` or ``delay``.
     """
@@ -111,7 +111,7 @@ def _read(
     axis: "GeneratedAxis",
     logs: Sequence[str],
     reading: Reading,
-    own_columns: Mapping[int, str],
+    own_columns: Mapping[int, dict[str, str]],
     *,
     skip_bad: bool,
 ) -> Inputs:
@@ -122,7 +122,7 @@ def _read(
     found: dict[int, Record] = {}
     bad: dict[str, Note] = {}
     for i, log in enumerate(logs):
-        own = reading.with_columns(own_columns[i]) if i in own_columns else reading
+        own = replace(reading, columns=own_columns.get(i, reading.columns))
         try:
             found[i] = own.record(log, axis)
         except AxisidError as error:
