@@ -88,7 +88,6 @@ BY_NAME = (
     "codegen.thresholds",
     "presentation",
     "exports",
-    "commands.options",
     "commands.many",
     "commands",
 )

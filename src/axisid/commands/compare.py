@@ -5,21 +5,25 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import Judging, start_option
-from axisid.commands.options.filter_options import Filtering
-from axisid.commands.options.groups import takes
-from axisid.commands.options.inputs import axis_and_records, leave_out_option
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
+    Filtering,
+    Judging,
+    Reading,
+    Sharing,
     Target,
+    axis_and_records,
     check_targets,
+    complete_axis,
+    complete_file,
     force_option,
+    is_log,
     json_option,
+    leave_out_option,
     put_result,
+    start_option,
+    takes,
 )
-from axisid.commands.options.record_options import Reading, is_log
-from axisid.commands.options.several_options import Sharing
 from axisid.estimation.choices import comparing
 from axisid.presentation.console import ProgressLine
 

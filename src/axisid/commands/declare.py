@@ -2,8 +2,7 @@
 
 import click
 
-from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.option_checks import Command
+from axisid.commands.options import Command, complete_axis
 from axisid.presentation.console import ProgressLine, print_document
 
 
@@ -21,7 +20,7 @@ def new(name: str, newton: bool, toml: bool) -> None:
     It is complete: a linear stage (a pendulum with --lagrange) with its control law, and an
     experiment whose twin can be identified at once.
     """
-    from axisid.commands.options.templates import write_scaffold
+    from .templates import write_scaffold
 
     file = write_scaffold(name, newton=newton, toml=toml)
     click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")

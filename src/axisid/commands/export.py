@@ -2,9 +2,15 @@
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import Target, check_targets, force_option, write_output
+from axisid.commands.options import (
+    Command,
+    Target,
+    check_targets,
+    complete_axis,
+    complete_file,
+    force_option,
+    write_output,
+)
 from axisid.estimation.choices import method_names
 from axisid.exports.targets import TARGETS
 

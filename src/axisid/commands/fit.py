@@ -7,22 +7,24 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import Judging
-from axisid.commands.options.fit_options import Fitting
-from axisid.commands.options.groups import takes
-from axisid.commands.options.inputs import axis_and_records, leave_out_option
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
+    Fitting,
+    Judging,
+    Reading,
+    Sharing,
     Target,
+    axis_and_records,
     check_targets,
+    complete_axis,
+    complete_file,
     force_option,
     json_option,
+    leave_out_option,
     put_result,
+    takes,
     write_output,
 )
-from axisid.commands.options.record_options import Reading
-from axisid.commands.options.several_options import Sharing
 from axisid.presentation.console import ProgressLine
 
 if TYPE_CHECKING:

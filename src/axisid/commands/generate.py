@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.earlier_output import is_earlier
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import check_replaced, force_option
+from axisid.commands.options import Command, check_replaced, complete_axis, force_option, is_earlier
 from axisid.presentation.console import ProgressLine
 
 if TYPE_CHECKING:

@@ -8,30 +8,37 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import (
+from axisid.commands.options import (
+    Command,
     Estimating,
+    Filtering,
+    Inputs,
     Judging,
+    Options,
+    Reading,
+    Sharing,
+    Target,
+    Window,
+    axis_and_records,
     bootstrap_option,
     bounded_option,
+    check_folder,
+    check_idle,
+    check_needed,
+    check_targets,
+    complete_axis,
+    complete_file,
     draws_option,
     drive_time_option,
     fix_option,
-    method_option,
-)
-from axisid.commands.options.filter_options import Filtering
-from axisid.commands.options.groups import Options, option, takes
-from axisid.commands.options.inputs import Inputs, axis_and_records, leave_out_option
-from axisid.commands.options.option_checks import Command, check_idle, check_needed
-from axisid.commands.options.outputs import (
-    Target,
-    check_folder,
-    check_targets,
     force_option,
     json_option,
+    leave_out_option,
+    method_option,
+    option,
+    read_windows,
+    takes,
 )
-from axisid.commands.options.record_options import Reading, Window, read_windows
-from axisid.commands.options.several_options import Sharing
 from axisid.presentation.console import ProgressLine
 
 from .identify_outputs import put_identification

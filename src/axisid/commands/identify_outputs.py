@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from axisid.commands.options.outputs import print_result, put_json
+from axisid.commands.options import print_result, put_json
 from axisid.presentation.console import ProgressLine, print_document
 
 if TYPE_CHECKING:

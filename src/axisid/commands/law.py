@@ -2,18 +2,19 @@
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.groups import takes
-from axisid.commands.options.inputs import axis_and_records
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
+    Reading,
     Target,
+    axis_and_records,
     check_targets,
+    complete_axis,
+    complete_file,
     force_option,
     json_option,
     put_result,
+    takes,
 )
-from axisid.commands.options.record_options import Reading
 from axisid.presentation.console import ProgressLine
 
 

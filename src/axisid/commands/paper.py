@@ -4,8 +4,7 @@ from pathlib import Path
 
 import click
 
-from axisid.commands.options.option_checks import Command, check_needed
-from axisid.commands.options.outputs import check_folder, force_option
+from axisid.commands.options import Command, check_folder, check_needed, force_option
 from axisid.presentation.console import ProgressLine, print_document
 
 _RUNS = 100

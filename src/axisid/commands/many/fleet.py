@@ -5,22 +5,24 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import (
+from axisid.commands.options import (
+    Command,
     Estimating,
+    Filtering,
     Judging,
+    Reading,
     bounded_option,
+    check_folder,
+    complete_axis,
+    complete_file,
     draws_option,
     drive_time_option,
     fix_option,
+    force_option,
+    leave_out_option,
     method_option,
+    takes,
 )
-from axisid.commands.options.filter_options import Filtering
-from axisid.commands.options.groups import takes
-from axisid.commands.options.inputs import leave_out_option
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import check_folder, force_option
-from axisid.commands.options.record_options import Reading
 from axisid.presentation.console import ProgressLine, print_document
 
 if TYPE_CHECKING:

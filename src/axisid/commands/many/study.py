@@ -9,19 +9,23 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.estimator_options import Estimating, Judging, bootstrap_option
-from axisid.commands.options.filter_options import Filtering
-from axisid.commands.options.groups import takes
-from axisid.commands.options.inputs import leave_out_option
-from axisid.commands.options.option_checks import Command, check_idle, check_needed
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
+    Estimating,
+    Filtering,
+    Judging,
     Target,
+    bootstrap_option,
     check_folder,
+    check_idle,
+    check_needed,
     check_targets,
+    complete_axis,
     force_option,
     json_option,
+    leave_out_option,
     put_result,
+    takes,
     write_output,
 )
 from axisid.estimation.choices import fit_names, fitted_output, method_names

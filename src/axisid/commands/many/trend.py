@@ -4,11 +4,11 @@ from pathlib import Path
 
 import click
 
-from axisid.commands.options.completion import complete_file
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
     Target,
     check_targets,
+    complete_file,
     force_option,
     json_option,
     put_json,

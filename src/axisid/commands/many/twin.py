@@ -6,9 +6,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.option_checks import Command, check_needed
-from axisid.commands.options.outputs import Target, check_folder, check_targets, force_option
+from axisid.commands.options import (
+    Command,
+    Target,
+    check_folder,
+    check_needed,
+    check_targets,
+    complete_axis,
+    force_option,
+)
 from axisid.presentation.console import ProgressLine
 
 from .twin_options import (
