@@ -1,7 +1,6 @@
 """``axisid compare`` and ``axisid compare-results``: models of one axis, or two results."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import click
 
@@ -21,14 +20,13 @@ from axisid.commands.options import (
     json_option,
     leave_out_option,
     put_result,
+    stages,
     start_option,
     takes,
 )
 from axisid.estimation.choices import comparing
 from axisid.presentation.console import ProgressLine
-
-if TYPE_CHECKING:
-    from axisid.modeling.declaration import Axis
+from axisid.support.errors import UsageError
 
 
 class _ListedAxes(Command):
@@ -140,20 +138,18 @@ def compare(
     inputs.say_set_aside()
     first, data = inputs.axis, inputs.records
 
-    from axisid.codegen.artefacts import build
-    from axisid.estimation.studies import compare as run
-    from axisid.modeling.derivation import friction_ladder
-
-    candidates: dict[str, Axis] = {}
+    candidates: dict[str, stages.Axis] = {}
     if ladder is not None:
         shared = _without(first.declared, left_out)
-        candidates |= friction_ladder(shared, quadratic=quadratic, stribeck=stribeck)
+        candidates |= stages.friction_ladder(shared, quadratic=quadratic, stribeck=stribeck)
     _add_named(candidates, axes, left_out)
     _check_left_out(candidates, left_out)
     with ProgressLine("comparing") as line:
-        built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
+        built = {
+            name: stages.build(axis, native=not no_native) for name, axis in candidates.items()
+        }
         filtered = filtering.prefilter(data[0].period)
-        result = run(
+        result = stages.compare(
             built,
             data,
             filtered,
@@ -187,23 +183,17 @@ def compare_results(first: str, second: str, json_file: str | None, force: bool)
     targets = [Target("--json", json_file, "compare-results")]
     check_targets(targets, (first, second), force=force)
 
-    from axisid.presentation.saved import compare_results as run
-
-    result = run(first, second)
+    result = stages.compare_results(first, second)
     put_result(result, json_file)
 
 
-def _without(axis: "Axis", names: tuple[str, ...]) -> "Axis":
+def _without(axis: "stages.Axis", names: tuple[str, ...]) -> "stages.Axis":
     """The axis without those of the parameters that it has."""
-    from axisid.modeling.declaration import leave_out
-
-    return leave_out(axis, *({p.name for p in axis.parameters} & {*names}))
+    return stages.leave_out(axis, *({p.name for p in axis.parameters} & {*names}))
 
 
-def _check_left_out(candidates: "dict[str, Axis]", names: tuple[str, ...]) -> None:
+def _check_left_out(candidates: "dict[str, stages.Axis]", names: tuple[str, ...]) -> None:
     """Refuse what no candidate has, and friction that a ladder's rungs bring back."""
-    from axisid.support.errors import UsageError
-
     for name in names:
         if not any(name in {p.name for p in axis.left_out} for axis in candidates.values()):
             raise UsageError(
@@ -218,14 +208,11 @@ def _check_left_out(candidates: "dict[str, Axis]", names: tuple[str, ...]) -> No
 
 
 def _add_named(
-    candidates: "dict[str, Axis]", names: tuple[str, ...], left_out: tuple[str, ...]
+    candidates: "dict[str, stages.Axis]", names: tuple[str, ...], left_out: tuple[str, ...]
 ) -> None:
     """Add axes by their own names, or as they were given where two have the same."""
-    from axisid.modeling.text import load_axis
-    from axisid.support.errors import UsageError
-
     for name in names:
-        axis = _without(load_axis(name), left_out)
+        axis = _without(stages.load_axis(name), left_out)
         label = name if axis.name in candidates else axis.name
         if label in candidates:
             raise UsageError(f"the axis {name} is given twice; give each one once.")

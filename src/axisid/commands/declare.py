@@ -2,7 +2,7 @@
 
 import click
 
-from axisid.commands.options import Command, complete_axis
+from axisid.commands.options import Command, complete_axis, stages
 from axisid.presentation.console import ProgressLine, print_document
 
 
@@ -44,13 +44,9 @@ def show(axis: str, form: str) -> None:
     The equation of motion, the inverse and the direct model with their regressors, the map between
     their parameters, what is identifiable, and the drive, control law and columns.
     """
-    from axisid.modeling.derivation import derive
-    from axisid.modeling.text import load_axis
-    from axisid.presentation.formulas import axis_document, axis_page
-
     with ProgressLine(f"deriving {axis}"):
-        model = derive(load_axis(axis))
-        page = axis_document(model) if form == "text" else axis_page(model, form)
+        model = stages.derive(stages.load_axis(axis))
+        page = stages.axis_document(model) if form == "text" else stages.axis_page(model, form)
     if isinstance(page, str):
         click.echo(page, nl=False)
     else:

@@ -9,6 +9,7 @@ from axisid.commands.options import (
     complete_axis,
     complete_file,
     force_option,
+    stages,
     write_output,
 )
 from axisid.estimation.choices import method_names
@@ -81,7 +82,6 @@ def export(
     nothing but the language. JSON, CSV and LaTeX hold all methods unless one is named.
     """
     check_targets([Target("--output", output, "export")], (result, axis), force=force)
-    from axisid.exports.export import export as exported
 
-    text = exported(result, to, axis=axis, method=method, dead_zone=dead_zone, record=number)
+    text = stages.export(result, to, axis=axis, method=method, dead_zone=dead_zone, record=number)
     write_output(output, text)

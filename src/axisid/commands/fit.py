@@ -3,7 +3,6 @@
 import shlex
 import sys
 from datetime import datetime
-from typing import TYPE_CHECKING
 
 import click
 
@@ -22,13 +21,12 @@ from axisid.commands.options import (
     json_option,
     leave_out_option,
     put_result,
+    stages,
     takes,
     write_output,
 )
 from axisid.presentation.console import ProgressLine
-
-if TYPE_CHECKING:
-    from axisid.estimation.fitting import OutputFit
+from axisid.support.remedy import as_options
 
 
 @click.command(
@@ -99,10 +97,8 @@ def fit(
     inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
 
-    from axisid.estimation.fitting import fit as run
-
     with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
-        result = run(
+        result = stages.fit(
             inputs.axis,
             inputs.records,
             progress=line,
@@ -116,11 +112,9 @@ def fit(
         _put_page(result, report, is_quiet=json_file == "-")
 
 
-def _put_page(result: "OutputFit", file: str, *, is_quiet: bool) -> None:
-    from axisid.presentation.report import fit_report_html
-    from axisid.support.remedy import as_options
+def _put_page(result: "stages.OutputFit", file: str, *, is_quiet: bool) -> None:
 
     command, made = shlex.join(["axisid", *sys.argv[1:]]), datetime.now().astimezone()
-    page = fit_report_html(result, command=command, made=made, wording=as_options)
+    page = stages.fit_report_html(result, command=command, made=made, wording=as_options)
     write_output(file, page)
     click.echo(f"wrote {file}", err=is_quiet)

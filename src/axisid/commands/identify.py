@@ -3,8 +3,8 @@
 import math
 import shlex
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import click
 
@@ -37,18 +37,12 @@ from axisid.commands.options import (
     method_option,
     option,
     read_windows,
+    stages,
     takes,
 )
 from axisid.presentation.console import ProgressLine
 
 from .identify_outputs import put_identification
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from axisid.codegen.artefacts import GeneratedAxis
-    from axisid.estimation.records import Record
-    from axisid.estimation.signals import Prefilter
 
 
 def _check_idle(json_file: str | None) -> None:
@@ -225,13 +219,11 @@ def identify(
         sharing.check_validates(validating.like)
     inputs, shared = sharing.of(inputs, len(record))
 
-    from axisid.estimation.identification import identify as run
-
     generated, first = inputs.axis, inputs.records[0]
     prefilter = filtering.prefilter(first.period)
     others = _held_out(generated, validating, reading, prefilter)
     with ProgressLine(f"identifying {generated.axis.name}"):
-        result = run(
+        result = stages.identify(
             generated,
             inputs.records,
             prefilter,
@@ -243,9 +235,8 @@ def identify(
             **levels.arguments(),
             **shared,
         ).with_set_aside(inputs.set_aside)
-    from axisid.presentation.report import Outputs
 
-    outputs = Outputs(
+    outputs = stages.Outputs(
         report=report,
         figures=figures,
         form=figure_format,
@@ -261,7 +252,7 @@ def identify(
     )
 
 
-def _place(inputs: Inputs, used: "Sequence[Record]", number: int) -> int:
+def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
     """Number among the records that were used of one of the command line's."""
     read = dict(zip(inputs.used, inputs.records, strict=True)).get(number - 1)
     found = [i for i, record in enumerate(used, 1) if record is read]
@@ -274,17 +265,15 @@ def _place(inputs: Inputs, used: "Sequence[Record]", number: int) -> int:
 
 
 def _held_out(
-    axis: "GeneratedAxis",
+    axis: "stages.GeneratedAxis",
     validating: Validating,
     reading: Reading,
-    prefilter: "Prefilter",
-) -> list["Record"]:
+    prefilter: "stages.Prefilter",
+) -> list["stages.Record"]:
     """Records for --validate; refused before the long part where the filter does not suit one."""
-    from axisid.estimation.signals import FilteredRecord
-
     records = [reading.record(log, axis, validating.windows) for log in validating.further]
     for record in records:
-        _ = FilteredRecord.bind(axis, record, prefilter).signals
+        _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
     return records
 
 
@@ -292,8 +281,7 @@ def _check_figures(folder: str | None, form: str, records: int, *, force: bool) 
     """Refuse a folder of figures that holds others of the same names."""
     if folder is None:
         return
-    from axisid.presentation.drawing import NAMES
 
     numbers = ["", *(f"-{i + 1}" for i in range(records) if records > 1)]
-    drawn = {f"{name}{i}.{form}": "figure" for name in NAMES for i in numbers}
+    drawn = {f"{name}{i}.{form}": "figure" for name in stages.NAMES for i in numbers}
     check_folder(folder, "--figures", drawn, force=force)

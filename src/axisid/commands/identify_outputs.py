@@ -2,48 +2,38 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from axisid.commands.options import print_result, put_json
+from axisid.commands.options import print_result, put_json, stages
 from axisid.presentation.console import ProgressLine, print_document
-
-if TYPE_CHECKING:
-    from axisid.estimation.identification import Identification
-    from axisid.estimation.records import Record
-    from axisid.presentation.report import Outputs
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.remedy import as_options
 
 
 def put_identification(
-    result: "Identification",
+    result: "stages.Identification",
     json_file: str | None,
-    others: "Sequence[Record]",
+    others: "Sequence[stages.Record]",
     draws: int,
-    outputs: "Outputs",
+    outputs: "stages.Outputs",
     *,
     every: bool,
     full: bool,
     like: int | None = None,
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
-    from axisid.estimation.checks import joined
-    from axisid.estimation.studies import validate
-    from axisid.presentation.text import missing_notes
-    from axisid.presentation.views import as_blocks
-    from axisid.support.errors import EstimationError, UsageError
-    from axisid.support.remedy import as_options
-
     with ProgressLine("judging the estimates"):
-        validations = [validate(result, other, like=like) for other in others]
+        validations = [stages.validate(result, other, like=like) for other in others]
         names = [each.record.provenance.source for each in validations]
-        check = joined([each.check for each in validations], names)
+        check = stages.joined([each.check for each in validations], names)
         result = replace(result, further=() if check is None else (check,))
         written = None if json_file is None else result.to_dict(draws)
         document = (
             ()
             if json_file == "-"
-            else as_blocks(result, draws=draws, every=every, full=full, wording=as_options)
+            else stages.as_blocks(result, draws=draws, every=every, full=full, wording=as_options)
         )
     refused: UsageError | None = None
     if json_file is not None and written is not None:
@@ -71,4 +61,4 @@ def put_identification(
     if refused is not None:
         raise refused
     if result.failed:
-        raise EstimationError("; ".join(missing_notes(result.failed, as_options)))
+        raise EstimationError("; ".join(stages.missing_notes(result.failed, as_options)))

@@ -13,6 +13,7 @@ from axisid.commands.options import (
     force_option,
     json_option,
     put_result,
+    stages,
     takes,
 )
 from axisid.presentation.console import ProgressLine
@@ -46,9 +47,7 @@ def law(
     check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)
     inputs = axis_and_records(axis, logs, reading, no_native=no_native)
 
-    from axisid.estimation.law_search import find_law
-
     generated, data = inputs.axis, inputs.records[0]
     with ProgressLine(f"finding the law of {generated.axis.name}") as line:
-        result = find_law(generated, data, progress=line)
+        result = stages.find_law(generated, data, progress=line)
     put_result(result, json_file)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from axisid.commands.options import Command, check_folder, check_needed, force_option
+from axisid.commands.options import Command, check_folder, check_needed, force_option, stages
 from axisid.presentation.console import ProgressLine, print_document
 
 _RUNS = 100
@@ -60,47 +60,34 @@ def paper(output: Path | None, encoder: bool, runs: int | None, jobs: int, force
 
 
 def _study(output: Path | None, force: bool) -> list[Path]:
-    from axisid.paper import STUDY_FILES, run_study, study_document, write_study
 
-    check_folder(output, "--output", STUDY_FILES, deep=True, force=force)
+    check_folder(output, "--output", stages.STUDY_FILES, deep=True, force=force)
     with ProgressLine("the paper's study") as line:
-        study = run_study(line)
-    print_document(study_document(study))
+        study = stages.run_study(line)
+    print_document(stages.study_document(study))
     if output is None:
         return []
     with ProgressLine("drawing figures"):
-        return write_study(study, output)
+        return stages.write_study(study, output)
 
 
 def _distributions(runs: int, jobs: int, output: Path | None, force: bool) -> list[Path]:
-    from axisid.paper import (
-        DISTRIBUTION_FILES,
-        distributions_document,
-        run_distributions,
-        write_distributions,
-    )
 
-    check_folder(output, "--output", DISTRIBUTION_FILES, deep=True, force=force)
+    check_folder(output, "--output", stages.DISTRIBUTION_FILES, deep=True, force=force)
     with ProgressLine("twins of the paper's axis") as line:
-        found = run_distributions(runs, jobs=jobs, progress=line)
+        found = stages.run_distributions(runs, jobs=jobs, progress=line)
     click.echo()
-    print_document(distributions_document(found))
-    return [] if output is None else write_distributions(found, output)
+    print_document(stages.distributions_document(found))
+    return [] if output is None else stages.write_distributions(found, output)
 
 
 def _encoder_study(runs: int, jobs: int, output: Path | None, force: bool) -> list[Path]:
-    from axisid.paper import (
-        ENCODER_FILES,
-        encoder_document,
-        run_encoder_study,
-        write_encoder_study,
-    )
 
-    check_folder(output, "--output", ENCODER_FILES, deep=True, force=force)
+    check_folder(output, "--output", stages.ENCODER_FILES, deep=True, force=force)
     with ProgressLine("the study of encoders") as line:
-        study = run_encoder_study(runs, jobs=jobs, progress=line)
-    print_document(encoder_document(study))
+        study = stages.run_encoder_study(runs, jobs=jobs, progress=line)
+    print_document(stages.encoder_document(study))
     if output is None:
         return []
     with ProgressLine("drawing figures"):
-        return write_encoder_study(study, output)
+        return stages.write_encoder_study(study, output)

@@ -21,10 +21,12 @@ from axisid.commands.options import (
     leave_out_option,
     print_result,
     put_json,
+    stages,
     start_option,
     takes,
 )
 from axisid.presentation.console import ProgressLine
+from axisid.support.errors import UsageError
 
 _FIGURES = (".png", ".svg", ".pdf")
 
@@ -92,12 +94,10 @@ def sweep(
     inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
 
-    from axisid.estimation.studies import default_cutoffs, sweep as run
-
     generated, data = inputs.axis, inputs.records
-    cutoffs = default_cutoffs(1 / data[0].period, lowest, highest, points)
+    cutoffs = stages.default_cutoffs(1 / data[0].period, lowest, highest, points)
     with ProgressLine(f"sweeping {generated.axis.name}") as line:
-        result = run(
+        result = stages.sweep(
             generated,
             data,
             cutoffs,
@@ -113,9 +113,7 @@ def sweep(
     if json_file is not None:
         put_json(json_file, result.to_dict())
     if figure is not None:
-        from axisid.presentation.drawing import sweep_figure
-
-        _drawn(lambda: sweep_figure(result, Path(figure)), figure)
+        _drawn(lambda: stages.sweep_figure(result, Path(figure)), figure)
         click.echo(f"wrote {figure}", err=json_file == "-")
 
 
@@ -132,8 +130,6 @@ def _check_figure(figure: str | None) -> None:
 
 def _drawn(draw: Callable[[], None], figure: str) -> None:
     """Draw a figure; a place or format that does not serve is the user's to mend."""
-    from axisid.support.errors import UsageError
-
     try:
         with ProgressLine(f"drawing {figure}"):
             draw()

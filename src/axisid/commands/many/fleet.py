@@ -1,7 +1,6 @@
 """``axisid fleet``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -21,12 +20,11 @@ from axisid.commands.options import (
     force_option,
     leave_out_option,
     method_option,
+    stages,
     takes,
 )
 from axisid.presentation.console import ProgressLine, print_document
-
-if TYPE_CHECKING:
-    from axisid.fleets import Fleet
+from axisid.support.errors import EstimationError
 
 
 @click.command(
@@ -109,15 +107,12 @@ def fleet(
     """
     estimating.check(methods)
     prefilter = filtering.prefilter()  # refused before anything is read
-    from axisid.fleets import fleet as run, written_files
-    from axisid.fleets.items import gather_items
-    from axisid.modeling.declaration import read_fixed
 
-    items = gather_items(logs, output)
-    check_folder(output, "--output", written_files(items), deep=True, force=force)
+    items = stages.gather_items(logs, output)
+    check_folder(output, "--output", stages.written_files(items), deep=True, force=force)
     try:
         with ProgressLine(f"identifying {len(items)} logs") as line:
-            result = run(
+            result = stages.fleet(
                 items,
                 axis,
                 output,
@@ -125,7 +120,7 @@ def fleet(
                 time_limit=time_limit,
                 resume=resume,
                 prefilter=prefilter,
-                fixed=read_fixed(fix),
+                fixed=stages.read_fixed(fix),
                 left_out=left_out,
                 drive_time=drive_time,
                 native=not no_native,
@@ -143,10 +138,8 @@ def fleet(
     _put(result)
 
 
-def _put(result: "Fleet") -> None:
+def _put(result: "stages.Fleet") -> None:
     """Print a fleet and write its table; fail as the first log did that could not be used."""
-    from axisid.support.errors import EstimationError
-
     print_document(result.document())
     click.echo(f"wrote {result.write()}")
     if result.failed:

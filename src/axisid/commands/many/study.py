@@ -5,7 +5,6 @@ import sys
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -25,11 +24,13 @@ from axisid.commands.options import (
     json_option,
     leave_out_option,
     put_result,
+    stages,
     takes,
     write_output,
 )
 from axisid.estimation.choices import fit_names, fitted_output, method_names
 from axisid.presentation.console import ProgressLine
+from axisid.support.remedy import as_options
 
 from .twin_options import (
     anywhere_option,
@@ -38,10 +39,6 @@ from .twin_options import (
     truth_of,
     truth_option,
 )
-
-if TYPE_CHECKING:
-    from axisid.codegen.artefacts import GeneratedAxis
-    from axisid.estimation.monte_carlo import MonteCarlo
 
 _RUNS, _CHECKS = 200, 0
 
@@ -143,10 +140,9 @@ def study(
     outputs.check(json_file, (axis, twin), force=force)
     with ProgressLine(f"deriving {axis}"):
         identified, simulated = _axes(axis, twin, left_out, native=not no_native)
-    from axisid.estimation.monte_carlo import monte_carlo
 
     with ProgressLine("twins") as line:
-        result = monte_carlo(
+        result = stages.monte_carlo(
             identified,
             runs,
             methods,
@@ -181,17 +177,13 @@ def _check_methods(methods: tuple[str, ...], estimating: Estimating) -> None:
 
 def _axes(
     axis: str, twin: str | None, left_out: tuple[str, ...], *, native: bool
-) -> "tuple[GeneratedAxis, GeneratedAxis]":
+) -> "tuple[stages.GeneratedAxis, stages.GeneratedAxis]":
     """What is identified, and what is simulated: with every term, as an axis has."""
-    from axisid.codegen.artefacts import build
-    from axisid.modeling.declaration import leave_out
-    from axisid.modeling.text import load_axis
-
-    whole = load_axis(axis)
-    identified = build(leave_out(whole, *left_out), native=native)
+    whole = stages.load_axis(axis)
+    identified = stages.build(stages.leave_out(whole, *left_out), native=native)
     if twin is not None:
-        return identified, build(load_axis(twin), native=native)
-    return identified, build(whole, native=native) if left_out else identified
+        return identified, stages.build(stages.load_axis(twin), native=native)
+    return identified, stages.build(whole, native=native) if left_out else identified
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,39 +204,29 @@ class _Outputs:
         ]
         check_targets(targets, inputs, force=force)
         if self.output is not None:
-            from axisid.estimation.monte_carlo import check_output
-
-            check_output(Path(self.output))
+            stages.check_output(Path(self.output))
         if self.figures is not None:
-            from axisid.presentation.monte_carlo import PLOTS
-
-            names = {f"{name}.{self.form}": "figure" for name in PLOTS}
+            names = {f"{name}.{self.form}": "figure" for name in stages.PLOTS}
             check_folder(self.figures, "--figures", names, force=force)
 
-    def keep(self, partial: "MonteCarlo") -> None:
+    def keep(self, partial: "stages.MonteCarlo") -> None:
         """Keep what is done of a study that ends early, and say so."""
         done = f"{len(partial)} of {partial.plan.runs} runs are done"
         if self.output is None:
             click.echo(f"axisid: {done}; --output FILE would have kept them", err=True)
             return
-        from axisid.estimation.monte_carlo import write_runs
 
-        write_runs(partial, self.output)
+        stages.write_runs(partial, self.output)
         click.echo(f"axisid: {done} and kept in {self.output}", err=True)
 
-    def write(self, result: "MonteCarlo") -> list[str]:
+    def write(self, result: "stages.MonteCarlo") -> list[str]:
         """Write what is asked for and return the places."""
         written: list[str] = []
         if self.output is not None:
-            from axisid.estimation.monte_carlo import write_runs
-
-            write_runs(result, self.output)
+            stages.write_runs(result, self.output)
             written.append(self.output)
         if self.report is not None:
-            from axisid.presentation.monte_carlo import monte_carlo_page
-            from axisid.support.remedy import as_options
-
-            page = monte_carlo_page(
+            page = stages.monte_carlo_page(
                 result,
                 command=shlex.join(["axisid", *sys.argv[1:]]),
                 made=datetime.now().astimezone(),
@@ -253,10 +235,7 @@ class _Outputs:
             write_output(self.report, page)
             written.append(self.report)
         if self.figures is not None:
-            from axisid.presentation.drawing import write_figures
-            from axisid.presentation.monte_carlo import monte_carlo_plots
-            from axisid.presentation.plots import Plot
-
-            plots = [p for p in monte_carlo_plots(result).values() if isinstance(p, Plot)]
-            written += map(str, write_figures(plots, Path(self.figures), self.form))
+            drawn = stages.monte_carlo_plots(result).values()
+            plots = [plot for plot in drawn if isinstance(plot, stages.Plot)]
+            written += map(str, stages.write_figures(plots, Path(self.figures), self.form))
         return written

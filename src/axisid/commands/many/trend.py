@@ -12,6 +12,7 @@ from axisid.commands.options import (
     force_option,
     json_option,
     put_json,
+    stages,
 )
 from axisid.presentation.console import ProgressLine, print_document
 
@@ -66,10 +67,8 @@ def trend(
     check_targets(targets, results, force=force)
     _check_endings(("--csv", table, ".csv"), ("--report", report, ".html"))
 
-    from axisid.trends import trend as run
-
     with ProgressLine("reading results"):
-        result = run(results, by=by, method=method, count_failing=count_failing)
+        result = stages.trend(results, by=by, method=method, count_failing=count_failing)
     for file in filter(None, (table, report)):
         click.echo(f"wrote {result.write(Path(file))}", err=json_file == "-")
     if json_file is not None:

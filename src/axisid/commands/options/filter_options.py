@@ -1,14 +1,11 @@
 """Options of every command that filters a record."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import click
 
+from . import stages
 from .groups import Options, option
-
-if TYPE_CHECKING:
-    from axisid.estimation.signals import Prefilter
 
 _AS_IDENTIFY = "As in identify."
 
@@ -32,9 +29,9 @@ class Filtering(Options):
                 "all; leave one of them out."
             )
 
-    def prefilter(self, period: float | None = None) -> "Prefilter":
+    def prefilter(self, period: float | None = None) -> "stages.Prefilter":
         """The filter; what is left open suits the sampling period, if that is known."""
-        from axisid.estimation.signals import Prefilter
-
         given = {name: value for name, value in self.arguments().items() if value is not None}
-        return Prefilter(**given) if period is None else Prefilter.suited(period, **given)
+        if period is None:
+            return stages.Prefilter(**given)
+        return stages.Prefilter.suited(period, **given)

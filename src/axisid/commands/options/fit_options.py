@@ -7,6 +7,7 @@ import click
 
 from axisid.estimation.choices import FIT_STARTS, LOSSES, OUTPUTS, RESTS
 
+from . import stages
 from .estimator_options import BOOTSTRAP
 from .groups import Options, option
 from .several_options import names_in
@@ -31,14 +32,14 @@ def _outputs(texts: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _priors(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
-    from axisid.modeling.declaration import read_fixed
 
-    found = read_fixed(texts)
-    if exact := [text for text in texts if not any(sd for _, sd in read_fixed((text,)).values())]:
-        raise click.BadParameter(
-            f"{exact[0]!r} has no standard deviation; write NAME=VALUE+-SD, or --fix {exact[0]} "
-            "where it is exact."
-        )
+    found = stages.read_fixed(texts)
+    for text, (_, deviation) in zip(texts, found.values(), strict=True):
+        if not deviation:
+            raise click.BadParameter(
+                f"{text!r} has no standard deviation; write NAME=VALUE+-SD, or --fix {text} "
+                "where it is exact."
+            )
     return found
 
 

@@ -11,9 +11,12 @@ from typing import Any, NoReturn
 import click
 
 from axisid.presentation.console import print_document
+from axisid.support.errors import UsageError
 from axisid.support.files.json_text import json_text
 from axisid.support.presentable import Presentable
+from axisid.support.remedy import as_options
 
+from . import stages
 from .earlier_output import is_earlier
 from .inputs import file_of
 
@@ -220,11 +223,9 @@ def write_output(file: str | None, text: str) -> None:
 
 
 def _write(path: Path, text: str) -> None:
-    from axisid.codegen.artefacts import replace_file
-    from axisid.support.errors import UsageError
 
     try:
-        replace_file(path, text)
+        stages.replace_file(path, text)
     except OSError as error:
         raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
 
@@ -246,10 +247,7 @@ def print_result(result: Presentable, **how: Any) -> None:
     **how
         As its `summary` takes it.
     """
-    from axisid.presentation.views import as_blocks
-    from axisid.support.remedy import as_options
-
-    print_document(as_blocks(result, wording=as_options, **how))
+    print_document(stages.as_blocks(result, wording=as_options, **how))
 
 
 def put_json(file: str, result: dict[str, Any]) -> None:

@@ -5,15 +5,12 @@ import math
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import Any, Literal, cast
 
 import click
 
+from . import stages
 from .groups import Options, option
-
-if TYPE_CHECKING:
-    from axisid.codegen.artefacts import GeneratedAxis
-    from axisid.estimation.records import Record
 
 #: First and last time, s; None for the log's own.
 Window = tuple[float | None, float | None]
@@ -26,9 +23,7 @@ _NOTHING: tuple[Any, ...] = (None, (), {})
 
 def is_log(file: str) -> bool:
     """Whether an argument is a log, by its ending."""
-    from axisid.estimation.logs import log_endings
-
-    return Path(file).suffix.lower() in log_endings()
+    return Path(file).suffix.lower() in stages.log_endings()
 
 
 def _period(sample_period: float | None) -> float | None:
@@ -208,21 +203,17 @@ class Reading(Options):
         return self.windows if ends == (None, None) else (ends,)
 
     def record(
-        self, file: str, axis: "GeneratedAxis", windows: "tuple[Window, ...] | None" = None
-    ) -> "Record":
+        self, file: str, axis: "stages.GeneratedAxis", windows: "tuple[Window, ...] | None" = None
+    ) -> "stages.Record":
         """Read a log as the record of an axis, within other windows where they are given."""
-        from axisid.estimation.records import read_record
-
         given = self.settings()
-        return read_record(
+        return stages.read_record(
             file, axis, **given if windows is None else {**given, "windows": windows}
         )
 
     def settings(self) -> dict[str, Any]:
         """Arguments of `read_record`."""
-        from axisid.estimation.records import Repairs
-
-        repairs = Repairs(
+        repairs = stages.Repairs(
             resample=self.resample,
             gaps=self.gaps,
             wrap=self.wrap,

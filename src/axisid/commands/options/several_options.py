@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from . import stages
 from .groups import Options, option
 from .inputs import Inputs
 from .option_checks import check_needed
@@ -18,9 +19,8 @@ def names_in(text: str | None) -> tuple[str, ...]:
 
 
 def _known(texts: tuple[str, ...]) -> dict[str, tuple[tuple[float, float], ...]]:
-    from axisid.estimation.parameters import read_known
 
-    return read_known(texts)
+    return stages.read_known(texts)
 
 
 def _columns(given: tuple[tuple[int, str], ...]) -> dict[int, dict[str, str]]:
@@ -85,27 +85,19 @@ class Sharing(Options):
         UsageError
             There are not as many known values as logs, or something is each log's own of one.
         """
-        from axisid.estimation.identification import (
-            layout_for,
-            of_used,
-            tells_gain,
-            with_what_is_lost,
-        )
-        from axisid.estimation.parameters import known_of
-
         check_needed(("--gain",), ("--known",))
-        known_of(self.known, max(logs, 1))
+        stages.known_of(self.known, max(logs, 1))
         if not inputs.set_aside:
             return inputs, {"local": self.local, "known": self.known, "gain": self.gain}
         declared = {p.name for p in inputs.axis.declared.parameters}
         own = [name for name in self.local if name in declared]  # others are refused later
-        local, known = of_used(inputs.used, own, self.known)
-        commanded = tells_gain(inputs.records, self.gain)
+        local, known = stages.of_used(inputs.used, own, self.known)
+        commanded = stages.tells_gain(inputs.records, self.gain)
         layouts = (
-            layout_for(inputs.axis, logs, own, self.known, commanded=commanded),
-            layout_for(inputs.axis, len(inputs.used), local, known, commanded=commanded),
+            stages.layout_for(inputs.axis, logs, own, self.known, commanded=commanded),
+            stages.layout_for(inputs.axis, len(inputs.used), local, known, commanded=commanded),
         )
-        aside = with_what_is_lost(inputs.set_aside, inputs.axis, layouts, inputs.used)
+        aside = stages.with_what_is_lost(inputs.set_aside, inputs.axis, layouts, inputs.used)
         told = replace(inputs, set_aside=aside)
         local = self.local if len(inputs.used) > 1 else ()
         return told, {"local": local, "known": known, "gain": self.gain}
