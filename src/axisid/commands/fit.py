@@ -1,9 +1,5 @@
 """``axisid fit``."""
 
-import shlex
-import sys
-from datetime import datetime
-
 import click
 
 from axisid.commands.options import (
@@ -23,10 +19,9 @@ from axisid.commands.options import (
     put_result,
     stages,
     takes,
-    write_output,
+    write_page,
 )
 from axisid.presentation.console import ProgressLine
-from axisid.support.remedy import as_options
 
 
 @click.command(
@@ -109,12 +104,5 @@ def fit(
         )
     put_result(result, json_file)
     if report is not None:
-        _put_page(result, report, is_quiet=json_file == "-")
-
-
-def _put_page(result: "stages.OutputFit", file: str, *, is_quiet: bool) -> None:
-
-    command, made = shlex.join(["axisid", *sys.argv[1:]]), datetime.now().astimezone()
-    page = stages.fit_report_html(result, command=command, made=made, wording=as_options)
-    write_output(file, page)
-    click.echo(f"wrote {file}", err=is_quiet)
+        write_page(report, stages.fit_report_html, result)
+        click.echo(f"wrote {report}", err=json_file == "-")

@@ -1,10 +1,9 @@
 """``axisid identify``."""
 
 import math
-import shlex
-import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import click
 
@@ -26,6 +25,7 @@ from axisid.commands.options import (
     check_idle,
     check_needed,
     check_targets,
+    command_line,
     complete_axis,
     complete_file,
     draws_option,
@@ -36,13 +36,15 @@ from axisid.commands.options import (
     leave_out_option,
     method_option,
     option,
+    print_result,
+    put_json,
     read_windows,
     stages,
     takes,
 )
-from axisid.presentation.console import ProgressLine
-
-from .identify_outputs import put_identification
+from axisid.presentation.console import ProgressLine, print_document
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.remedy import as_options
 
 
 def _check_idle(json_file: str | None) -> None:
@@ -243,13 +245,11 @@ def identify(
         width=figure_width,
         swept=not no_sweep,
         draws=draws or 0,
-        command=shlex.join(["axisid", *sys.argv[1:]]),
+        command=command_line(),
     )
     like = validating.like
     own = None if like is None else _place(inputs, result.records, like)
-    put_identification(
-        result, json_file, others, draws or 0, outputs, every=every, full=full, like=own
-    )
+    _put(result, json_file, others, draws or 0, outputs, every=every, full=full, like=own)
 
 
 def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
@@ -285,3 +285,55 @@ def _check_figures(folder: str | None, form: str, records: int, *, force: bool) 
     numbers = ["", *(f"-{i + 1}" for i in range(records) if records > 1)]
     drawn = {f"{name}{i}.{form}": "figure" for name in stages.NAMES for i in numbers}
     check_folder(folder, "--figures", drawn, force=force)
+
+
+def _put(
+    result: "stages.Identification",
+    json_file: str | None,
+    others: "Sequence[stages.Record]",
+    draws: int,
+    outputs: "stages.Outputs",
+    *,
+    every: bool,
+    full: bool,
+    like: int | None = None,
+) -> None:
+    """Write the result, then print it, and fail if a method came to nothing."""
+    with ProgressLine("judging the estimates"):
+        validations = [stages.validate(result, other, like=like) for other in others]
+        names = [each.record.provenance.source for each in validations]
+        check = stages.joined([each.check for each in validations], names)
+        result = replace(result, further=() if check is None else (check,))
+        written = None if json_file is None else result.to_dict(draws)
+        document = (
+            ()
+            if json_file == "-"
+            else stages.as_blocks(result, draws=draws, every=every, full=full, wording=as_options)
+        )
+    refused: UsageError | None = None
+    if json_file is not None and written is not None:
+        checked = [validation.to_dict() for validation in validations]
+        added: dict[str, Any] = {"validation": checked[0]} if checked else {}
+        added |= {"validations": checked} if len(checked) > 1 else {}
+        try:
+            put_json(json_file, {**written, **added})
+        except UsageError as error:
+            refused = error  # told after the result, which it must not cost
+    if json_file == "-":
+        for method, reason in result.skipped.items():
+            click.echo(f"axisid: without {method}: {reason.worded(as_options)}", err=True)
+    else:
+        print_document(document)
+        for validation in validations:
+            click.echo()
+            print_result(validation)
+
+    def say(line: str) -> None:
+        click.echo(f"axisid: {line}", err=True)
+
+    for path in outputs.write(result, validations, say):
+        click.echo(f"wrote {path}", err=json_file == "-")
+    if refused is not None:
+        raise refused
+    if result.failed:
+        raise EstimationError("; ".join(stages.missing_notes(result.failed, as_options)))

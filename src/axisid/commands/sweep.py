@@ -1,6 +1,5 @@
 """``axisid sweep``."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -19,16 +18,13 @@ from axisid.commands.options import (
     force_option,
     json_option,
     leave_out_option,
-    print_result,
-    put_json,
+    put_result,
     stages,
     start_option,
     takes,
 )
 from axisid.presentation.console import ProgressLine
 from axisid.support.errors import UsageError
-
-_FIGURES = (".png", ".svg", ".pdf")
 
 
 @click.command(
@@ -79,9 +75,14 @@ def sweep(
     Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
     cut-off.
     """
-    targets = [Target("--json", json_file, "sweep"), Target("--figure", figure, "figure")]
+    targets = [
+        Target("--json", json_file, "sweep"),
+        Target("--figure", figure, "figure", (".png", ".svg", ".pdf")),
+    ]
     check_targets(targets, (*record, axis), force=force)
-    _check_figure(figure)
+    if figure is not None:
+        import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
+
     inputs = axis_and_records(
         axis,
         record,
@@ -108,30 +109,11 @@ def sweep(
             **levels.arguments(),
             **shared,
         ).with_set_aside(inputs.set_aside)
-    if json_file != "-":
-        print_result(result)
-    if json_file is not None:
-        put_json(json_file, result.to_dict())
+    put_result(result, json_file)
     if figure is not None:
-        _drawn(lambda: stages.sweep_figure(result, Path(figure)), figure)
+        try:
+            with ProgressLine(f"drawing {figure}"):
+                stages.sweep_figure(result, Path(figure))
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{figure} cannot be drawn: {error}.") from error
         click.echo(f"wrote {figure}", err=json_file == "-")
-
-
-def _check_figure(figure: str | None) -> None:
-    """Refuse a figure that cannot be drawn, before anything is computed."""
-    if figure is None:
-        return
-    if Path(figure).suffix not in _FIGURES:
-        raise click.BadParameter(
-            f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
-        )
-    import axisid.presentation.drawing  # noqa: F401
-
-
-def _drawn(draw: Callable[[], None], figure: str) -> None:
-    """Draw a figure; a place or format that does not serve is the user's to mend."""
-    try:
-        with ProgressLine(f"drawing {figure}"):
-            draw()
-    except (OSError, ValueError) as error:
-        raise UsageError(f"{figure} cannot be drawn: {error}.") from error

@@ -1,9 +1,6 @@
 """``axisid study``."""
 
-import shlex
-import sys
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 
 import click
@@ -26,11 +23,10 @@ from axisid.commands.options import (
     put_result,
     stages,
     takes,
-    write_output,
+    write_page,
 )
 from axisid.estimation.choices import fit_names, fitted_output, method_names
 from axisid.presentation.console import ProgressLine
-from axisid.support.remedy import as_options
 
 from .twin_options import (
     anywhere_option,
@@ -226,13 +222,7 @@ class _Outputs:
             stages.write_runs(result, self.output)
             written.append(self.output)
         if self.report is not None:
-            page = stages.monte_carlo_page(
-                result,
-                command=shlex.join(["axisid", *sys.argv[1:]]),
-                made=datetime.now().astimezone(),
-                wording=as_options,
-            )
-            write_output(self.report, page)
+            write_page(self.report, stages.monte_carlo_page, result)
             written.append(self.report)
         if self.figures is not None:
             drawn = stages.monte_carlo_plots(result).values()

@@ -60,12 +60,11 @@ def trend(
     deviations and the scatter between them; results beyond the limits and steps are told.
     """
     targets = (
-        Target("--csv", table, "trend-table"),
-        Target("--report", report, "report"),
+        Target("--csv", table, "trend-table", (".csv",)),
+        Target("--report", report, "report", (".html",)),
         Target("--json", json_file, "trend"),
     )
     check_targets(targets, results, force=force)
-    _check_endings(("--csv", table, ".csv"), ("--report", report, ".html"))
 
     with ProgressLine("reading results"):
         result = stages.trend(results, by=by, method=method, count_failing=count_failing)
@@ -75,10 +74,3 @@ def trend(
         put_json(json_file, result.to_dict())
     if json_file != "-":
         print_document(result.document())
-
-
-def _check_endings(*files: tuple[str, str | None, str]) -> None:
-    """Refuse names that do not say what is written."""
-    for option, file, ending in files:
-        if file is not None and not file.endswith(ending):
-            raise click.BadParameter(f"{file!r}: the name must end in {ending}", param_hint=option)

@@ -39,12 +39,14 @@ from .outputs import (
     check_folder as check_folder,
     check_replaced as check_replaced,
     check_targets as check_targets,
+    command_line as command_line,
     force_option as force_option,
     json_option as json_option,
     print_result as print_result,
     put_json as put_json,
     put_result as put_result,
     write_output as write_output,
+    write_page as write_page,
 )
 from .record_options import (
     Reading as Reading,

@@ -1,10 +1,12 @@
 """Where commands write: places are checked before anything is computed, then written to."""
 
 import os
+import shlex
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -44,11 +46,14 @@ class Target:
         None where it is not given.
     kind : str
         What the command writes there, as `is_earlier` knows it.
+    endings : tuple of str
+        Of names that say what is written, if they have to.
     """
 
     option: str
     file: str | None
     kind: str
+    endings: tuple[str, ...] = ("",)
 
 
 def check_targets(
@@ -71,6 +76,9 @@ def check_targets(
         problem = _unfit(target, taken) or _foreign(target.file, target.kind, force=force)
         if problem:
             _refuse(target.file, problem, target.option)
+        if not target.file.endswith(target.endings):
+            said = f"the name must end in {', '.join(target.endings)}"
+            _refuse(target.file, said, target.option)
         if not _is_special(target.file):
             said = f"{target.option} is written there; name another file"
             taken[_real(Path(target.file))] = said
@@ -220,6 +228,25 @@ def write_output(file: str | None, text: str) -> None:
         click.echo(text, nl=False)
     else:
         _write(Path(file), text)
+
+
+def write_page(file: str, page: Callable[..., str], result: Presentable) -> None:
+    """Write a page of HTML of a result, which says what command made it and when.
+
+    Parameters
+    ----------
+    file : str
+    page : callable
+        Gives the page of the result, with `command`, `made` and `wording`.
+    result : Presentable
+    """
+    made = datetime.now().astimezone()
+    write_output(file, page(result, command=command_line(), made=made, wording=as_options))
+
+
+def command_line() -> str:
+    """The command that runs, as it would be typed."""
+    return shlex.join(["axisid", *sys.argv[1:]])
 
 
 def _write(path: Path, text: str) -> None:

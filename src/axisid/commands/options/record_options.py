@@ -16,6 +16,9 @@ from .groups import Options, option
 Window = tuple[float | None, float | None]
 
 _GIGABYTE = 1e9
+_COLUMNS = (
+    'as in time=t,position=qm:mm; quote a pair whose name has a comma: time=t,"control=I, raw"'
+)
 _SHIFTS = "N in samples or a time, as in control=1 or control=2ms"
 _BETWEEN = "as in velocity=spline or velocity=linear"
 _NOTHING: tuple[Any, ...] = (None, (), {})
@@ -80,7 +83,7 @@ def window_of(text: str) -> Window:
 def _amounts(what: str, such: str, text: str | None) -> dict[str, str]:
     """What is said of columns by role."""
     found: dict[str, str] = {}
-    for pair in text.split(",") if text else ():
+    for pair in next(csv.reader([text], skipinitialspace=True)) if text else ():
         role, equals, amount = (part.strip() for part in pair.partition("="))
         if not equals or not role or not amount or role in found:
             raise click.BadParameter(f"{pair!r} is not ROLE={what} with each role once, {such}")
@@ -88,19 +91,7 @@ def _amounts(what: str, such: str, text: str | None) -> dict[str, str]:
     return found
 
 
-def roles(columns: str | None) -> dict[str, str]:
-    """The columns of ``ROLE=NAME[:UNIT],...`` by their roles."""
-    found: dict[str, str] = {}
-    for pair in next(csv.reader([columns], skipinitialspace=True)) if columns else ():
-        role, equals, name = (part.strip() for part in pair.partition("="))
-        if not equals or not role or not name or role in found:
-            raise click.BadParameter(
-                f"{pair!r} is not ROLE=NAME or ROLE=NAME:UNIT with each role once, as in "
-                "time=t,position=qm:mm; quote a pair whose name has a comma: "
-                'time=t,"control=I, raw"'
-            )
-        found[role] = name
-    return found
+roles = partial(_amounts, "NAME or ROLE=NAME:UNIT", _COLUMNS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -58,6 +58,7 @@ from axisid.modeling.declaration import (
 )
 from axisid.modeling.derivation import derive as derive, friction_ladder as friction_ladder
 from axisid.modeling.library import LIBRARY as LIBRARY
+from axisid.modeling.quantities import check_name as check_name
 from axisid.modeling.text import load_axis as load_axis
 from axisid.paper import (
     DISTRIBUTION_FILES as DISTRIBUTION_FILES,
@@ -73,6 +74,7 @@ from axisid.paper import (
     write_encoder_study as write_encoder_study,
     write_study as write_study,
 )
+from axisid.presentation.blocks import Document as Document
 from axisid.presentation.drawing import (
     NAMES as NAMES,
     sweep_figure as sweep_figure,
