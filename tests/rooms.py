@@ -37,7 +37,9 @@ def imports_of(modules: dict[str, Path]) -> Iterator[Import]:
     """All of them, late ones and those for types too."""
     for module, file in modules.items():
         package = (module if file.name == "__init__.py" else module.rpartition(".")[0]).split(".")
-        for node in ast.walk(ast.parse(file.read_text())):
+        stub = file.with_suffix(".pyi")
+        names = stub if stub.exists() and module not in FACES else file
+        for node in ast.walk(ast.parse(names.read_text())):
             if isinstance(node, (ast.Import, ast.ImportFrom)):
                 level = getattr(node, "level", 0)
                 above = ["axisid", *package[: len(package) - level + 1]] if level else []

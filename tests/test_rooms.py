@@ -88,7 +88,6 @@ BY_NAME = (
     "codegen.thresholds",
     "presentation",
     "exports",
-    "commands.options",
     "commands.many",
     "commands",
 )
@@ -224,5 +223,9 @@ def test_modules_are_imported_by_text_in_few_places(modules: dict[str, Path]) ->
     """They are no arrows that a test sees: a view, a format's library, an axis, rows of tables."""
     calls = ("import_module(", "resolve_name(")
     found = {n for n, file in modules.items() if any(c in file.read_text() for c in calls)}
+    stub = {"commands.options.stages"}  # whose arrows the stub beside it has
     rows = {"exports.targets", "estimation.methods.methods", "estimation.estimates.covariances"}
-    assert found == {"support.presentable", "estimation.tables.table", "modeling.library"} | rows
+    assert (
+        found
+        == {"support.presentable", "estimation.tables.table", "modeling.library"} | stub | rows
+    )

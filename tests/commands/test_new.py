@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from axisid import load_axis
-from axisid.commands.options.templates import scaffold
+from axisid.commands.declare import scaffold
 
 Run = Callable[..., tuple[int, str, str]]
 

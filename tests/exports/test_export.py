@@ -22,7 +22,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.commands.options.templates import scaffold
+from axisid.commands.declare import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
 from axisid.exports.parameter_tables import with_deviation

@@ -167,7 +167,7 @@ def test_texts_of_windows_and_of_known_values_are_read_or_refused() -> None:
         import click
 
         try:
-            window_of(text, "--window")
+            window_of(text)
         except click.BadParameter as error:
             if "is no window" not in error.message:
                 raise WrongError(f"no sentence: {error.message}") from error

@@ -1,36 +1,32 @@
 """``axisid compare`` and ``axisid compare-results``: models of one axis, or two results."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import levels_options
-from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import axis_and_records, leave_out_option
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import (
-    Target,
-    check_targets,
-    force_option,
-    json_option,
-    put_result,
-)
-from axisid.commands.options.record_options import Reading, is_log, record_options
-from axisid.commands.options.several_options import (
+from axisid.commands.options import (
+    Command,
+    Filtering,
+    Judging,
+    Reading,
     Sharing,
-    columns_by_place,
-    columns_of_option,
-    sharing_options,
-    skip_bad_option,
+    Target,
+    axis_and_records,
+    check_targets,
+    complete_axis,
+    complete_file,
+    force_option,
+    is_log,
+    json_option,
+    leave_out_option,
+    put_result,
+    stages,
+    start_option,
+    takes,
 )
-from axisid.commands.options.start_option import start_option
 from axisid.estimation.choices import comparing
 from axisid.presentation.console import ProgressLine
-
-if TYPE_CHECKING:
-    from axisid.modeling.declaration import Axis
+from axisid.support.errors import UsageError
 
 
 class _ListedAxes(Command):
@@ -90,14 +86,12 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     show_default=True,
     help="Estimator.",
 )
-@filter_options()
-@record_options
-@columns_of_option
-@sharing_options
-@skip_bad_option
+@takes("filtering", Filtering)
+@takes("reading", Reading)
+@takes("sharing", Sharing)
 @leave_out_option
-@start_option()
-@levels_options
+@start_option
+@takes("levels", Judging)
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @force_option
@@ -110,12 +104,10 @@ def compare(
     method: str,
     filtering: Filtering,
     reading: Reading,
-    columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
-    skip_bad: bool,
     left_out: tuple[str, ...],
     started_at: str,
-    levels: dict[str, Any],
+    levels: Judging,
     no_native: bool,
     json_file: str | None,
     force: bool,
@@ -139,35 +131,33 @@ def compare(
         record,
         reading,
         no_native=no_native,
-        skip_bad=skip_bad,
-        own_columns=columns_by_place(columns_of, len(record)),
+        skip_bad=sharing.skip_bad,
+        own_columns=sharing.own_columns(len(record)),
     )
     inputs, said = sharing.of(inputs, len(record))
     inputs.say_set_aside()
     first, data = inputs.axis, inputs.records
 
-    from axisid.codegen.artefacts import build
-    from axisid.estimation.studies import compare as run
-    from axisid.modeling.derivation import friction_ladder
-
-    candidates: dict[str, Axis] = {}
+    candidates: dict[str, stages.Axis] = {}
     if ladder is not None:
         shared = _without(first.declared, left_out)
-        candidates |= friction_ladder(shared, quadratic=quadratic, stribeck=stribeck)
+        candidates |= stages.friction_ladder(shared, quadratic=quadratic, stribeck=stribeck)
     _add_named(candidates, axes, left_out)
     _check_left_out(candidates, left_out)
     with ProgressLine("comparing") as line:
-        built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
+        built = {
+            name: stages.build(axis, native=not no_native) for name, axis in candidates.items()
+        }
         filtered = filtering.prefilter(data[0].period)
-        result = run(
+        result = stages.compare(
             built,
             data,
             filtered,
             method,
             progress=line,
             start=started_at,
-            skip_bad=skip_bad,
-            **levels,
+            skip_bad=sharing.skip_bad,
+            **levels.arguments(),
             **said,
         ).with_set_aside(inputs.set_aside)
     put_result(result, json_file)
@@ -193,23 +183,17 @@ def compare_results(first: str, second: str, json_file: str | None, force: bool)
     targets = [Target("--json", json_file, "compare-results")]
     check_targets(targets, (first, second), force=force)
 
-    from axisid.presentation.saved import compare_results as run
-
-    result = run(first, second)
+    result = stages.compare_results(first, second)
     put_result(result, json_file)
 
 
-def _without(axis: "Axis", names: tuple[str, ...]) -> "Axis":
+def _without(axis: "stages.Axis", names: tuple[str, ...]) -> "stages.Axis":
     """The axis without those of the parameters that it has."""
-    from axisid.modeling.declaration import leave_out
-
-    return leave_out(axis, *({p.name for p in axis.parameters} & {*names}))
+    return stages.leave_out(axis, *({p.name for p in axis.parameters} & {*names}))
 
 
-def _check_left_out(candidates: "dict[str, Axis]", names: tuple[str, ...]) -> None:
+def _check_left_out(candidates: "dict[str, stages.Axis]", names: tuple[str, ...]) -> None:
     """Refuse what no candidate has, and friction that a ladder's rungs bring back."""
-    from axisid.support.errors import UsageError
-
     for name in names:
         if not any(name in {p.name for p in axis.left_out} for axis in candidates.values()):
             raise UsageError(
@@ -224,14 +208,11 @@ def _check_left_out(candidates: "dict[str, Axis]", names: tuple[str, ...]) -> No
 
 
 def _add_named(
-    candidates: "dict[str, Axis]", names: tuple[str, ...], left_out: tuple[str, ...]
+    candidates: "dict[str, stages.Axis]", names: tuple[str, ...], left_out: tuple[str, ...]
 ) -> None:
     """Add axes by their own names, or as they were given where two have the same."""
-    from axisid.modeling.text import load_axis
-    from axisid.support.errors import UsageError
-
     for name in names:
-        axis = _without(load_axis(name), left_out)
+        axis = _without(stages.load_axis(name), left_out)
         label = name if axis.name in candidates else axis.name
         if label in candidates:
             raise UsageError(f"the axis {name} is given twice; give each one once.")

@@ -1,10 +1,15 @@
 """``axisid new`` and ``axisid show``: start a declaration, and print what one declares."""
 
+import os
+from importlib import resources
+from importlib.util import find_spec
+from pathlib import Path
+
 import click
 
-from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.option_checks import Command
+from axisid.commands.options import Command, complete_axis, stages, write_output
 from axisid.presentation.console import ProgressLine, print_document
+from axisid.support.errors import ModelError, UsageError
 
 
 @click.command(
@@ -21,9 +26,9 @@ def new(name: str, newton: bool, toml: bool) -> None:
     It is complete: a linear stage (a pendulum with --lagrange) with its control law, and an
     experiment whose twin can be identified at once.
     """
-    from axisid.commands.options.templates import write_scaffold
-
-    file = write_scaffold(name, newton=newton, toml=toml)
+    file = Path(f"{name}.toml" if toml else f"{name}.py")
+    _check_new(name, file)
+    write_output(str(file), scaffold(name, newton=newton, toml=toml))
     click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")
     click.echo(f"  axisid show {file}")
     click.echo(f"  axisid identify {file}")
@@ -45,14 +50,31 @@ def show(axis: str, form: str) -> None:
     The equation of motion, the inverse and the direct model with their regressors, the map between
     their parameters, what is identifiable, and the drive, control law and columns.
     """
-    from axisid.modeling.derivation import derive
-    from axisid.modeling.text import load_axis
-    from axisid.presentation.formulas import axis_document, axis_page
-
     with ProgressLine(f"deriving {axis}"):
-        model = derive(load_axis(axis))
-        page = axis_document(model) if form == "text" else axis_page(model, form)
+        model = stages.derive(stages.load_axis(axis))
+        page = stages.axis_document(model) if form == "text" else stages.axis_page(model, form)
     if isinstance(page, str):
         click.echo(page, nl=False)
     else:
         print_document(page)
+
+
+def scaffold(name: str, *, newton: bool, toml: bool) -> str:
+    """The text of a declaration: one of `scaffolds`, in which the axis is called NAME."""
+    file = f"{'newton' if newton else 'lagrange'}.{'toml' if toml else 'py.txt'}"
+    template = resources.files("axisid.commands") / "scaffolds" / file
+    return template.read_text(encoding="utf-8").replace("NAME", name)
+
+
+def _check_new(name: str, file: Path) -> None:
+    """Refuse a name that cannot be an axis's, a module's or a new file's."""
+    try:
+        stages.check_name(name, "the axis")
+    except ModelError as error:
+        raise UsageError(str(error)) from error
+    if name in stages.LIBRARY:
+        raise UsageError(f"{name!r} is an axis of the library; choose another name.")
+    if os.path.lexists(file):
+        raise UsageError(f"{file} is there already; choose another name or move it.")
+    if file.suffix == ".py" and find_spec(name) is not None:
+        raise UsageError(f"{name}.py would hide the Python module {name}; choose another name.")

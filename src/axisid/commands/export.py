@@ -2,9 +2,16 @@
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import Target, check_targets, force_option, write_output
+from axisid.commands.options import (
+    Command,
+    Target,
+    check_targets,
+    complete_axis,
+    complete_file,
+    force_option,
+    stages,
+    write_output,
+)
 from axisid.estimation.choices import method_names
 from axisid.exports.targets import TARGETS
 
@@ -75,7 +82,6 @@ def export(
     nothing but the language. JSON, CSV and LaTeX hold all methods unless one is named.
     """
     check_targets([Target("--output", output, "export")], (result, axis), force=force)
-    from axisid.exports.export import export as exported
 
-    text = exported(result, to, axis=axis, method=method, dead_zone=dead_zone, record=number)
+    text = stages.export(result, to, axis=axis, method=method, dead_zone=dead_zone, record=number)
     write_output(output, text)

@@ -1,36 +1,27 @@
 """``axisid fit``."""
 
-import shlex
-import sys
-from datetime import datetime
-from typing import TYPE_CHECKING, Any
-
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.fit_options import fit_options
-from axisid.commands.options.inputs import axis_and_records, leave_out_option
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
+    Fitting,
+    Judging,
+    Reading,
+    Sharing,
     Target,
+    axis_and_records,
     check_targets,
+    complete_axis,
+    complete_file,
     force_option,
     json_option,
+    leave_out_option,
     put_result,
-    write_output,
-)
-from axisid.commands.options.record_options import Reading, record_options
-from axisid.commands.options.several_options import (
-    Sharing,
-    columns_by_place,
-    columns_of_option,
-    sharing_options,
-    skip_bad_option,
+    stages,
+    takes,
+    write_page,
 )
 from axisid.presentation.console import ProgressLine
-
-if TYPE_CHECKING:
-    from axisid.estimation.fitting import OutputFit
 
 
 @click.command(
@@ -42,7 +33,8 @@ if TYPE_CHECKING:
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
-@fit_options
+@takes("asked", Fitting)
+@takes("levels", Judging)
 @click.option(
     "--seed",
     type=click.IntRange(min=0),
@@ -50,10 +42,8 @@ if TYPE_CHECKING:
     show_default=True,
     help="Of further starts.",
 )
-@record_options
-@columns_of_option
-@sharing_options
-@skip_bad_option
+@takes("reading", Reading)
+@takes("sharing", Sharing)
 @click.option(
     "--fix",
     multiple=True,
@@ -69,12 +59,11 @@ if TYPE_CHECKING:
 def fit(
     axis: str,
     record: tuple[str, ...],
-    asked: dict[str, Any],
+    asked: Fitting,
+    levels: Judging,
     seed: int,
     reading: Reading,
-    columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
-    skip_bad: bool,
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
     no_native: bool,
@@ -97,26 +86,23 @@ def fit(
         fixed=fix,
         left_out=left_out,
         no_native=no_native,
-        skip_bad=skip_bad,
-        own_columns=columns_by_place(columns_of, len(record)),
+        skip_bad=sharing.skip_bad,
+        own_columns=sharing.own_columns(len(record)),
     )
     inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
 
-    from axisid.estimation.fitting import fit as run
-
     with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
-        result = run(inputs.axis, inputs.records, progress=line, seed=seed, **asked, **shared)
+        result = stages.fit(
+            inputs.axis,
+            inputs.records,
+            progress=line,
+            seed=seed,
+            **asked.arguments(),
+            **levels.arguments(),
+            **shared,
+        )
     put_result(result, json_file)
     if report is not None:
-        _put_page(result, report, is_quiet=json_file == "-")
-
-
-def _put_page(result: "OutputFit", file: str, *, is_quiet: bool) -> None:
-    from axisid.presentation.report import fit_report_html
-    from axisid.support.remedy import as_options
-
-    command, made = shlex.join(["axisid", *sys.argv[1:]]), datetime.now().astimezone()
-    page = fit_report_html(result, command=command, made=made, wording=as_options)
-    write_output(file, page)
-    click.echo(f"wrote {file}", err=is_quiet)
+        write_page(report, stages.fit_report_html, result)
+        click.echo(f"wrote {report}", err=json_file == "-")

@@ -5,18 +5,19 @@ from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.earlier_output import is_earlier
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import check_replaced, force_option
+from axisid.commands.options import (
+    Command,
+    check_replaced,
+    complete_axis,
+    force_option,
+    is_earlier,
+    stages,
+)
 from axisid.presentation.console import ProgressLine
-
-if TYPE_CHECKING:
-    from axisid.modeling.declaration import Axis
+from axisid.support.errors import UsageError
 
 
 @click.command(
@@ -43,20 +44,16 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
     Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
     of the library or TOML or Python files that declare an axis.
     """
-    from axisid.codegen.artefacts import check_files, write_files
-    from axisid.modeling.library import LIBRARY
-    from axisid.support.errors import UsageError
-
     declared = _declared(axes)
     files = _generated(declared, verbose=verbose)
     if not check:
         _check_replaced([output / path for path in files], axes, force=force)
-        written = write_files(output, files)
+        written = stages.write_files(output, files)
         for path in written:
             click.echo(f"wrote {output / path}")
         click.echo(f"{len(written)} files written, {len(files) - len(written)} were current.")
         return
-    findings = check_files(output, files, others=LIBRARY if axes else None)
+    findings = stages.check_files(output, files, others=stages.LIBRARY if axes else None)
     for finding in findings:
         click.echo(f"{finding.state}: {output / finding.path}")
         if finding.state == "stale":
@@ -77,15 +74,11 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
     click.echo(f"{len(files)} files are current.")
 
 
-def _declared(axes: tuple[str, ...]) -> "list[Axis]":
+def _declared(axes: tuple[str, ...]) -> "list[stages.Axis]":
     """The axes to generate; the library's folders belong to the library's axes."""
-    from axisid.modeling.library import LIBRARY
-    from axisid.modeling.text import load_axis
-    from axisid.support.errors import UsageError
-
-    declared = [load_axis(name) for name in axes or LIBRARY]
+    declared = [stages.load_axis(name) for name in axes or stages.LIBRARY]
     for name, axis in zip(axes, declared, strict=False):
-        if axis.name in LIBRARY and name not in LIBRARY:
+        if axis.name in stages.LIBRARY and name not in stages.LIBRARY:
             raise UsageError(
                 f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
                 "library; rename the axis."
@@ -93,10 +86,8 @@ def _declared(axes: tuple[str, ...]) -> "list[Axis]":
     return declared
 
 
-def _generated(declared: "list[Axis]", *, verbose: bool) -> dict[Path, str]:
+def _generated(declared: "list[stages.Axis]", *, verbose: bool) -> dict[Path, str]:
     """The generated files of the axes; on request it is said how long each axis took."""
-    from axisid.codegen.artefacts import expected_files
-
     begun: list[tuple[str, float]] = []
     with ProgressLine("generating") as line:
 
@@ -104,7 +95,7 @@ def _generated(declared: "list[Axis]", *, verbose: bool) -> dict[Path, str]:
             begun.append((name, perf_counter()))
             line(done, total, name)
 
-        files = expected_files(declared, begin_axis)
+        files = stages.expected_files(declared, begin_axis)
         begun.append(("", perf_counter()))
     if verbose:
         for (name, begin), (_, end) in pairwise(begun):
@@ -117,9 +108,7 @@ def _check_replaced(files: Sequence[Path], axes: tuple[str, ...], *, force: bool
 
     A folder with a manifest was generated, whatever has become of its other files.
     """
-    from axisid.codegen.artefacts import MANIFEST
-
-    manifests = [file for file in files if file.name == MANIFEST and file.is_file()]
+    manifests = [file for file in files if file.name == stages.MANIFEST and file.is_file()]
     generated = {file.parent for file in manifests if is_earlier(file, "generate")}
     for earlier in (True, False):
         chosen = {file: "generate" for file in files if (file.parent in generated) == earlier}

@@ -1,63 +1,57 @@
 """``axisid identify``."""
 
 import math
-import shlex
-import sys
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import (
+from axisid.commands.options import (
+    Command,
+    Estimating,
+    Filtering,
+    Inputs,
+    Judging,
+    Options,
+    Reading,
+    Sharing,
+    Target,
+    Window,
+    axis_and_records,
     bootstrap_option,
     bounded_option,
-    check_estimator,
-    covariance_option,
+    check_folder,
+    check_idle,
+    check_needed,
+    check_targets,
+    command_line,
+    complete_axis,
+    complete_file,
     draws_option,
     drive_time_option,
     fix_option,
-    lags_option,
-    levels_options,
-    loss_option,
-    method_option,
-    start_of_instruments,
-)
-from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import Inputs, axis_and_records, leave_out_option
-from axisid.commands.options.option_checks import Command, check_idle, check_needed
-from axisid.commands.options.outputs import (
-    Target,
-    check_folder,
-    check_targets,
     force_option,
     json_option,
+    leave_out_option,
+    method_option,
+    option,
+    print_result,
+    put_json,
+    read_windows,
+    stages,
+    takes,
 )
-from axisid.commands.options.record_options import Reading, Window, record_options, window_of
-from axisid.commands.options.several_options import (
-    Sharing,
-    columns_by_place,
-    columns_of_option,
-    sharing_options,
-    skip_bad_option,
-)
-from axisid.presentation.console import ProgressLine
-
-from .identify_outputs import put_identification
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from axisid.codegen.artefacts import GeneratedAxis
-    from axisid.estimation.records import Record
-    from axisid.estimation.signals import Prefilter
+from axisid.presentation.console import ProgressLine, print_document
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.remedy import as_options
 
 
-def _check_idle(methods: tuple[str, ...], covariance: str, json_file: str | None) -> None:
+def _check_idle(json_file: str | None) -> None:
     """Refuse options that the others leave without effect."""
     check_needed(("--figure-format", "--figure-width"), ("--figures",))
     check_needed(("--no-sweep",), ("--report", "--figures"))
     check_needed(("--validate-window", "--validate-like"), ("--validate",))
-    check_estimator(methods, covariance)
     if json_file == "-":
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
 
@@ -67,6 +61,34 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     if not math.isfinite(value):
         raise click.BadParameter("give a number of millimetres", param=parameter)
     return value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Validating(Options):
+    """Other records that the estimates are held against."""
+
+    further: tuple[str, ...] = option(
+        "Hold the estimates, frozen, against another record; again for each.",
+        name="validate",
+        metavar="RECORD",
+        multiple=True,
+        shell_complete=complete_file,
+    )
+    windows: tuple[Window, ...] = option(
+        "As --window, of the record of --validate, which else is taken whole; that may be the "
+        "same file.",
+        name="validate-window",
+        read=read_windows,
+        multiple=True,
+        metavar="FROM..TO",
+    )
+    like: int | None = option(
+        "The record, of those that are identified from, whose --local parameters and --known "
+        "values the record of --validate has.",
+        name="validate-like",
+        type=click.IntRange(min=1),
+        metavar="N",
+    )
 
 
 @click.command(
@@ -80,7 +102,9 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
 @method_option
-@filter_options(
+@takes(
+    "filtering",
+    Filtering,
     cutoff="Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",
     order="Its order.  [default: 4]",
     decimate="Keep one row in N.  [default: 10, or more where the cut-off asks for it]",
@@ -91,10 +115,8 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     reversals="Samples near a reversal or a rest, where the low-pass rounds what friction does at "
     "once.  [default: leave-out for axes with friction, unless that hides a parameter]",
 )
-@record_options
-@columns_of_option
-@sharing_options
-@skip_bad_option
+@takes("reading", Reading)
+@takes("sharing", Sharing)
 @fix_option(
     "A parameter that is known apart from the record, SI, with its standard deviation; again "
     "for each."
@@ -105,37 +127,11 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     "then has what its own adds. Of one record, which shows their sum alone."
 )
 @click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
-@click.option(
-    "--validate",
-    "further",
-    metavar="RECORD",
-    multiple=True,
-    shell_complete=complete_file,
-    help="Hold the estimates, frozen, against another record; again for each.",
-)
-@click.option(
-    "--validate-window",
-    "second_windows",
-    multiple=True,
-    metavar="FROM..TO",
-    help="As --window, of the record of --validate, which else is taken whole; that may be the "
-    "same file.",
-)
-@click.option(
-    "--validate-like",
-    "like",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="The record, of those that are identified from, whose --local parameters and --known "
-    "values the record of --validate has.",
-)
-@covariance_option
-@lags_option
-@start_of_instruments
-@loss_option
+@takes("validating", Validating)
+@takes("estimating", Estimating)
 @bounded_option
 @bootstrap_option
-@levels_options
+@takes("levels", Judging)
 @draws_option
 @click.option("--all", "every", is_flag=True, help="Print every method, side by side, with notes.")
 @click.option(
@@ -170,21 +166,14 @@ def identify(
     axis: str,
     record: tuple[str, ...],
     methods: tuple[str, ...],
-    further: tuple[str, ...],
-    second_windows: tuple[str, ...],
-    like: int | None,
+    validating: Validating,
     filtering: Filtering,
     reading: Reading,
-    columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
-    skip_bad: bool,
-    covariance: str,
-    lags: int | None,
-    started_at: str,
-    loss: str,
+    estimating: Estimating,
     bounded: bool,
     bootstrap: int,
-    levels: dict[str, Any],
+    levels: Judging,
     draws: int | None,
     every: bool,
     full: bool,
@@ -211,66 +200,59 @@ def identify(
     """
     filtering.prefilter()  # refused before anything is read
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
-    check_targets(targets, (*record, axis, *further), force=force)
-    own_columns = columns_by_place(columns_of, len(record))
-    _check_idle(methods, covariance, json_file)
+    check_targets(targets, (*record, axis, *validating.further), force=force)
+    own_columns = sharing.own_columns(len(record))
+    _check_idle(json_file)
+    estimating.check(methods)
     _check_figures(figures, figure_format, len(record), force=force)
     inputs = axis_and_records(
         axis,
         record,
         reading,
-        further,
+        validating.further,
         fixed=fix,
         left_out=left_out,
         drive_time=drive_time,
         no_native=no_native,
-        skip_bad=skip_bad,
+        skip_bad=sharing.skip_bad,
         own_columns=own_columns,
     )
-    if further:
-        sharing.check_validates(like)
+    if validating.further:
+        sharing.check_validates(validating.like)
     inputs, shared = sharing.of(inputs, len(record))
-
-    from axisid.estimation.identification import identify as run
 
     generated, first = inputs.axis, inputs.records[0]
     prefilter = filtering.prefilter(first.period)
-    held = tuple(window_of(text, "--validate-window") for text in second_windows)
-    others = _held_out(generated, further, held, reading, prefilter)
+    others = _held_out(generated, validating, reading, prefilter)
     with ProgressLine(f"identifying {generated.axis.name}"):
-        result = run(
+        result = stages.identify(
             generated,
             inputs.records,
             prefilter,
             None if "all" in methods else methods,
-            lags=lags,
-            covariance=covariance,
-            skip_bad=skip_bad,
-            start=started_at,
-            loss=loss,
+            skip_bad=sharing.skip_bad,
             bounded=bounded,
             bootstrap=bootstrap,
-            **levels,
+            **estimating.arguments(),
+            **levels.arguments(),
             **shared,
         ).with_set_aside(inputs.set_aside)
-    from axisid.presentation.report import Outputs
 
-    outputs = Outputs(
+    outputs = stages.Outputs(
         report=report,
         figures=figures,
         form=figure_format,
         width=figure_width,
         swept=not no_sweep,
         draws=draws or 0,
-        command=shlex.join(["axisid", *sys.argv[1:]]),
+        command=command_line(),
     )
+    like = validating.like
     own = None if like is None else _place(inputs, result.records, like)
-    put_identification(
-        result, json_file, others, draws or 0, outputs, every=every, full=full, like=own
-    )
+    _put(result, json_file, others, draws or 0, outputs, every=every, full=full, like=own)
 
 
-def _place(inputs: Inputs, used: "Sequence[Record]", number: int) -> int:
+def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
     """Number among the records that were used of one of the command line's."""
     read = dict(zip(inputs.used, inputs.records, strict=True)).get(number - 1)
     found = [i for i, record in enumerate(used, 1) if record is read]
@@ -283,18 +265,15 @@ def _place(inputs: Inputs, used: "Sequence[Record]", number: int) -> int:
 
 
 def _held_out(
-    axis: "GeneratedAxis",
-    logs: tuple[str, ...],
-    windows: tuple[Window, ...],
+    axis: "stages.GeneratedAxis",
+    validating: Validating,
     reading: Reading,
-    prefilter: "Prefilter",
-) -> list["Record"]:
+    prefilter: "stages.Prefilter",
+) -> list["stages.Record"]:
     """Records for --validate; refused before the long part where the filter does not suit one."""
-    from axisid.estimation.signals import FilteredRecord
-
-    records = [reading.record(log, axis, windows) for log in logs]
+    records = [reading.record(log, axis, validating.windows) for log in validating.further]
     for record in records:
-        _ = FilteredRecord.bind(axis, record, prefilter).signals
+        _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
     return records
 
 
@@ -302,8 +281,59 @@ def _check_figures(folder: str | None, form: str, records: int, *, force: bool) 
     """Refuse a folder of figures that holds others of the same names."""
     if folder is None:
         return
-    from axisid.presentation.drawing import NAMES
 
     numbers = ["", *(f"-{i + 1}" for i in range(records) if records > 1)]
-    drawn = {f"{name}{i}.{form}": "figure" for name in NAMES for i in numbers}
+    drawn = {f"{name}{i}.{form}": "figure" for name in stages.NAMES for i in numbers}
     check_folder(folder, "--figures", drawn, force=force)
+
+
+def _put(
+    result: "stages.Identification",
+    json_file: str | None,
+    others: "Sequence[stages.Record]",
+    draws: int,
+    outputs: "stages.Outputs",
+    *,
+    every: bool,
+    full: bool,
+    like: int | None = None,
+) -> None:
+    """Write the result, then print it, and fail if a method came to nothing."""
+    with ProgressLine("judging the estimates"):
+        validations = [stages.validate(result, other, like=like) for other in others]
+        names = [each.record.provenance.source for each in validations]
+        check = stages.joined([each.check for each in validations], names)
+        result = replace(result, further=() if check is None else (check,))
+        written = None if json_file is None else result.to_dict(draws)
+        document = (
+            ()
+            if json_file == "-"
+            else stages.as_blocks(result, draws=draws, every=every, full=full, wording=as_options)
+        )
+    refused: UsageError | None = None
+    if json_file is not None and written is not None:
+        checked = [validation.to_dict() for validation in validations]
+        added: dict[str, Any] = {"validation": checked[0]} if checked else {}
+        added |= {"validations": checked} if len(checked) > 1 else {}
+        try:
+            put_json(json_file, {**written, **added})
+        except UsageError as error:
+            refused = error  # told after the result, which it must not cost
+    if json_file == "-":
+        for method, reason in result.skipped.items():
+            click.echo(f"axisid: without {method}: {reason.worded(as_options)}", err=True)
+    else:
+        print_document(document)
+        for validation in validations:
+            click.echo()
+            print_result(validation)
+
+    def say(line: str) -> None:
+        click.echo(f"axisid: {line}", err=True)
+
+    for path in outputs.write(result, validations, say):
+        click.echo(f"wrote {path}", err=json_file == "-")
+    if refused is not None:
+        raise refused
+    if result.failed:
+        raise EstimationError("; ".join(stages.missing_notes(result.failed, as_options)))

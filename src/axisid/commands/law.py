@@ -2,17 +2,20 @@
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.inputs import axis_and_records
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
+    Reading,
     Target,
+    axis_and_records,
     check_targets,
+    complete_axis,
+    complete_file,
     force_option,
     json_option,
     put_result,
+    stages,
+    takes,
 )
-from axisid.commands.options.record_options import Reading, record_options
 from axisid.presentation.console import ProgressLine
 
 
@@ -23,7 +26,7 @@ from axisid.presentation.console import ProgressLine
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", required=False, shell_complete=complete_file)
-@record_options
+@takes("reading", Reading)
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the result as JSON; - for stdout.")
 @force_option
@@ -44,9 +47,7 @@ def law(
     check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)
     inputs = axis_and_records(axis, logs, reading, no_native=no_native)
 
-    from axisid.estimation.law_search import find_law
-
     generated, data = inputs.axis, inputs.records[0]
     with ProgressLine(f"finding the law of {generated.axis.name}") as line:
-        result = find_law(generated, data, progress=line)
+        result = stages.find_law(generated, data, progress=line)
     put_result(result, json_file)

@@ -20,7 +20,7 @@ import click
 from axisid.commands.many.fleet import fleet
 from axisid.commands.many.trend import trend
 from axisid.commands.many.twin import twin
-from axisid.commands.options.completion import completion
+from axisid.commands.options import completion
 from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.jobs.arithmetic import without_arithmetic_warnings
 from axisid.support.jobs.one_thread import one_thread

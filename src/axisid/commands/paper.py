@@ -1,12 +1,15 @@
 """``axisid paper``."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 import click
 
-from axisid.commands.options.option_checks import Command, check_needed
-from axisid.commands.options.outputs import check_folder, force_option
+from axisid.commands.options import Command, check_folder, check_needed, force_option, stages
 from axisid.presentation.console import ProgressLine, print_document
+
+T = TypeVar("T")
 
 _RUNS = 100
 
@@ -52,56 +55,56 @@ def paper(output: Path | None, encoder: bool, runs: int | None, jobs: int, force
         import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
 
     if encoder:
-        made = _encoder_study(runs or _RUNS, jobs, output, force)
+        made = _part(
+            "the study of encoders",
+            stages.ENCODER_FILES,
+            lambda line: stages.run_encoder_study(runs or _RUNS, jobs=jobs, progress=line),
+            stages.encoder_document,
+            stages.write_encoder_study,
+            output,
+            force=force,
+        )
     else:
-        made = _study(output, force)
-        made += _distributions(runs, jobs, output, force) if runs else []
+        made = _part(
+            "the paper's study",
+            stages.STUDY_FILES,
+            stages.run_study,
+            stages.study_document,
+            stages.write_study,
+            output,
+            force=force,
+        )
+    if runs and not encoder:
+        click.echo()
+        made += _part(
+            "twins of the paper's axis",
+            stages.DISTRIBUTION_FILES,
+            lambda line: stages.run_distributions(runs, jobs=jobs, progress=line),
+            stages.distributions_document,
+            stages.write_distributions,
+            output,
+            force=force,
+        )
     for path in made:
         click.echo(f"wrote {path}")
 
 
-def _study(output: Path | None, force: bool) -> list[Path]:
-    from axisid.paper import STUDY_FILES, run_study, study_document, write_study
-
-    check_folder(output, "--output", STUDY_FILES, deep=True, force=force)
-    with ProgressLine("the paper's study") as line:
-        study = run_study(line)
-    print_document(study_document(study))
+def _part(
+    title: str,
+    files: Mapping[str, str],
+    run: Callable[[ProgressLine], T],
+    document: "Callable[[T], stages.Document]",
+    write: Callable[[T, Path], list[Path]],
+    output: Path | None,
+    *,
+    force: bool,
+) -> list[Path]:
+    """Run a part of the study, print its document, and write its files; return these."""
+    check_folder(output, "--output", files, deep=True, force=force)
+    with ProgressLine(title) as line:
+        found = run(line)
+    print_document(document(found))
     if output is None:
         return []
     with ProgressLine("drawing figures"):
-        return write_study(study, output)
-
-
-def _distributions(runs: int, jobs: int, output: Path | None, force: bool) -> list[Path]:
-    from axisid.paper import (
-        DISTRIBUTION_FILES,
-        distributions_document,
-        run_distributions,
-        write_distributions,
-    )
-
-    check_folder(output, "--output", DISTRIBUTION_FILES, deep=True, force=force)
-    with ProgressLine("twins of the paper's axis") as line:
-        found = run_distributions(runs, jobs=jobs, progress=line)
-    click.echo()
-    print_document(distributions_document(found))
-    return [] if output is None else write_distributions(found, output)
-
-
-def _encoder_study(runs: int, jobs: int, output: Path | None, force: bool) -> list[Path]:
-    from axisid.paper import (
-        ENCODER_FILES,
-        encoder_document,
-        run_encoder_study,
-        write_encoder_study,
-    )
-
-    check_folder(output, "--output", ENCODER_FILES, deep=True, force=force)
-    with ProgressLine("the study of encoders") as line:
-        study = run_encoder_study(runs, jobs=jobs, progress=line)
-    print_document(encoder_document(study))
-    if output is None:
-        return []
-    with ProgressLine("drawing figures"):
-        return write_encoder_study(study, output)
+        return write(found, output)

@@ -1,37 +1,30 @@
 """``axisid sweep``."""
 
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import levels_options
-from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import axis_and_records, leave_out_option
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
+    Filtering,
+    Judging,
+    Reading,
+    Sharing,
     Target,
+    axis_and_records,
     check_targets,
+    complete_axis,
+    complete_file,
     force_option,
     json_option,
-    print_result,
-    put_json,
+    leave_out_option,
+    put_result,
+    stages,
+    start_option,
+    takes,
 )
-from axisid.commands.options.record_options import Reading, record_options
-from axisid.commands.options.several_options import (
-    Sharing,
-    columns_by_place,
-    columns_of_option,
-    sharing_options,
-    skip_bad_option,
-)
-from axisid.commands.options.start_option import start_option
 from axisid.presentation.console import ProgressLine
-
-_FIGURES = (".png", ".svg", ".pdf")
+from axisid.support.errors import UsageError
 
 
 @click.command(
@@ -45,14 +38,17 @@ _FIGURES = (".png", ".svg", ".pdf")
 @click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
 @click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
-@filter_options("order", "hold", "reversals", order="Of the Butterworth filter.  [default: 4]")
-@partial(record_options, ends=False)
-@columns_of_option
-@sharing_options
-@skip_bad_option
+@takes(
+    "filtering",
+    Filtering,
+    without=("cutoff", "decimate", "decimation", "drop"),
+    order="Of the Butterworth filter.  [default: 4]",
+)
+@takes("reading", Reading, without=("start", "stop"))
+@takes("sharing", Sharing)
 @leave_out_option
-@start_option()
-@levels_options
+@start_option
+@takes("levels", Judging)
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
@@ -65,12 +61,10 @@ def sweep(
     points: int,
     filtering: Filtering,
     reading: Reading,
-    columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
-    skip_bad: bool,
     left_out: tuple[str, ...],
     started_at: str,
-    levels: dict[str, Any],
+    levels: Judging,
     no_native: bool,
     json_file: str | None,
     figure: str | None,
@@ -81,65 +75,45 @@ def sweep(
     Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
     cut-off.
     """
-    targets = [Target("--json", json_file, "sweep"), Target("--figure", figure, "figure")]
+    targets = [
+        Target("--json", json_file, "sweep"),
+        Target("--figure", figure, "figure", (".png", ".svg", ".pdf")),
+    ]
     check_targets(targets, (*record, axis), force=force)
-    _check_figure(figure)
+    if figure is not None:
+        import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
+
     inputs = axis_and_records(
         axis,
         record,
         reading,
         left_out=left_out,
         no_native=no_native,
-        skip_bad=skip_bad,
-        own_columns=columns_by_place(columns_of, len(record)),
+        skip_bad=sharing.skip_bad,
+        own_columns=sharing.own_columns(len(record)),
     )
     inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
 
-    from axisid.estimation.studies import default_cutoffs, sweep as run
-
     generated, data = inputs.axis, inputs.records
-    cutoffs = default_cutoffs(1 / data[0].period, lowest, highest, points)
+    cutoffs = stages.default_cutoffs(1 / data[0].period, lowest, highest, points)
     with ProgressLine(f"sweeping {generated.axis.name}") as line:
-        result = run(
+        result = stages.sweep(
             generated,
             data,
             cutoffs,
             filtering.prefilter(),
             progress=line,
-            skip_bad=skip_bad,
+            skip_bad=sharing.skip_bad,
             start=started_at,
-            **levels,
+            **levels.arguments(),
             **shared,
         ).with_set_aside(inputs.set_aside)
-    if json_file != "-":
-        print_result(result)
-    if json_file is not None:
-        put_json(json_file, result.to_dict())
+    put_result(result, json_file)
     if figure is not None:
-        from axisid.presentation.drawing import sweep_figure
-
-        _drawn(lambda: sweep_figure(result, Path(figure)), figure)
+        try:
+            with ProgressLine(f"drawing {figure}"):
+                stages.sweep_figure(result, Path(figure))
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{figure} cannot be drawn: {error}.") from error
         click.echo(f"wrote {figure}", err=json_file == "-")
-
-
-def _check_figure(figure: str | None) -> None:
-    """Refuse a figure that cannot be drawn, before anything is computed."""
-    if figure is None:
-        return
-    if Path(figure).suffix not in _FIGURES:
-        raise click.BadParameter(
-            f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
-        )
-    import axisid.presentation.drawing  # noqa: F401
-
-
-def _drawn(draw: Callable[[], None], figure: str) -> None:
-    """Draw a figure; a place or format that does not serve is the user's to mend."""
-    from axisid.support.errors import UsageError
-
-    try:
-        with ProgressLine(f"drawing {figure}"):
-            draw()
-    except (OSError, ValueError) as error:
-        raise UsageError(f"{figure} cannot be drawn: {error}.") from error

@@ -23,14 +23,14 @@ from tests.refusals import refuses
 def test_the_default_filter_serves_every_rate(rate: int, cutoff: float, decimate: int) -> None:
     found = Prefilter().at_rate_of(1 / rate)
     assert (found.cutoff, found.decimate) == (pytest.approx(cutoff), decimate)
-    assert found == Prefilter.suited(1 / rate) == Filtering({}).prefilter(1 / rate)
+    assert found == Prefilter.suited(1 / rate) == Filtering().prefilter(1 / rate)
 
 
 @pytest.mark.parametrize("cutoff", [5.0, 10.0, 45.0, 180.0])
 def test_a_cutoff_alone_chooses_the_decimation_that_the_command_line_does(
     emps2015: GeneratedAxis, twin: Record, cutoff: float
 ) -> None:
-    by_command = Filtering({"cutoff": cutoff}).prefilter(twin.period)
+    by_command = Filtering(cutoff=cutoff).prefilter(twin.period)
     result = identify(emps2015, twin, Prefilter(cutoff=cutoff), ["idm-ls"])
     assert result.prefilter.decimate == by_command.decimate
     assert result.requested == by_command

@@ -1,25 +1,30 @@
 """``axisid fleet``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
-from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.estimator_options import (
+from axisid.commands.options import (
+    Command,
+    Estimating,
+    Filtering,
+    Judging,
+    Reading,
+    bounded_option,
+    check_folder,
+    complete_axis,
+    complete_file,
+    draws_option,
     drive_time_option,
-    estimator_options,
     fix_option,
+    force_option,
+    leave_out_option,
+    method_option,
+    stages,
+    takes,
 )
-from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import leave_out_option
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import check_folder, force_option
-from axisid.commands.options.record_options import Reading, record_options
 from axisid.presentation.console import ProgressLine, print_document
-
-if TYPE_CHECKING:
-    from axisid.fleets import Fleet
+from axisid.support.errors import EstimationError
 
 
 @click.command(
@@ -58,9 +63,13 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Leave alone what was done with the same log, axis and options.",
 )
-@filter_options()
-@record_options
-@estimator_options
+@takes("filtering", Filtering)
+@takes("reading", Reading)
+@method_option
+@takes("estimating", Estimating)
+@bounded_option
+@takes("levels", Judging)
+@draws_option
 @fix_option("As in identify, of all logs.")
 @leave_out_option
 @drive_time_option("As in identify.")
@@ -75,7 +84,11 @@ def fleet(
     resume: bool,
     filtering: Filtering,
     reading: Reading,
-    estimating: dict[str, Any],
+    methods: tuple[str, ...],
+    estimating: Estimating,
+    bounded: bool,
+    levels: Judging,
+    draws: int | None,
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
     drive_time: str | None,
@@ -92,16 +105,14 @@ def fleet(
     together have fleet.parquet (fleet.csv without pyarrow). A log that is bad, hangs or ends its
     process is told with the reason, and the others go on.
     """
+    estimating.check(methods)
     prefilter = filtering.prefilter()  # refused before anything is read
-    from axisid.fleets import fleet as run, written_files
-    from axisid.fleets.items import gather_items
-    from axisid.modeling.declaration import read_fixed
 
-    items = gather_items(logs, output)
-    check_folder(output, "--output", written_files(items), deep=True, force=force)
+    items = stages.gather_items(logs, output)
+    check_folder(output, "--output", stages.written_files(items), deep=True, force=force)
     try:
         with ProgressLine(f"identifying {len(items)} logs") as line:
-            result = run(
+            result = stages.fleet(
                 items,
                 axis,
                 output,
@@ -109,13 +120,17 @@ def fleet(
                 time_limit=time_limit,
                 resume=resume,
                 prefilter=prefilter,
-                fixed=read_fixed(fix),
+                fixed=stages.read_fixed(fix),
                 left_out=left_out,
                 drive_time=drive_time,
                 native=not no_native,
-                reading=reading.arguments(),
+                reading=reading.settings(),
                 progress=line,
-                **estimating,
+                methods=None if "all" in methods else methods,
+                bounded=bounded,
+                draws=draws or 0,
+                **estimating.arguments(),
+                **levels.arguments(),
             )
     except KeyboardInterrupt:
         click.echo(f"axisid: what is done is in {output}; --resume goes on from there", err=True)
@@ -123,10 +138,8 @@ def fleet(
     _put(result)
 
 
-def _put(result: "Fleet") -> None:
+def _put(result: "stages.Fleet") -> None:
     """Print a fleet and write its table; fail as the first log did that could not be used."""
-    from axisid.support.errors import EstimationError
-
     print_document(result.document())
     click.echo(f"wrote {result.write()}")
     if result.failed:

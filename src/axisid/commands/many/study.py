@@ -1,36 +1,30 @@
 """``axisid study``."""
 
-import shlex
-import sys
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
-from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.estimator_options import (
-    bootstrap_option,
-    check_estimator,
-    covariance_option,
-    lags_option,
-    levels_options,
-    loss_option,
-)
-from axisid.commands.options.filter_options import FILTER_OPTIONS, Filtering, filter_options
-from axisid.commands.options.inputs import leave_out_option
-from axisid.commands.options.option_checks import Command, check_idle, check_needed
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
+    Estimating,
+    Filtering,
+    Judging,
     Target,
+    bootstrap_option,
     check_folder,
+    check_idle,
+    check_needed,
     check_targets,
+    complete_axis,
     force_option,
     json_option,
+    leave_out_option,
     put_result,
-    write_output,
+    stages,
+    takes,
+    write_page,
 )
-from axisid.commands.options.start_option import start_option
 from axisid.estimation.choices import fit_names, fitted_output, method_names
 from axisid.presentation.console import ProgressLine
 
@@ -42,12 +36,7 @@ from .twin_options import (
     truth_option,
 )
 
-if TYPE_CHECKING:
-    from axisid.codegen.artefacts import GeneratedAxis
-    from axisid.estimation.monte_carlo import MonteCarlo
-
 _RUNS, _CHECKS = 200, 0
-_OF_IDENTIFY = ("--covariance", "--lags", "--start", "--loss", "--bootstrap")
 
 
 @click.command(
@@ -85,14 +74,11 @@ _OF_IDENTIFY = ("--covariance", "--lags", "--start", "--loss", "--bootstrap")
     help="Judge the first N runs too: how often each check fails. A verdict costs several times an "
     "estimate.",
 )
-@filter_options()
+@takes("filtering", Filtering)
 @leave_out_option
-@covariance_option
-@lags_option
-@start_option()
-@loss_option
+@takes("estimating", Estimating, start="As in identify.")
 @bootstrap_option
-@levels_options
+@takes("levels", Judging)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
 @click.option(
     "--jobs",
@@ -124,13 +110,10 @@ def study(
     checks: int,
     filtering: Filtering,
     left_out: tuple[str, ...],
-    covariance: str,
-    lags: int | None,
-    started_at: str,
-    loss: str,
+    estimating: Estimating,
     seed: int,
     bootstrap: int,
-    levels: dict[str, Any],
+    levels: Judging,
     jobs: int,
     no_native: bool,
     output: str | None,
@@ -146,17 +129,16 @@ def study(
     Bias and scatter of every estimate, how often its intervals hold the truth, and how often each
     check fails: on twins of the axis itself, or of another one (--twin).
     """
-    _check_methods(methods, covariance)
+    _check_methods(methods, estimating)
     check_needed(("--figure-format",), ("--figures",))
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
     outputs = _Outputs(output=output, report=report, figures=figures, form=figure_format)
     outputs.check(json_file, (axis, twin), force=force)
     with ProgressLine(f"deriving {axis}"):
         identified, simulated = _axes(axis, twin, left_out, native=not no_native)
-    from axisid.estimation.monte_carlo import monte_carlo
 
     with ProgressLine("twins") as line:
-        result = monte_carlo(
+        result = stages.monte_carlo(
             identified,
             runs,
             methods,
@@ -166,12 +148,9 @@ def study(
             truth=truth_of(truth),
             checks=checks,
             seed=seed,
-            covariance=covariance,
-            lags=lags,
-            start=started_at,
-            loss=loss,
             bootstrap=bootstrap,
-            **levels,
+            **estimating.arguments(),
+            **levels.arguments(),
             jobs=jobs,
             progress=line,
             keep=outputs.keep,
@@ -182,29 +161,25 @@ def study(
         click.echo(f"wrote {path}", err=json_file == "-")
 
 
-def _check_methods(methods: tuple[str, ...], covariance: str) -> None:
+def _check_methods(methods: tuple[str, ...], estimating: Estimating) -> None:
     """Refuse options of identify that the methods leave without effect."""
     regressions = tuple(method for method in methods if not fitted_output(method))
     if regressions:
-        check_estimator(regressions, covariance)
+        estimating.check(regressions)
         return
-    for option in (*_OF_IDENTIFY, *FILTER_OPTIONS):
+    for option in (*Estimating.names().values(), "--bootstrap", *Filtering.names().values()):
         check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
 
 
 def _axes(
     axis: str, twin: str | None, left_out: tuple[str, ...], *, native: bool
-) -> "tuple[GeneratedAxis, GeneratedAxis]":
+) -> "tuple[stages.GeneratedAxis, stages.GeneratedAxis]":
     """What is identified, and what is simulated: with every term, as an axis has."""
-    from axisid.codegen.artefacts import build
-    from axisid.modeling.declaration import leave_out
-    from axisid.modeling.text import load_axis
-
-    whole = load_axis(axis)
-    identified = build(leave_out(whole, *left_out), native=native)
+    whole = stages.load_axis(axis)
+    identified = stages.build(stages.leave_out(whole, *left_out), native=native)
     if twin is not None:
-        return identified, build(load_axis(twin), native=native)
-    return identified, build(whole, native=native) if left_out else identified
+        return identified, stages.build(stages.load_axis(twin), native=native)
+    return identified, stages.build(whole, native=native) if left_out else identified
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,51 +200,32 @@ class _Outputs:
         ]
         check_targets(targets, inputs, force=force)
         if self.output is not None:
-            from axisid.estimation.monte_carlo import check_output
-
-            check_output(Path(self.output))
+            stages.check_output(Path(self.output))
         if self.figures is not None:
-            from axisid.presentation.monte_carlo import PLOTS
-
-            names = {f"{name}.{self.form}": "figure" for name in PLOTS}
+            names = {f"{name}.{self.form}": "figure" for name in stages.PLOTS}
             check_folder(self.figures, "--figures", names, force=force)
 
-    def keep(self, partial: "MonteCarlo") -> None:
+    def keep(self, partial: "stages.MonteCarlo") -> None:
         """Keep what is done of a study that ends early, and say so."""
         done = f"{len(partial)} of {partial.plan.runs} runs are done"
         if self.output is None:
             click.echo(f"axisid: {done}; --output FILE would have kept them", err=True)
             return
-        from axisid.estimation.monte_carlo import write_runs
 
-        write_runs(partial, self.output)
+        stages.write_runs(partial, self.output)
         click.echo(f"axisid: {done} and kept in {self.output}", err=True)
 
-    def write(self, result: "MonteCarlo") -> list[str]:
+    def write(self, result: "stages.MonteCarlo") -> list[str]:
         """Write what is asked for and return the places."""
         written: list[str] = []
         if self.output is not None:
-            from axisid.estimation.monte_carlo import write_runs
-
-            write_runs(result, self.output)
+            stages.write_runs(result, self.output)
             written.append(self.output)
         if self.report is not None:
-            from axisid.presentation.monte_carlo import monte_carlo_page
-            from axisid.support.remedy import as_options
-
-            page = monte_carlo_page(
-                result,
-                command=shlex.join(["axisid", *sys.argv[1:]]),
-                made=datetime.now().astimezone(),
-                wording=as_options,
-            )
-            write_output(self.report, page)
+            write_page(self.report, stages.monte_carlo_page, result)
             written.append(self.report)
         if self.figures is not None:
-            from axisid.presentation.drawing import write_figures
-            from axisid.presentation.monte_carlo import monte_carlo_plots
-            from axisid.presentation.plots import Plot
-
-            plots = [p for p in monte_carlo_plots(result).values() if isinstance(p, Plot)]
-            written += map(str, write_figures(plots, Path(self.figures), self.form))
+            drawn = stages.monte_carlo_plots(result).values()
+            plots = [plot for plot in drawn if isinstance(plot, stages.Plot)]
+            written += map(str, stages.write_figures(plots, Path(self.figures), self.form))
         return written

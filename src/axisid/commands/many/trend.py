@@ -4,14 +4,15 @@ from pathlib import Path
 
 import click
 
-from axisid.commands.options.completion import complete_file
-from axisid.commands.options.option_checks import Command
-from axisid.commands.options.outputs import (
+from axisid.commands.options import (
+    Command,
     Target,
     check_targets,
+    complete_file,
     force_option,
     json_option,
     put_json,
+    stages,
 )
 from axisid.presentation.console import ProgressLine, print_document
 
@@ -59,27 +60,17 @@ def trend(
     deviations and the scatter between them; results beyond the limits and steps are told.
     """
     targets = (
-        Target("--csv", table, "trend-table"),
-        Target("--report", report, "report"),
+        Target("--csv", table, "trend-table", (".csv",)),
+        Target("--report", report, "report", (".html",)),
         Target("--json", json_file, "trend"),
     )
     check_targets(targets, results, force=force)
-    _check_endings(("--csv", table, ".csv"), ("--report", report, ".html"))
-
-    from axisid.trends import trend as run
 
     with ProgressLine("reading results"):
-        result = run(results, by=by, method=method, count_failing=count_failing)
+        result = stages.trend(results, by=by, method=method, count_failing=count_failing)
     for file in filter(None, (table, report)):
         click.echo(f"wrote {result.write(Path(file))}", err=json_file == "-")
     if json_file is not None:
         put_json(json_file, result.to_dict())
     if json_file != "-":
         print_document(result.document())
-
-
-def _check_endings(*files: tuple[str, str | None, str]) -> None:
-    """Refuse names that do not say what is written."""
-    for option, file, ending in files:
-        if file is not None and not file.endswith(ending):
-            raise click.BadParameter(f"{file!r}: the name must end in {ending}", param_hint=option)

@@ -2,13 +2,19 @@
 
 import shlex
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.completion import complete_axis
-from axisid.commands.options.option_checks import Command, check_needed
-from axisid.commands.options.outputs import Target, check_folder, check_targets, force_option
+from axisid.commands.options import (
+    Command,
+    Target,
+    check_folder,
+    check_needed,
+    check_targets,
+    complete_axis,
+    force_option,
+    stages,
+)
 from axisid.presentation.console import ProgressLine
 
 from .twin_options import (
@@ -19,10 +25,6 @@ from .twin_options import (
     truth_of,
     truth_option,
 )
-
-if TYPE_CHECKING:
-    from axisid.modeling.declaration import Move
-    from axisid.twins import TwinMachines
 
 _MOTION = ("--acceleration", "--seconds", "--repeat", "--dwell")
 
@@ -125,13 +127,9 @@ def twin(
     scatters, drifts = shares_of(scatter, "--scatter"), shares_of(drift, "--drift")
     moves, values = _moves(speeds, acceleration, seconds, repeat, dwell), truth_of(truth)
     with ProgressLine(f"deriving {axis}"):
-        from axisid.codegen.artefacts import build
-        from axisid.estimation.monte_carlo import twin_of
-        from axisid.modeling.text import load_axis
-        from axisid.twins import TwinMachines
-
-        made = twin_of(build(load_axis(axis), native=not no_native), values, moves)
-        alike = TwinMachines(
+        built = stages.build(stages.load_axis(axis), native=not no_native)
+        made = stages.twin_of(built, values, moves)
+        alike = stages.TwinMachines(
             axis=made,
             count=count or 1,
             days=days or 1,
@@ -165,15 +163,14 @@ def _moves(
     seconds: float | None,
     repeat: int | None,
     dwell: float | None,
-) -> "tuple[Move, ...] | None":
+) -> "tuple[stages.Move, ...] | None":
     """The motion in place of the experiment's, if there is one."""
     if not speeds:
         return None
     if acceleration is None:
         raise click.UsageError("--speed says nothing without --acceleration; add that too.")
-    from axisid.modeling.declaration import back_and_forth
 
-    return back_and_forth(
+    return stages.back_and_forth(
         speeds=speeds,
         acceleration=acceleration,
         seconds=1.0 if seconds is None else seconds,
@@ -182,12 +179,10 @@ def _moves(
     )
 
 
-def _write_one(machines: "TwinMachines", axis: str, output: str) -> None:
+def _write_one(machines: "stages.TwinMachines", axis: str, output: str) -> None:
     """Write a log and say how it is identified."""
-    from axisid.twins import write_twin
-
     with ProgressLine(f"simulating {axis}"):
-        file = write_twin(machines, output)
+        file = stages.write_twin(machines, output)
     click.echo(f"wrote {file}")
     units = {p.name: p.unit for p in machines.axis.declared.parameters}
     truth = machines.truth(0, 0).items()
@@ -202,14 +197,12 @@ def _write_one(machines: "TwinMachines", axis: str, output: str) -> None:
 
 
 def _write_many(
-    machines: "TwinMachines", axis: str, output: str, ending: str, *, force: bool
+    machines: "stages.TwinMachines", axis: str, output: str, ending: str, *, force: bool
 ) -> None:
     """Write logs and their manifest, and say how they are identified."""
-    from axisid.twins import twin_files, write_twins
-
-    check_folder(output, "--output", twin_files(machines, ending), deep=True, force=force)
+    check_folder(output, "--output", stages.twin_files(machines, ending), deep=True, force=force)
     with ProgressLine(f"simulating {axis}") as line:
-        manifest = write_twins(machines, output, axis=axis, ending=ending, progress=line)
+        manifest = stages.write_twins(machines, output, axis=axis, ending=ending, progress=line)
     logs = machines.count * machines.days
     click.echo(f"wrote {logs} {'log' if logs == 1 else 'logs'} and {manifest}")
     click.echo("next: " + shlex.join(["axisid", "fleet", str(manifest)]))

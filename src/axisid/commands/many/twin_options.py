@@ -1,13 +1,11 @@
 """Options of what twins are: their true values and their noise."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-if TYPE_CHECKING:
-    from axisid.codegen.artefacts import GeneratedAxis
-    from axisid.estimation.twins import Chain
+from axisid.commands.options import stages
 
 #: The noise of the twins, by option: what it is called in Python, its unit, and its help.
 NOISE = {
@@ -45,13 +43,10 @@ anywhere_option = click.option(
 )
 
 
-def given_noise(axis: "GeneratedAxis", noise: Mapping[str, float | None]) -> "Chain":
+def given_noise(axis: "stages.GeneratedAxis", noise: Mapping[str, float | None]) -> "stages.Chain":
     """The noise of an axis's twins, the experiment's where it is not given."""
-    from axisid.estimation.monte_carlo import declared_chain
-    from axisid.estimation.twins import Chain
-
     given: dict[str, Any] = {name.removeprefix("noise_"): each for name, each in noise.items()}
-    return declared_chain(Chain.of_experiment(axis.axis), **given)
+    return stages.declared_chain(stages.Chain.of_experiment(axis.axis), **given)
 
 
 def truth_of(texts: tuple[str, ...]) -> dict[str, float]:

@@ -1,6 +1,57 @@
 """What commands share: arguments and options, what they read and where they write.
 
 In: words of the command line. Out: an axis, a record, settings; files written. Knows nothing of
-what a command does with them, and of how a result looks. Its modules are imported by name, so that
-nothing is loaded that is not used.
+what a command does with them, and of how a result looks.
 """
+
+from .completion import (
+    complete_axis as complete_axis,
+    complete_file as complete_file,
+    completion as completion,
+)
+from .earlier_output import is_earlier as is_earlier
+from .estimator_options import (
+    Estimating as Estimating,
+    Judging as Judging,
+    bootstrap_option as bootstrap_option,
+    bounded_option as bounded_option,
+    draws_option as draws_option,
+    drive_time_option as drive_time_option,
+    fix_option as fix_option,
+    method_option as method_option,
+    start_option as start_option,
+)
+from .filter_options import Filtering as Filtering
+from .fit_options import Fitting as Fitting
+from .groups import Options as Options, option as option, takes as takes
+from .inputs import (
+    Inputs as Inputs,
+    axis_and_records as axis_and_records,
+    leave_out_option as leave_out_option,
+)
+from .option_checks import (
+    Command as Command,
+    check_idle as check_idle,
+    check_needed as check_needed,
+)
+from .outputs import (
+    Target as Target,
+    check_folder as check_folder,
+    check_replaced as check_replaced,
+    check_targets as check_targets,
+    command_line as command_line,
+    force_option as force_option,
+    json_option as json_option,
+    print_result as print_result,
+    put_json as put_json,
+    put_result as put_result,
+    write_output as write_output,
+    write_page as write_page,
+)
+from .record_options import (
+    Reading as Reading,
+    Window as Window,
+    is_log as is_log,
+    read_windows as read_windows,
+)
+from .several_options import Sharing as Sharing

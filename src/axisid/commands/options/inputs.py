@@ -3,18 +3,15 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from axisid.presentation.console import ProgressLine
+from axisid.support.errors import AxisidError, UsageError
+from axisid.support.remedy import Note, as_options
 
+from . import stages
 from .record_options import Reading, is_log
-
-if TYPE_CHECKING:
-    from axisid.codegen.artefacts import GeneratedAxis
-    from axisid.estimation.records import Record
-    from axisid.support.remedy import Note
 
 leave_out_option = click.option(
     "--leave-out",
@@ -40,15 +37,13 @@ class Inputs:
         Logs that could not be read and were to be skipped, with the reason.
     """
 
-    axis: "GeneratedAxis"
-    records: "tuple[Record, ...]"
+    axis: "stages.GeneratedAxis"
+    records: "tuple[stages.Record, ...]"
     used: tuple[int, ...]
     set_aside: "Mapping[str, Note]"
 
     def say_set_aside(self) -> None:
         """Tell of each log that could not be read."""
-        from axisid.support.remedy import as_options
-
         for name, why in self.set_aside.items():
             click.echo(f"axisid: without {name}: {why.worded(as_options)}", err=True)
 
@@ -63,7 +58,7 @@ def axis_and_records(
     left_out: tuple[str, ...] = (),
     no_native: bool,
     skip_bad: bool = False,
-    own_columns: Mapping[int, str] | None = None,
+    own_columns: Mapping[int, dict[str, str]] | None = None,
     drive_time: str | None = None,
 ) -> Inputs:
     """The axis that was named, and its records or its twin's.
@@ -77,25 +72,19 @@ def axis_and_records(
         Other logs that `reading` is of.
     fixed, left_out : tuple of str
     no_native, skip_bad : bool
-    own_columns : mapping of int to str, optional
-        Columns of single logs, by their place, as ``--columns`` takes them.
+    own_columns : mapping of int to dict, optional
+        Columns of single logs, by their place.
     drive_time : str, optional
         The drive's time that is estimated, ``lag`` or ``delay``.
     """
     named = f"the twin of {axis}" if not logs else " and ".join(logs)
     with ProgressLine(f"reading {named}"):
-        from axisid.codegen.artefacts import build
-        from axisid.estimation.simulation import twin_record
-        from axisid.modeling.declaration import fix, leave_out, read_fixed
-        from axisid.modeling.text import load_axis
-        from axisid.support.errors import UsageError
-
         if is_log(axis):
             raise UsageError(f"{axis} is a log by its ending; the axis comes first: AXIS RECORD.")
-        whole = fix(load_axis(axis), **read_fixed(fixed))
+        whole = stages.fix(stages.load_axis(axis), **stages.read_fixed(fixed))
         if drive_time is not None:
             whole = replace(whole, drive=whole.drive.estimating(drive_time))
-        generated = build(leave_out(whole, *left_out), native=not no_native)
+        generated = stages.build(stages.leave_out(whole, *left_out), native=not no_native)
         if logs:
             return _read(generated, logs, reading, own_columns or {}, skip_bad=skip_bad)
         if reading.given and not further:
@@ -103,33 +92,30 @@ def axis_and_records(
             said = f"{' and '.join(reading.given)} {verb} a record"
             raise UsageError(f"{said}; name its file.")
         # The twin has every term, as an axis does whatever is identified of it.
-        own = build(whole, native=not no_native) if left_out else generated
-        return Inputs(axis=generated, records=(twin_record(own),), used=(0,), set_aside={})
+        own = stages.build(whole, native=not no_native) if left_out else generated
+        return Inputs(axis=generated, records=(stages.twin_record(own),), used=(0,), set_aside={})
 
 
 def _read(
-    axis: "GeneratedAxis",
+    axis: "stages.GeneratedAxis",
     logs: Sequence[str],
     reading: Reading,
-    own_columns: Mapping[int, str],
+    own_columns: Mapping[int, dict[str, str]],
     *,
     skip_bad: bool,
 ) -> Inputs:
     """Read every log; what cannot be read is named with the others that cannot."""
-    from axisid.estimation.identification import check_bad
-    from axisid.support.errors import AxisidError
-
-    found: dict[int, Record] = {}
+    found: dict[int, stages.Record] = {}
     bad: dict[str, Note] = {}
     for i, log in enumerate(logs):
-        own = reading.with_columns(own_columns[i]) if i in own_columns else reading
+        own = replace(reading, columns=own_columns.get(i, reading.columns))
         try:
             found[i] = own.record(log, axis)
         except AxisidError as error:
             if len(logs) == 1:
                 raise
             bad[log if log not in bad else f"{log} ({i + 1})"] = error.note
-    check_bad(bad, len(logs), skip_bad=skip_bad)
+    stages.check_bad(bad, len(logs), skip_bad=skip_bad)
     return Inputs(axis=axis, records=tuple(found.values()), used=tuple(found), set_aside=bad)
 
 

@@ -1,13 +1,10 @@
 """Options that would be ignored are refused: the user meant something by them."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from collections.abc import Sequence
 
 import click
 from click.core import ParameterSource
-
-Option: TypeAlias = Callable[[Callable[..., None]], Callable[..., None]]
 
 
 class Command(click.Command):
@@ -27,13 +24,6 @@ class Command(click.Command):
 def _counts_once(option: click.Option) -> bool:
     """Whether it is no list, nor a flag that says the same however often."""
     return not option.multiple and (not option.is_flag or bool(option.secondary_opts))
-
-
-def with_options(command: Callable[..., None], options: Sequence[Option]) -> Callable[..., None]:
-    """A command with options that its help lists in this order."""
-    for option in reversed(options):
-        command = option(command)
-    return command
 
 
 def given_options() -> list[str]:

@@ -1,19 +1,24 @@
 """Where commands write: places are checked before anything is computed, then written to."""
 
 import os
+import shlex
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any, NoReturn
 
 import click
 
 from axisid.presentation.console import print_document
+from axisid.support.errors import UsageError
 from axisid.support.files.json_text import json_text
 from axisid.support.presentable import Presentable
+from axisid.support.remedy import as_options
 
+from . import stages
 from .earlier_output import is_earlier
 from .inputs import file_of
 
@@ -41,11 +46,14 @@ class Target:
         None where it is not given.
     kind : str
         What the command writes there, as `is_earlier` knows it.
+    endings : tuple of str
+        Of names that say what is written, if they have to.
     """
 
     option: str
     file: str | None
     kind: str
+    endings: tuple[str, ...] = ("",)
 
 
 def check_targets(
@@ -68,6 +76,9 @@ def check_targets(
         problem = _unfit(target, taken) or _foreign(target.file, target.kind, force=force)
         if problem:
             _refuse(target.file, problem, target.option)
+        if not target.file.endswith(target.endings):
+            said = f"the name must end in {', '.join(target.endings)}"
+            _refuse(target.file, said, target.option)
         if not _is_special(target.file):
             said = f"{target.option} is written there; name another file"
             taken[_real(Path(target.file))] = said
@@ -219,12 +230,29 @@ def write_output(file: str | None, text: str) -> None:
         _write(Path(file), text)
 
 
+def write_page(file: str, page: Callable[..., str], result: Presentable) -> None:
+    """Write a page of HTML of a result, which says what command made it and when.
+
+    Parameters
+    ----------
+    file : str
+    page : callable
+        Gives the page of the result, with `command`, `made` and `wording`.
+    result : Presentable
+    """
+    made = datetime.now().astimezone()
+    write_output(file, page(result, command=command_line(), made=made, wording=as_options))
+
+
+def command_line() -> str:
+    """The command that runs, as it would be typed."""
+    return shlex.join(["axisid", *sys.argv[1:]])
+
+
 def _write(path: Path, text: str) -> None:
-    from axisid.codegen.artefacts import replace_file
-    from axisid.support.errors import UsageError
 
     try:
-        replace_file(path, text)
+        stages.replace_file(path, text)
     except OSError as error:
         raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
 
@@ -246,10 +274,7 @@ def print_result(result: Presentable, **how: Any) -> None:
     **how
         As its `summary` takes it.
     """
-    from axisid.presentation.views import as_blocks
-    from axisid.support.remedy import as_options
-
-    print_document(as_blocks(result, wording=as_options, **how))
+    print_document(stages.as_blocks(result, wording=as_options, **how))
 
 
 def put_json(file: str, result: dict[str, Any]) -> None:

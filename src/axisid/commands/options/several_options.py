@@ -1,23 +1,70 @@
-"""Options of commands that take several records, collected into one object."""
+"""Options of commands that take several records."""
 
-import functools
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import click
 
+from . import stages
+from .groups import Options, option
 from .inputs import Inputs
-from .option_checks import check_needed, with_options
+from .option_checks import check_needed
+from .record_options import roles
+
+
+def names_in(text: str | None) -> tuple[str, ...]:
+    """The names of a list as options take it, ``M,Fv``."""
+    return tuple(name.strip() for name in (text or "").split(",") if name.strip())
+
+
+def _known(texts: tuple[str, ...]) -> dict[str, tuple[tuple[float, float], ...]]:
+
+    return stages.read_known(texts)
+
+
+def _columns(given: tuple[tuple[int, str], ...]) -> dict[int, dict[str, str]]:
+    found: dict[int, dict[str, str]] = {}
+    for number, columns in given:
+        if number in found:
+            raise click.BadParameter(f"record {number} is given twice")
+        found[number] = roles(columns)
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sharing:
+class Sharing(Options):
     """What several records share and what is each one's own, as the command line says it."""
 
-    local: tuple[str, ...] = ()
-    known: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
-    gain: str = "identified"
+    columns_of: Mapping[int, dict[str, str]] = option(
+        "Columns of the record number N alone, in place of --columns; again for each.",
+        read=_columns,
+        type=(click.IntRange(min=1), str),
+        multiple=True,
+        metavar="N ROLE=NAME[:UNIT],...",
+    )
+    local: tuple[str, ...] = option(
+        "Parameters that each of several records, two or more, has for itself.",
+        read=names_in,
+        metavar="NAME[,NAME]",
+    )
+    known: Mapping[str, tuple[tuple[float, float], ...]] = option(
+        "What is known of each record, SI: a parameter (a payload, an angle, a temperature) "
+        "or a gain of the control law, a value for each in their order; again for each name.",
+        read=_known,
+        multiple=True,
+        metavar="NAME=V1,V2+-SD,...",
+    )
+    gain: str = option(
+        "Of the drive, where a known force tells it.",
+        "identified",
+        type=click.Choice(["identified", "declared"]),
+    )
+    skip_bad: bool = option(
+        "Go on without those of several records that cannot be used; they are counted and named, "
+        "and what is not identified without them is told. With one record it changes nothing.",
+        False,
+    )
 
     def check_validates(self, like: int | None) -> None:
         """Refuse to hold estimates against a record of which nothing says what is its own."""
@@ -38,22 +85,15 @@ class Sharing:
         UsageError
             There are not as many known values as logs, or something is each log's own of one.
         """
-        from axisid.estimation.identification import (
-            layout_for,
-            layout_without,
-            tells_gain,
-        )
-        from axisid.estimation.parameters import known_of
-
         check_needed(("--gain",), ("--known",))
-        known_of(self.known, max(logs, 1))
+        stages.known_of(self.known, max(logs, 1))
         if not inputs.set_aside:
             return inputs, {"local": self.local, "known": self.known, "gain": self.gain}
         declared = {p.name for p in inputs.axis.declared.parameters}
         own = [name for name in self.local if name in declared]  # others are refused later
-        commanded = tells_gain(inputs.records, self.gain)
-        whole = layout_for(inputs.axis, logs, own, self.known, commanded=commanded)
-        _, _, known, aside = layout_without(
+        commanded = stages.tells_gain(inputs.records, self.gain)
+        whole = stages.layout_for(inputs.axis, logs, own, self.known, commanded=commanded)
+        _, _, known, aside = stages.layout_without(
             inputs.axis,
             whole,
             inputs.used,
@@ -66,77 +106,18 @@ class Sharing:
         local = self.local if len(inputs.used) > 1 else ()
         return told, {"local": local, "known": known, "gain": self.gain}
 
+    def own_columns(self, logs: int) -> dict[int, dict[str, str]]:
+        """Columns by the place of their log, from 0.
 
-_OPTIONS = (
-    click.option(
-        "--local",
-        metavar="NAME[,NAME]",
-        help="Parameters that each of several records, two or more, has for itself.",
-    ),
-    click.option(
-        "--known",
-        multiple=True,
-        metavar="NAME=V1,V2+-SD,...",
-        help="What is known of each record, SI: a parameter (a payload, an angle, a temperature) "
-        "or a gain of the control law, a value for each in their order; again for each name.",
-    ),
-    click.option(
-        "--gain",
-        type=click.Choice(["identified", "declared"]),
-        default="identified",
-        show_default=True,
-        help="Of the drive, where a known force tells it.",
-    ),
-)
-
-
-def names_in(text: str) -> tuple[str, ...]:
-    """The names of a list as options take it, ``M,Fv``."""
-    return tuple(name.strip() for name in text.split(",") if name.strip())
-
-
-def sharing_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options; the command takes them as one `sharing`."""
-
-    @functools.wraps(command)
-    def collected(*, local: str | None, known: tuple[str, ...], gain: str, **others: Any) -> None:
-        from axisid.estimation.parameters import read_known
-
-        names = names_in(local or "")
-        command(sharing=Sharing(local=names, known=read_known(known), gain=gain), **others)
-
-    return with_options(collected, _OPTIONS)
-
-
-skip_bad_option = click.option(
-    "--skip-bad",
-    is_flag=True,
-    help="Go on without those of several records that cannot be used; they are counted and named, "
-    "and what is not identified without them is told. With one record it changes nothing.",
-)
-columns_of_option = click.option(
-    "--columns-of",
-    "columns_of",
-    type=(click.IntRange(min=1), str),
-    multiple=True,
-    metavar="N ROLE=NAME[:UNIT],...",
-    help="Columns of the record number N alone, in place of --columns; again for each.",
-)
-
-
-def columns_by_place(given: Sequence[tuple[int, str]], logs: int) -> dict[int, str]:
-    """Columns by the place of their log, from 0.
-
-    Raises
-    ------
-    click.BadParameter
-        There is no such log, or it is given twice.
-    """
-    found: dict[int, str] = {}
-    for number, columns in given:
-        if number > logs or number - 1 in found:
-            there = f"there {'is 1 record' if logs == 1 else f'are {logs} records'}"
-            why = "is given twice" if number - 1 in found else f"is none: {there}"
-            raise click.BadParameter(f"record {number} {why}", param_hint="--columns-of")
-        found[number - 1] = columns
-    return found
+        Raises
+        ------
+        click.BadParameter
+            There is no such log.
+        """
+        for number in self.columns_of:
+            if number > logs:
+                there = f"there {'is 1 record' if logs == 1 else f'are {logs} records'}"
+                raise click.BadParameter(
+                    f"record {number} is none: {there}", param_hint="--columns-of"
+                )
+        return {number - 1: columns for number, columns in self.columns_of.items()}

@@ -1,0 +1,101 @@
+"""Groups of options: a frozen dataclass, whose fields are options of the command line.
+
+A field stands once for what the option is called, what it says, its default, its type and how its
+text is read; a command with the group takes the object that is made of them.
+"""
+
+import functools
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import click
+
+
+def option(
+    said: str,
+    default: Any = None,
+    *,
+    name: str = "",
+    read: Callable[[Any], Any] | None = None,
+    **how: Any,
+) -> Any:
+    """A field that is an option of the command line.
+
+    Parameters
+    ----------
+    said : str
+        Its help.
+    default : optional
+        Given, it is in the help; True or False make a flag.
+    name : str
+        Without its dashes, where it is not that of the field.
+    read : callable, optional
+        Makes the field's value of the option's; what it raises as `click.BadParameter` is of the
+        option.
+    **how
+        Further arguments of `click.option`, such as its type.
+    """
+    is_flag = isinstance(default, bool)
+    shown = {"is_flag": True} if is_flag else {"show_default": default is not None}
+    asked = {"help": said, "default": default, **shown, **how}
+    return field(default=default, metadata={"name": name, "read": read, "option": asked})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """A group of options."""
+
+    @classmethod
+    def names(cls) -> dict[str, str]:
+        """The options by their fields."""
+        return {f.name: f"--{f.metadata['name'] or f.name.replace('_', '-')}" for f in fields(cls)}
+
+    def arguments(self) -> dict[str, Any]:
+        """The values by their fields, as arguments of what the group is of."""
+        return {name: getattr(self, name) for name in self.names()}
+
+
+def takes(
+    parameter: str, group: type[Options], without: Collection[str] = (), **helps: str
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Add the options of a group; the command takes them as one object.
+
+    Parameters
+    ----------
+    parameter : str
+        By which the command takes it.
+    group : type of Options
+    without : collection of str
+        Fields that are no options of this command.
+    **helps : str
+        What an option of this command says, by its field.
+    """
+    names = group.names()
+    chosen = [each for each in fields(group) if each.name not in without]
+
+    def add(command: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(command)
+        def collected(**values: Any) -> None:
+            made = {}
+            for each in chosen:
+                value, read = values.pop(f"{parameter}_{each.name}"), each.metadata["read"]
+                made[each.name] = value if read is None else _read(read, value, names[each.name])
+            command(**{parameter: group(**made)}, **values)
+
+        for each in reversed(chosen):
+            asked = {**each.metadata["option"]}
+            asked["help"] = helps.get(each.name, asked["help"])
+            decorate = click.option(names[each.name], f"{parameter}_{each.name}", **asked)
+            collected = decorate(collected)
+        return collected
+
+    return add
+
+
+def _read(read: Callable[[Any], Any], value: Any, option: str) -> Any:
+    try:
+        return read(value)
+    except click.BadParameter as error:
+        error.param_hint = option
+        raise

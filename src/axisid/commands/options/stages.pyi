@@ -1,0 +1,99 @@
+"""What commands use of the rooms below; `stages.py` imports a name when it is first used."""
+
+from axisid.codegen.artefacts import (
+    MANIFEST as MANIFEST,
+    GeneratedAxis as GeneratedAxis,
+    build as build,
+    check_files as check_files,
+    expected_files as expected_files,
+    replace_file as replace_file,
+    write_files as write_files,
+)
+from axisid.estimation.checks import joined as joined
+from axisid.estimation.fitting import OutputFit as OutputFit, fit as fit
+from axisid.estimation.identification import (
+    Identification as Identification,
+    check_bad as check_bad,
+    identify as identify,
+    layout_for as layout_for,
+    layout_without as layout_without,
+    tells_gain as tells_gain,
+)
+from axisid.estimation.law_search import find_law as find_law
+from axisid.estimation.logs import log_endings as log_endings
+from axisid.estimation.monte_carlo import (
+    MonteCarlo as MonteCarlo,
+    check_output as check_output,
+    declared_chain as declared_chain,
+    monte_carlo as monte_carlo,
+    twin_of as twin_of,
+    write_runs as write_runs,
+)
+from axisid.estimation.parameters import known_of as known_of, read_known as read_known
+from axisid.estimation.records import (
+    Record as Record,
+    Repairs as Repairs,
+    read_record as read_record,
+)
+from axisid.estimation.signals import FilteredRecord as FilteredRecord, Prefilter as Prefilter
+from axisid.estimation.simulation import twin_record as twin_record
+from axisid.estimation.studies import (
+    compare as compare,
+    default_cutoffs as default_cutoffs,
+    sweep as sweep,
+    validate as validate,
+)
+from axisid.estimation.twins import Chain as Chain
+from axisid.exports.export import export as export
+from axisid.fleets import Fleet as Fleet, fleet as fleet, written_files as written_files
+from axisid.fleets.items import gather_items as gather_items
+from axisid.modeling.declaration import (
+    Axis as Axis,
+    Move as Move,
+    back_and_forth as back_and_forth,
+    fix as fix,
+    leave_out as leave_out,
+    read_fixed as read_fixed,
+)
+from axisid.modeling.derivation import derive as derive, friction_ladder as friction_ladder
+from axisid.modeling.library import LIBRARY as LIBRARY
+from axisid.modeling.quantities import check_name as check_name
+from axisid.modeling.text import load_axis as load_axis
+from axisid.paper import (
+    DISTRIBUTION_FILES as DISTRIBUTION_FILES,
+    ENCODER_FILES as ENCODER_FILES,
+    STUDY_FILES as STUDY_FILES,
+    distributions_document as distributions_document,
+    encoder_document as encoder_document,
+    run_distributions as run_distributions,
+    run_encoder_study as run_encoder_study,
+    run_study as run_study,
+    study_document as study_document,
+    write_distributions as write_distributions,
+    write_encoder_study as write_encoder_study,
+    write_study as write_study,
+)
+from axisid.presentation.blocks import Document as Document
+from axisid.presentation.drawing import (
+    NAMES as NAMES,
+    sweep_figure as sweep_figure,
+    write_figures as write_figures,
+)
+from axisid.presentation.formulas import axis_document as axis_document, axis_page as axis_page
+from axisid.presentation.monte_carlo import (
+    PLOTS as PLOTS,
+    monte_carlo_page as monte_carlo_page,
+    monte_carlo_plots as monte_carlo_plots,
+)
+from axisid.presentation.plots import Plot as Plot
+from axisid.presentation.report import Outputs as Outputs, fit_report_html as fit_report_html
+from axisid.presentation.saved import compare_results as compare_results
+from axisid.presentation.text import missing_notes as missing_notes
+from axisid.presentation.views import as_blocks as as_blocks
+from axisid.trends import trend as trend
+from axisid.twins import (
+    TwinMachines as TwinMachines,
+    twin_files as twin_files,
+    write_twin as write_twin,
+    write_twins as write_twins,
+)
