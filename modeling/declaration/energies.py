@@ -2,11 +2,10 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from fractions import Fraction
 
 import sympy
 
-from axisid.modeling.algebra import Expansion, NotRealError, Number, slope, vanishes
+from axisid.modeling.algebra import CANNOT, slope, value_at, vanishes
 from axisid.modeling.quantities import Coordinate, Parameter, signals_in, with_numbers
 from axisid.support.errors import ModelError
 
@@ -102,9 +101,9 @@ def check_inertia(
     found = {p: p.nominal if p.known is None else p.known for p in parameters}
     inside = {p: value for p, value in found.items() if p.symbol in inertia.free_symbols}
     nominal = all(inside.values())
-    points = [{p.symbol: Fraction(v) for p, v in inside.items()}] if nominal else _positive(inside)
+    points = [{p.symbol: v for p, v in inside.items()}] if nominal else _positive(inside)
     values = [
-        _value(inertia, coordinate, {**point, coordinate.symbol: place})
+        _value(with_numbers(inertia), {**point, coordinate.symbol: place})
         for point in points
         for place in _PLACES
     ]
@@ -121,22 +120,17 @@ def _beside(energy: sympy.Expr, others: Iterable[sympy.Symbol]) -> str:
     return " and ".join(str(s) for s in others if s in energy.free_symbols)
 
 
-def _positive(parameters: Iterable[Parameter]) -> list[dict[sympy.Symbol, Number]]:
+def _positive(parameters: Iterable[Parameter]) -> list[dict[sympy.Symbol, float]]:
     """Positive numbers of several sizes, or the bound where it is lower."""
     return [
-        {
-            p.symbol: Fraction(min(max(sizes[i % 2], p.lower), p.upper))
-            for i, p in enumerate(parameters)
-        }
+        {p.symbol: min(max(sizes[i % 2], p.lower), p.upper) for i, p in enumerate(parameters)}
         for sizes in _SIZES
     ]
 
 
-def _value(
-    inertia: sympy.Expr, coordinate: Coordinate, point: Mapping[sympy.Symbol, Number]
-) -> float:
+def _value(inertia: sympy.Expr, point: Mapping[sympy.Symbol, float]) -> float:
     """An inertia at a point; NaN where it has none."""
     try:
-        return float(Expansion(coordinate.velocity, point).number(inertia))
-    except (NotRealError, OverflowError):
+        return float(value_at(inertia, point))
+    except CANNOT:
         return math.nan

@@ -14,17 +14,19 @@ import sympy
 
 from axisid.modeling.algebra import (
     CANNOT,
-    Expansion,
-    NotRealError,
     Polynomial,
     TooManyProductsError,
     exact,
     kernel,
+    value_at,
 )
 from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter, signals_in
+from axisid.support.errors import ModelError
 
-from .base_terms import Exponents, Row, column_terms, reduced_rows
+from .base_terms import Exponents
+from .echelon import Row, reduced_rows
 from .inverse import Regressor
+from .motions import independent
 
 #: Maps parameters to the weights of a change that no motion shows.
 Direction: TypeAlias = dict[sympy.Symbol, sympy.Expr]
@@ -141,7 +143,7 @@ def unidentifiable_directions(
     columns = {p.symbol: c for p, c in zip(parameters, regressor.columns, strict=True)}
     found: list[tuple[Point, tuple[Direction, ...]]] = []
     for point in generic_points(parameters):
-        with contextlib.suppress(NotRealError):
+        with contextlib.suppress(ModelError):
             found.append((point, _independent_of_motion(columns, coordinate.velocity, point)))
     if not found:
         return ()
@@ -169,13 +171,7 @@ def _independent_of_motion(
     columns: Mapping[sympy.Symbol, sympy.Expr], velocity: sympy.Symbol, point: Point
 ) -> tuple[Direction, ...]:
     """Combinations of columns that are zero as functions of the motion at a point."""
-    values = {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
-    terms = column_terms(columns, velocity, values)
-    places = [exponents.index(1) for exponents in terms.monomials]
-    rows = [[Fraction(0)] * len(columns) for _ in terms.weights]
-    for row, weights in zip(rows, terms.weights, strict=True):
-        for j, weight in zip(places, weights, strict=True):
-            row[j] = weight
+    rows = independent(list(columns.values()), velocity, point)
     return _null_space_of_numbers(rows, tuple(columns))
 
 
@@ -193,12 +189,9 @@ def _in_parameters(
     weights = {p: sympy.Float(weight) for p, weight in direction.items()}
     if len(direction) - 1 > _MOST or not all(_is_tame(columns[p]) for p in direction):
         return weights
-    expansion = Expansion(
-        coordinate.velocity, {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
-    )
     with contextlib.suppress(sympy.PolynomialError, *CANNOT):
         closed = _from_motions([exact(columns[p]) for p in direction], coordinate)
-        values = [float(expansion.number(weight)) for weight in closed]
+        values = [float(value_at(weight, point)) for weight in closed]
         if any(values) and all(
             math.isclose(value, weight * values[-1], rel_tol=_NEAR)
             for value, weight in zip(values, map(float, direction.values()), strict=True)
