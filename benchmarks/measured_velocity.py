@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid import Record, build, identify, load_axis, twin_record
-from axisid.estimation.diagnostics.loop import compared_motion
-from axisid.estimation.diagnostics.loop.measured_motion import MotionComparison
+from axisid.estimation.diagnostics.loop import ColumnComparison, compared_motion
 
 Array = NDArray[np.float64]
 
@@ -132,9 +131,9 @@ def _share(failed: list[bool]) -> float:
     return sum(failed) / len(failed)
 
 
-def _compared(record: Record) -> MotionComparison:
+def _compared(record: Record) -> ColumnComparison:
     found = compared_motion(record, "velocity")
-    if not isinstance(found, MotionComparison):
+    if not isinstance(found, ColumnComparison):
         raise SystemExit(found.reason)
     return found
 

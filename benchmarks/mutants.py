@@ -174,14 +174,14 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     # Covariances.
     "the published variance is over n": (
         _COVARIANCE,
-        "return float(e @ e) / (len(e) - 1) * (factor @ factor.T)",
-        "return float(e @ e) / len(e) * (factor @ factor.T)",
+        "float(e @ e) / (len(e) - 1) * (factor @ factor.T)",
+        "float(e @ e) / len(e) * (factor @ factor.T)",
         (f"{_LINEAR}::test_covariance_is_the_textbook_formula",),
     ),
     "the published variance of a lane is over n": (
         "estimation/batched/identify_lanes.py",
-        "fits.power[lane] / (n - 1)",
-        "fits.power[lane] / n",
+        "fits.power[:, None] / (n - 1)",
+        "fits.power[:, None] / n",
         (
             "tests/estimation/batched/test_identify_lanes.py"
             "::test_a_lane_is_what_identify_makes_of_its_record",
@@ -189,14 +189,14 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "variances have a degree of freedom for each row": (
         _COVARIANCE,
-        "return np.full(k, float(n - k))",
-        "return np.full(k, float(n))",
+        "freedom=np.full(k, float(n - k))",
+        "freedom=np.full(k, float(n))",
         (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
     "the sandwich is corrected for one parameter": (
         _COVARIANCE,
-        "return float(n / (n - k)) if corrected else 1.0",
-        "return float(n / (n - 1)) if corrected else 1.0",
+        "(n / (n - k) if corrected else 1.0)",
+        "(n / (n - 1) if corrected else 1.0)",
         (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
     "the kernel is one lag wider": (
@@ -207,8 +207,8 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "scores that were whitened are recoloured once": (
         _COVARIANCE,
-        "self.white * np.outer(gain, gain)",
-        "self.white * np.outer(gain, gain**0)",
+        "bartlett(white) * np.outer(gain, gain)",
+        "bartlett(white) * np.outer(gain, gain**0)",
         (f"{_SANDWICH}::test_whitened_products_are_those_of_whitened_scores",),
     ),
     "the plug-in rule takes a square root": (

@@ -27,14 +27,8 @@ def command(text: str) -> list[str]:
 
 
 def with_result(text: str, output: str) -> str:
-    """The README with what is shown of the command's output: the first table and the verdict."""
-    lines = output.rstrip().splitlines()
-    table = next(i for i, line in enumerate(lines) if line.startswith("simulation error"))
-    verdict = next(i for i, line in enumerate(lines) if line.startswith("verdict"))
-    first = lines.index("", verdict) + 1  # of what is to be looked at
-    last = next(i for i in range(first + 1, len(lines)) if not lines[i].startswith("  "))
-    shown = [*lines[: table + 1], "...", *lines[verdict:last], "..."]
-    result = "\n".join(shown)
+    """The README with what the command prints."""
+    result = output.rstrip()
     return _BLOCK.sub(lambda found: f"{found[1]}{found[2]}{result}\n```", text)
 
 

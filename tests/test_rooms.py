@@ -48,7 +48,6 @@ FLOORS = (
     ("estimation.moves",),
     ("estimation.diagnostics.law",),
     ("estimation.diagnostics.loop", "estimation.diagnostics.estimates"),
-    ("estimation.diagnostics.remainder",),
     ("estimation.diagnostics",),
     ("estimation.law_search",),
     ("estimation.identification",),

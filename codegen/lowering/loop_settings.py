@@ -4,7 +4,15 @@ from dataclasses import dataclass
 from typing import Any
 
 #: Signals of a simulation, in the order of the C functions' results.
-SIGNALS = ("position", "velocity", "acceleration", "force", "control", "direction", "before")
+SIGNALS = (
+    "position",
+    "velocity",
+    "acceleration",
+    "force",
+    "control",
+    "direction",
+    "direction_before",
+)
 #: What a simulation ended with, by the status that the C functions return.
 STATUSES = ("done", "out of range", "not finite", "chatter", "unresolved")
 

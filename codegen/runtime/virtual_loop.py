@@ -107,7 +107,8 @@ class VirtualLoop:
         for k in range(samples):
             if not abs(q - reference[k]) <= settings.allowed:
                 return (_OUT_OF_RANGE if np.isfinite(q) else _NOT_FINITE), k, signals
-            signals["position"][k], signals["velocity"][k], signals["before"][k] = q, dq, end
+            signals["position"][k], signals["velocity"][k] = q, dq
+            signals["direction_before"][k] = end
             if self._plant.moving and k:
                 mode = self._plant.shifted(q, dq, mode, recorded[k])
             rate = 0.0
@@ -124,7 +125,7 @@ class VirtualLoop:
             for name, value in zip(SIGNALS[2:6], row, strict=True):
                 signals[name][k] = value
             if k == 0:  # nothing was held before
-                signals["before"][0] = signals["direction"][0]
+                signals["direction_before"][0] = signals["direction"][0]
         return _DONE, samples - 1, signals
 
     @np.errstate(all="ignore")

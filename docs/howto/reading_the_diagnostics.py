@@ -109,7 +109,7 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # ## The checks
 #
 # A verdict has eight lines. What fails stands first, with what to do about it; what passed is one line of
-# names. `--full` and `--json` have each check behind them.
+# names; what is only noted is printed with `--all`. `--full` and `--json` have each check behind them.
 #
 # | line | check | fails where | what to do |
 # |---|---|---|---|

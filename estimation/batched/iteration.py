@@ -1,4 +1,4 @@
-"""The instruments' iteration of lanes; see `axisid.estimation.methods.instrumental`."""
+"""Lanes from their rows to estimates; see `axisid.estimation.methods.instrumental`."""
 
 from dataclasses import dataclass
 
@@ -6,50 +6,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.methods import Pace
-from axisid.estimation.thresholds import CONVERGED
+from axisid.estimation.problems import Reach, shown_up_to
+from axisid.estimation.regression import InverseForm
+from axisid.estimation.signals import (
+    Prefilter,
+    Signals,
+    drive_force,
+    losses_count,
+    remaining_information,
+    searches_friction,
+)
+from axisid.estimation.thresholds import (
+    CONVERGED,
+    MAX_SIMULATION_ERROR,
+    MIN_DISTANCE_FROM_NOISE,
+    MIN_INFORMATION_LEFT,
+    MIN_MOVING_SPEED,
+)
 from axisid.support.arrays import Array
 
 from .block import Block, Chosen, LaneRows
-from .regression import inverse_products, row_counts, solved
+from .regression import LaneSolutions, fitted, inverse_products, norms, row_counts, solved
 from .workspace import of_lanes, put_lanes, some_lanes
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
+_CLEARLY = 0.5  # of what a record may hide: lanes nearer to that are looked at alone
+_ROUNDING = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LaneFits:
-    """Where lanes ended, (L, ...) each; what is not `well` is to be identified alone.
+class LaneFits(LaneSolutions):
+    """Where lanes ended; what is not `sound` is to be identified alone.
 
     Attributes
     ----------
-    measured : LaneRows
     rows : (n, L) array of bool or None
         Which there are.
-    well : (L,) array of bool
-    theta, residuals, mixing, power
-        Of the solutions, see `LaneSolutions`.
     instruments : (n, p, L) array
     iterations : (L,) array of int
     """
 
-    measured: LaneRows
     rows: Chosen | None
-    well: Chosen
-    theta: Array
-    residuals: Array
-    mixing: Array
-    power: Array
     instruments: Array
     iterations: NDArray[np.int64]
 
     @property
     def counts(self) -> Array:
         """Rows of each lane, (L,)."""
-        return row_counts(self.rows, self.measured.left.shape)
+        return row_counts(self.rows, self.residuals.shape)
 
 
 @dataclass(slots=True, kw_only=True)
-class Loops:
+class _Loops:
     """Loops of all lanes simulated with one estimate each, and their reduced right sides."""
 
     position: Array
@@ -58,9 +66,108 @@ class Loops:
     well: Chosen
 
 
-def loops_of(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _FirstFit:
+    """Least squares of lanes.
+
+    Attributes
+    ----------
+    measured : LaneRows
+    theta : (L, p) array
+    loops : _Loops
+        Simulated with it.
+    follows : (L,) array of bool
+        Which loops move as the records do.
+    shown : (L,) array of bool
+        Which lanes show every parameter by far.
+    """
+
+    measured: LaneRows
+    theta: Array
+    loops: _Loops
+    follows: Chosen
+    shown: Chosen
+
+
+def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
+    """Lanes from their samples to where the instruments' iteration ends."""
+    excluded = _near_reversals(block, asked)
+    shown = np.ones(len(block.lanes), dtype=bool)
+    if excluded is not None:
+        first = _first_fit(block, excluded, block.rows_of(excluded))
+        again = block.turns(block.filtered(first.loops.position, "simulated"))
+        # Where the loop does not follow, the record's own reversals stay.
+        excluded = np.where(first.follows & excluded.any(axis=0), again, excluded)
+        shown = first.shown
+    rows = block.rows_of(excluded)
+    first = _first_fit(block, excluded, rows)
+    active = first.follows & first.shown & shown
+    return _iterated(block, first.measured, excluded, rows, first.theta, active, first.loops)
+
+
+def _first_fit(block: Block, excluded: Chosen | None, rows: Chosen | None) -> _FirstFit:
+    """Least squares of all lanes, with the samples and rows that they have."""
+    measured = block.rows(excluded, rows)
+    found = solved(block.library, measured.left, measured.regressor, measured.regressor)
+    every = np.ones(len(block.lanes), dtype=bool)
+    loops = _loops_of(block, found.theta, every, excluded, rows)
+    error = _unexplained(measured.whole, fitted(loops.Z, found.theta) + loops.intercept)
+    return _FirstFit(
+        measured=measured,
+        theta=found.theta,
+        loops=loops,
+        follows=loops.well & found.sound & (error < MAX_SIMULATION_ERROR.value),
+        shown=_clearly_shown(block, measured, rows, found),
+    )
+
+
+def _near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
+    """Samples near reversals and rests that lanes leave out, (N, L); None where no lane does."""
+    axis = block.axis
+    if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
+        return None
+    near = block.turns(block.motion)
+    if asked.reversals is None and not searches_friction(axis):
+        near &= ~_show_too_little(block, near)
+    return near if near.any() else None
+
+
+def _show_too_little(block: Block, near: Chosen) -> Chosen:
+    """Which lanes hardly show a parameter without what is near reversals, (L,)."""
+    slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
+    moving, left = block.information(near, slow)
+    counts = losses_count(block.axis)
+    remaining = [remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)]
+    return np.asarray(np.array(remaining) < MIN_INFORMATION_LEFT.value)
+
+
+def _clearly_shown(
+    block: Block, measured: LaneRows, rows: NDArray[np.bool_] | None, first: LaneSolutions
+) -> NDArray[np.bool_]:
+    """Which lanes show every parameter by far, (L,), from least squares of their rows.
+
+    What a record may hide follows from its force and motion, which are those of the first lane in
+    all but noise.
+    """
+    columns = (*block.motion, block.lanes.control)
+    q, dq, ddq, control = (np.ascontiguousarray(each[:, 0]) for each in columns)
+    force = drive_force(block.axis, control, q, dq)
+    signals = Signals(position=q, velocity=dq, acceleration=ddq, force=force, direction=np.sign(dq))
+    reach = Reach.of(signals, InverseForm(block.axis).equations(signals), block.template.kept)
+    if reach is None:
+        return np.zeros(len(block.lanes), dtype=bool)
+    most: Array = shown_up_to(block.axis, reach)
+    sizes = norms(block.library, measured.regressor)
+    freedom = row_counts(rows, measured.left.shape) - sizes.shape[1]
+    with np.errstate(all="ignore"):
+        noise = np.maximum(np.sqrt(first.power / freedom), _ROUNDING * reach.force)
+        needed = MIN_DISTANCE_FROM_NOISE.value * noise[:, None] / sizes
+    return np.asarray((needed < _CLEARLY * most).all(axis=1) & (freedom > 0))
+
+
+def _loops_of(
     block: Block, physical: Array, chosen: Chosen, excluded: Chosen | None, rows: Chosen | None
-) -> Loops:
+) -> _Loops:
     """Simulate chosen lanes with parameters (L, p); what others have is of no meaning."""
     raw, fine = block.simulated(physical[chosen], chosen)
     lanes = np.flatnonzero(chosen)
@@ -68,7 +175,7 @@ def loops_of(
     Z, intercept = block.simulated_rows(raw, physical[chosen], own, there)
     well = np.zeros(len(chosen), dtype=bool)
     well[lanes[fine]] = True
-    return Loops(
+    return _Loops(
         position=raw["position"],
         Z=Z,
         intercept=intercept,
@@ -76,37 +183,35 @@ def loops_of(
     )
 
 
-def unexplained(whole: Array, simulated: Array) -> Array:
+def _unexplained(whole: Array, simulated: Array) -> Array:
     """Percent of the left side (n, L) that simulated ones leave, (L,)."""
     with np.errstate(all="ignore"):
         error = np.linalg.norm(whole - simulated, axis=0) / np.linalg.norm(whole, axis=0)
     return np.asarray(100 * error)
 
 
-def iterated(
+def _iterated(
     block: Block,
     measured: LaneRows,
     excluded: Chosen | None,
     rows: Chosen | None,
     physical: Array,
     active: Chosen,
-    loops: Loops,
+    loops: _Loops,
 ) -> LaneFits:
     """Iterate lanes from least squares (L, p), whose loops are known, until they stand still."""
     n, p, lanes = measured.regressor.shape
     end = LaneFits(  # its arrays are filled in as lanes end
-        measured=measured,
-        rows=rows,
-        well=np.zeros(lanes, dtype=bool),
         theta=np.full((lanes, p), np.nan),
         residuals=np.zeros((n, lanes)),
         mixing=np.zeros((lanes, p, p)),
         power=np.zeros(lanes),
+        sound=np.zeros(lanes, dtype=bool),
+        rows=rows,
         instruments=np.zeros((n, p, lanes)),
         iterations=np.zeros(lanes, dtype=np.int64),
     )
     paces = [Pace() for _ in range(lanes)]
-    counts = row_counts(rows, measured.left.shape)
     physical, size = physical.copy(), np.full(lanes, np.inf)
     active = active.copy()
     for step in range(1, _MOST + 2):
@@ -116,7 +221,7 @@ def iterated(
         at = at[inside]
         done = size[at] <= CONVERGED.value
         if done.any():
-            end.well[at[done]], end.iterations[at[done]] = True, step - 1
+            end.sound[at[done]], end.iterations[at[done]] = True, step - 1
             active[at[done]] = False
         if not active.any() or step > _MOST:
             break
@@ -125,7 +230,7 @@ def iterated(
         left, regressor = (of_lanes(e, going) for e in (measured.left, measured.regressor))
         found = solved(block.library, left, regressor, Z)
         inverse = inverse_products(block.library, Z)
-        sigma = found.power / (counts[going] - 1)
+        sigma = found.power / (end.counts[going] - 1)
         deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))
         end.theta[going], end.residuals[:, going] = found.theta, found.residuals
         end.mixing[going] = found.mixing
@@ -137,5 +242,5 @@ def iterated(
         physical[going] = found.theta
         active[going[~found.sound]] = False
         if active.any():
-            loops = loops_of(block, physical, active, excluded, rows)
+            loops = _loops_of(block, physical, active, excluded, rows)
     return end

@@ -30,9 +30,6 @@ from axisid.support.arrays import Array
 from .lanes import RecordLanes
 from .workspace import spaces
 
-_BEFORE = "direction_before"  # as a batch calls it
-_WANTED = (*SIGNALS[:-1], _BEFORE)
-
 
 def lane_starts(
     axis: GeneratedAxis,
@@ -100,16 +97,24 @@ def simulated_lanes(
     well = has_inertia(axis, physical, start.position, nothing)
     shape = (len(lanes.reference), len(physical))
     if not well.any():
-        return {name: np.full(shape, np.nan) for name in _WANTED}, well
+        return {name: np.full(shape, np.nan) for name in SIGNALS}, well
     # What cannot be simulated repeats a lane that can.
     physical = np.where(well[:, None], physical, physical[np.argmax(well)])
     counts = substeps_at_start(axis, physical, start.position, lanes.period, nothing)
-    library, alike = axis.native.library(), bool(np.all(counts == counts[0]))
-    if library is None or not (
-        has_constant_substeps(axis) and alike and counts[0] <= most_substeps(len(lanes.reference))
-    ):
-        signals, fine = _apart(axis, physical, lanes, start)
-        return signals, well & fine
+    alike = has_constant_substeps(axis) and bool(np.all(counts == counts[0]))
+    library = axis.native.library()
+    if library is None or not alike or counts[0] > most_substeps(len(lanes.reference)):
+        batch = simulate_batch(
+            axis,
+            physical,
+            lanes.reference,
+            lanes.period,
+            start=start.position,
+            start_velocity=start.velocity,
+            wanted=SIGNALS,
+            threads=1,
+        )
+        return batch.signals, well & [lane not in batch.failures for lane in range(len(well))]
     reach = float(np.ptp(lanes.reference))
     away = np.abs(start.position - lanes.reference[0])
     settings = LoopSettings(
@@ -129,25 +134,4 @@ def simulated_lanes(
         1,
         into=spaces("loop", len(SIGNALS), *shape),
     )
-    signals[_BEFORE] = signals.pop(SIGNALS[-1])
     return signals, well & (status == 0)
-
-
-def _apart(
-    axis: GeneratedAxis,
-    physical: Array,
-    lanes: RecordLanes,
-    start: LoopStart,
-) -> tuple[dict[str, Array], NDArray[np.bool_]]:
-    """The same where lanes take steps of their own, or fail before they begin."""
-    batch = simulate_batch(
-        axis,
-        physical,
-        lanes.reference,
-        lanes.period,
-        start=start.position,
-        start_velocity=start.velocity,
-        wanted=_WANTED,
-        threads=1,
-    )
-    return dict(batch.signals), np.array([i not in batch.failures for i in range(len(physical))])

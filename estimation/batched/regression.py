@@ -14,7 +14,6 @@ from axisid.codegen.native import LaneLibrary
 from axisid.support.arrays import Array
 
 _MOST_CONDITION = 1e6  # of the scaled products: digits are lost beyond
-_ROUNDS = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,25 +39,14 @@ class LaneSolutions:
     sound: NDArray[np.bool_]
 
 
-def products(library: LaneLibrary | None, one: Array, other: Array) -> Array:
+def products(library: LaneLibrary, one: Array, other: Array) -> Array:
     """``sum a_t b_t'`` of columns (n, p, L) and (n, q, L), (L, p, q), each lane by itself."""
-    if library is not None:
-        return library.products(one, other).transpose(2, 0, 1)
-    lanes = range(one.shape[2])
-    return np.array([one[:, :, lane].T @ other[:, :, lane] for lane in lanes])
+    return library.products(one, other).transpose(2, 0, 1)
 
 
 def row_counts(rows: NDArray[np.bool_] | None, shape: tuple[int, ...]) -> Array:
     """How many rows each lane has, (L,)."""
     return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
-
-
-def lagged_products(library: LaneLibrary | None, columns: Array, lags: int) -> Array:
-    """``sum a_t a_(t-lag)`` of columns (n, p, L) at lags 0 to `lags`, (lags + 1, p, L)."""
-    if library is not None:
-        return library.lagged(columns, lags)
-    own, n = np.ascontiguousarray(columns.transpose(1, 2, 0)), len(columns)
-    return np.array([(own[..., i:] * own[..., : n - i]).sum(axis=-1) for i in range(lags + 1)])
 
 
 def combined(columns: Array, matrices: Array) -> Array:
@@ -75,19 +63,19 @@ def fitted(regressor: Array, theta: Array) -> Array:
 
 
 def solved(
-    library: LaneLibrary | None, left: Array, regressor: Array, instruments: Array
+    library: LaneLibrary, left: Array, regressor: Array, instruments: Array
 ) -> LaneSolutions:
     """``(Z'X)^-1 Z'y`` of lanes; least squares where the instruments are the regressor.
 
     Parameters
     ----------
-    library : LaneLibrary or None
+    library : LaneLibrary
     left : (n, L) array
     regressor, instruments : (n, p, L) array
     """
     together = products(library, instruments, regressor)
     aside = products(library, instruments, left[:, None])[:, :, 0]
-    by, scale = _norms(library, instruments), _norms(library, regressor)
+    by, scale = norms(library, instruments), norms(library, regressor)
     with np.errstate(all="ignore"):
         scaled = together / by[:, :, None] / scale[:, None, :]
     finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(aside).all(axis=1)
@@ -98,10 +86,9 @@ def solved(
         mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
     theta = _applied(mixing, aside)
     residuals = left - fitted(regressor, theta)
-    for _ in range(_ROUNDS):
-        step = products(library, instruments, residuals[:, None])[:, :, 0]
-        theta = theta + _applied(mixing, step)
-        residuals = left - fitted(regressor, theta)
+    step = products(library, instruments, residuals[:, None])[:, :, 0]
+    theta = theta + _applied(mixing, step)
+    residuals = left - fitted(regressor, theta)
     return LaneSolutions(
         theta=theta,
         residuals=residuals,
@@ -111,7 +98,7 @@ def solved(
     )
 
 
-def inverse_products(library: LaneLibrary | None, columns: Array) -> Array:
+def inverse_products(library: LaneLibrary, columns: Array) -> Array:
     """``(Z'Z)^-1`` of columns (n, p, L), (L, p, p); of no meaning where there is none."""
     with np.errstate(all="ignore"):
         raw = products(library, columns, columns)
@@ -126,6 +113,6 @@ def _applied(matrices: Array, vectors: Array) -> Array:
     return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))
 
 
-def _norms(library: LaneLibrary | None, columns: Array) -> Array:
+def norms(library: LaneLibrary, columns: Array) -> Array:
     """Of columns (n, p, L), (L, p)."""
-    return np.asarray(np.sqrt(lagged_products(library, columns, 0)[0].T))
+    return np.asarray(np.sqrt(library.lagged(columns, 0)[0].T))

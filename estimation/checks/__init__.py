@@ -4,7 +4,14 @@ In: a figure, what it is held against, what that means. Out: `Check`.
 Knows nothing of what is checked.
 """
 
-from .check import Check as Check, Status as Status, made as made, passed as passed
-from .faults import told_or as told_or, unless_faulty as unless_faulty
+from .check import (
+    Check as Check,
+    Status as Status,
+    joined as joined,
+    made as made,
+    passed as passed,
+    told_or as told_or,
+    unless_faulty as unless_faulty,
+)
 from .kinds import KINDS as KINDS, Kind as Kind, kind_of as kind_of, lines_of as lines_of
 from .levels import DEFAULT_LEVELS as DEFAULT_LEVELS, Levels as Levels

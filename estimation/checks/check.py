@@ -1,17 +1,22 @@
 """One check of a result: a figure held against a threshold, and what it means."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, TypeVar
 
+from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.missing import Missing
 from axisid.support.number_text import plain_numbers
 from axisid.support.remedy import Note, Remedy
 
-from .faults import Fault, unless_faulty
 from .kinds import kind_of
 
 Status = Literal["pass", "note", "fail", "not evaluated"]
+
+Found = TypeVar("Found")
+Else = TypeVar("Else")
+_WORST: tuple[Status, ...] = ("fail", "note", "pass")
+_UNMADE: Status = "not evaluated"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,3 +101,84 @@ def made(name: str, find: Callable[[], Check | Missing | None]) -> Check | None:
 def passed(good: bool, *, matters: bool = True) -> Status:
     """Status of a check that was made; `matters` tells whether the numbers suffer."""
     return "pass" if good else "fail" if matters else "note"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault(Missing):
+    """What stands in place of something by whose search the program faulted."""
+
+
+def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
+    """What a check finds, or why it could not be made, whatever it raises.
+
+    A fault is raised where tracebacks are asked for; want of memory is no fault of a check.
+
+    Parameters
+    ----------
+    find : callable
+    """
+    try:
+        return find()
+    except AxisidError as error:
+        return Missing.of(error.note)
+    except MemoryError:
+        raise
+    except Exception as fault:
+        if asks_for_tracebacks():
+            raise
+        said = f"{type(fault).__name__}: {fault}".rstrip(": ")
+        return Fault(f"it could not be made, by a fault ({said}): please report it")
+
+
+def told_or(otherwise: Else, find: Callable[[], Found | Missing]) -> Found | Else:
+    """What a check measures, or what stands for nothing where it could not be measured."""
+    found = unless_faulty(find)
+    return otherwise if isinstance(found, Missing) else found
+
+
+def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | None:
+    """The worst of the checks, with the records that it is of.
+
+    Parameters
+    ----------
+    found : sequence of Check or None
+        By record, as a diagnostic gives them.
+    records : sequence of str
+        Their names.
+    """
+    every = [(name, each) for name, each in zip(records, found, strict=True) if each is not None]
+    made = [(name, each) for name, each in every if each.status != _UNMADE]
+    if not made:
+        return every[0][1] if every else None
+    status = next(s for s in _WORST if any(each.status == s for _, each in made))
+    worst = [(n, each) for n, each in made if each.status == status]
+    first = max((each for _, each in worst), key=_distance)
+    if status == "pass":
+        unmade = [name for name, each in every if each.status == _UNMADE]
+        return _worded(first, "", f" (not evaluated of {_listed(unmade)})") if unmade else first
+    same = [n for n, each in worst if each.meaning == first.meaning]
+    others = [n for n, each in worst if n not in same]
+    also = "fails" if status == "fail" else "is noted"
+    more = f"; it {also} of {_listed(others)} too" if others else ""
+    return _worded(first, f"{' and '.join(same)}: ", more)
+
+
+def _worded(check: Check, before: str, after: str) -> Check:
+    note = check.note
+    remedy = note.remedy
+    if after:
+        remedy = None if remedy is None else Remedy.of(remedy, after)
+    said = Note(before + note.text + ("" if remedy else after), remedy)
+    return replace(check, meaning=said.text, remedy=said.remedy)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _distance(check: Check) -> float:
+    """How far a figure is beyond its threshold, whichever side is bad; 0 where it has none."""
+    if check.figure is None or not check.threshold:
+        return 0.0
+    ratio = abs(check.figure / check.threshold)
+    return max(ratio, 1 / ratio) if ratio else 0.0

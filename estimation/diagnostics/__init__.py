@@ -17,9 +17,12 @@ from .diagnose import (
     diagnose as diagnose,
     gravest_first as gravest_first,
 )
-from .diagnosis import Case as Case, Diagnosis as Diagnosis, RecordDiagnosis as RecordDiagnosis
-from .joined import joined as joined
-from .preferred import Choice as Choice
+from .diagnosis import (
+    Case as Case,
+    Choice as Choice,
+    Diagnosis as Diagnosis,
+    RecordDiagnosis as RecordDiagnosis,
+)
 from .records_alike import (
     Alike as Alike,
     Apart as Apart,
@@ -28,4 +31,5 @@ from .records_alike import (
     records_alike as records_alike,
     rows_alike as rows_alike,
 )
+from .remainder import outliers_check as outliers_check, terms_check as terms_check
 from .repeated_samples import overlaps as overlaps, repeated_check as repeated_check

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, Protocol
 
-from axisid.estimation.checks import Check, kind_of, lines_of, made, told_or, unless_faulty
+from axisid.estimation.checks import Check, joined, kind_of, lines_of, made, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     forms_check,
@@ -30,20 +30,13 @@ from axisid.estimation.diagnostics.loop import (
     motion_check,
     timing_remedy,
 )
-from axisid.estimation.diagnostics.remainder import (
-    lack_of_fit_check,
-    outliers_check,
-    signals_check,
-    terms_check,
-)
 from axisid.estimation.lacking import Lack
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
-from .diagnosis import Case, Diagnosis, RecordDiagnosis
-from .joined import joined
-from .preferred import Choice
-from .records_alike import Apart, alike_check
+from .diagnosis import Case, Choice, Diagnosis, RecordDiagnosis
+from .records_alike import alike_check
+from .remainder import lack_of_fit_check, outliers_check, signals_check, terms_check
 from .repeated_samples import repeated_check
 
 #: How far the numbers of a result can be believed.
@@ -125,7 +118,7 @@ def _alignment(case: Case) -> Check | Missing:
         case.data,
         late=_delay(case),
         weak=case.weak,
-        remedy=timing_remedy(case.timing, case.data.axis.axis.control),
+        remedy=timing_remedy(case.timing, case.data.axis.axis.control, case.law),
         by_log=_is_logged_elsewhere(case),
     )
 
@@ -268,22 +261,23 @@ def diagnose(choice: Choice) -> Diagnosis:
     by_record = {
         d.name: [d.made(part) for part in case.parts] for d in DIAGNOSTICS.values() if d.by_record
     }
+    records = [_of_record(case, i, by_record) for i in range(len(case.parts))]
     checks = (_checked(diagnostic, case, by_record) for diagnostic in DIAGNOSTICS.values())
     law, alignment, velocity = (
-        _first_failing(by_record[name])
+        records[_first_failing(by_record[name])]
         for name in ("control law", "alignment", "measured velocity")
     )
     return Diagnosis(
         preferred=case.judged,
-        law=unless_faulty(lambda: case.parts[law].law),
+        law=law.law,
         instruments=told_or(None, lambda: case.instruments),
         excitation=told_or((), lambda: case.excitation),
-        alignment=unless_faulty(lambda: case.parts[alignment].alignment),
-        motions=told_or({}, lambda: case.parts[velocity].motions),
+        alignment=alignment.alignment,
+        motions=velocity.motions,
         verdict=tuple(check for check in checks if check is not None),
-        lack_of_fit=None if case.has_parts else told_or(None, lambda: case.lack_of_fit),
+        lack_of_fit=None if case.has_parts else records[0].lack_of_fit,
         bands={} if case.has_parts else told_or({}, lambda: case.bands),
-        records=_of_records(case, by_record) if len(case.names) > 1 else (),
+        records=tuple(records) if len(records) > 1 else (),
         differences=told_or({}, lambda: case.differences),
     )
 
@@ -302,29 +296,19 @@ def _first_failing(found: Sequence[Check | None]) -> int:
     return min(fails, default=(False, 0))[1]
 
 
-def _of_records(
-    case: Case, made: Mapping[str, Sequence[Check | None]]
-) -> tuple[RecordDiagnosis, ...]:
-    """What there is to say of each of several records."""
+def _of_record(
+    case: Case, number: int, made: Mapping[str, Sequence[Check | None]]
+) -> RecordDiagnosis:
+    """What there is to say of a record by itself."""
+    part = case.parts[number]
     alike = unless_faulty(lambda: case.alike)
-    return tuple(
-        _of_record(
-            part,
-            [found[i] for found in made.values()],
-            alike if isinstance(alike, Missing) else alike.records[i],
-        )
-        for i, part in enumerate(case.parts)
-    )
-
-
-def _of_record(part: Case, made: Sequence[Check | None], apart: Apart | Missing) -> RecordDiagnosis:
     return RecordDiagnosis(
         law=unless_faulty(lambda: part.law),
         alignment=unless_faulty(lambda: part.alignment),
         motions=told_or({}, lambda: part.motions),
         lack_of_fit=told_or(None, lambda: part.lack_of_fit),
-        verdict=tuple(check for check in made if check is not None),
-        apart=apart,
+        verdict=tuple(check for found in made.values() if (check := found[number]) is not None),
+        apart=alike if isinstance(alike, Missing) else alike.records[number],
     )
 
 

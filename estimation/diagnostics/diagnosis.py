@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
-from axisid.estimation.checks import Check, unless_faulty
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     FORMS,
     LESS,
@@ -13,17 +13,17 @@ from axisid.estimation.diagnostics.estimates import (
     Excitation,
     InstrumentTests,
     excitation,
-    excitation_of_several,
     fixed_check,
     moved_by_steps,
+    prefers_instruments,
     strength_check,
     tests_of_instruments,
 )
-from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.diagnostics.loop import (
     Alignment,
+    ColumnComparison,
     ForceTiming,
-    MotionComparison,
     alignment_of,
     compared_motions,
     force_timing,
@@ -32,88 +32,136 @@ from axisid.estimation.diagnostics.loop import (
 from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of
 from axisid.estimation.lacking import Lack, RecordScores, lacking, scores_at
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
-from axisid.estimation.problems import Problem, Reach, noise_free_record
+from axisid.estimation.problems import Problem, noise_free_record
 from axisid.estimation.records import record_labels
-from axisid.estimation.regression import (
-    InverseForm,
-    recorded_loops,
-)
+from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
-from .preferred import Choice
 from .records_alike import Alike, Apart, rows_alike
+
+_ALONE = Missing("there is one record")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Diagnosis(Presentable, Exact):
-    """What was measured of a result.
+class RecordDiagnosis(Exact):
+    """What was measured of a record.
+
+    Attributes
+    ----------
+    law : LawCheck or Missing
+        The control law against the record, or why it cannot be checked.
+    alignment : Alignment or Missing
+        The delay of the force, or why it cannot be measured.
+    verdict : tuple of Check
+        All of it against thresholds; of one of several records what is of that record.
+    lack_of_fit : LackOfFit or None
+        Of the judged estimate; None where the reference does not repeat, or there is none.
+    motions : mapping of str to ColumnComparison or Missing
+        A measured velocity and acceleration beside what is differentiated, by role.
+    apart : Apart or Missing
+        The record alone beside the others.
+    """
+
+    law: LawCheck | Missing
+    alignment: Alignment | Missing
+    verdict: tuple[Check, ...]
+    lack_of_fit: LackOfFit | None = None
+    motions: Mapping[str, ColumnComparison | Missing] = field(default_factory=dict)
+    apart: Apart | Missing = _ALONE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Diagnosis(RecordDiagnosis, Presentable):
+    """What was measured of a result: of several records the first whose check fails, or the first.
 
     Attributes
     ----------
     preferred : str
         The method that the checks of one estimate are of.
-    law : LawCheck or Missing
-        The control law against the record, or why it cannot be checked.
     instruments : InstrumentTests or None
         Of `preferred`, or of idm-iv beside it where that is by output error; None without any.
     excitation : tuple of Excitation
         By physical parameter.
-    alignment : Alignment or Missing
-        The delay of the force, or why it cannot be measured.
-    verdict : tuple of Check
-        All of it against thresholds.
-    lack_of_fit : LackOfFit or None
-        Of `preferred`; None where the reference does not repeat, or there is none.
     bands : mapping of str to mapping of str to Band
         Of the model's error, by method and physical parameter.
     differences : mapping of str to mapping of str to HausmanTest
         Of two estimates, ``idm-iv less didim``, by physical parameter.
-    motions : mapping of str to MotionComparison or Missing
-        A measured velocity and acceleration beside what is differentiated, by role.
     records : tuple of RecordDiagnosis
         By record, where there are several.
     """
 
     preferred: str
-    law: LawCheck | Missing
     instruments: InstrumentTests | None
     excitation: tuple[Excitation, ...]
-    alignment: Alignment | Missing
-    verdict: tuple[Check, ...]
-    lack_of_fit: LackOfFit | None = None
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
     differences: Mapping[str, Mapping[str, HausmanTest]] = field(default_factory=dict)
-    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
-    records: "tuple[RecordDiagnosis, ...]" = ()
+    records: tuple[RecordDiagnosis, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RecordDiagnosis:
-    """What was measured of one of several records.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Choice:
+    """Which estimate of a result is judged, and what was measured to tell, each thing once.
 
     Attributes
     ----------
-    law : LawCheck or Missing
-    alignment : Alignment or Missing
-    lack_of_fit : LackOfFit or None
-    verdict : tuple of Check
-        The checks that are of one record.
-    apart : Apart or Missing
-        The record alone beside the others.
-    motions : mapping of str to MotionComparison or Missing
-        As of a `Diagnosis`.
+    problem : Problem
+        What the estimates were made from.
+    estimates : mapping of str to Estimate
+        By method.
+    levels : Levels
+        From when on a check tells something.
     """
 
-    law: LawCheck | Missing
-    alignment: Alignment | Missing
-    lack_of_fit: LackOfFit | None
-    verdict: tuple[Check, ...]
-    apart: Apart | Missing
-    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
+    problem: Problem
+    estimates: Mapping[str, Estimate]
+    levels: Levels = DEFAULT_LEVELS
+
+    @cached_property
+    def method(self) -> str:
+        """The method that is judged: output error or instruments, else least squares.
+
+        Output error where every record's control is the declared law's, on which it rests, but
+        where instruments differ from it and are the more precise; where the control is not the
+        law's, or that cannot be told, instruments. The inverse model before the direct one.
+        """
+        first, by_law = self._best(by_law=False), self._best(by_law=True)
+        if by_law == first or not self.laws_hold:
+            return first
+        apart = self.less("idm-iv", "didim")
+        if isinstance(apart, Missing):
+            return by_law
+        iv, didim = self.estimates[first], self.estimates[by_law]
+        return first if prefers_instruments(apart, iv, didim, self.levels) else by_law
+
+    @cached_property
+    def laws(self) -> tuple[LawCheck | Missing, ...]:
+        """The control law against each record, or why it cannot be checked."""
+        return tuple(
+            unless_faulty(partial(check_law, data.axis, data.record)) for data in self.problem.data
+        )
+
+    @property
+    def laws_hold(self) -> bool:
+        """Whether every record's control is the declared law's."""
+        return all(isinstance(law, LawCheck) and law.passed for law in self.laws)
+
+    def less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
+        """Estimate by one method less that by another, by parameter, or why that is not known."""
+        if not {one, other} <= {*self.estimates}:
+            return Missing(f"{one} and {other} did not both give an estimate")
+        return unless_faulty(partial(hausman, self.estimates[one], self.estimates[other]))
+
+    def _best(self, *, by_law: bool) -> str:
+        def preference(method: str) -> tuple[bool, bool, bool]:
+            estimate = self.estimates[method]
+            other = estimate.by_output_error != by_law
+            return estimate.loop_rows is None, other, isinstance(estimate.form, DirectForm)
+
+        return min(self.estimates, key=preference)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,6 +223,8 @@ class Case:
     @cached_property
     def alike(self) -> Alike | Missing:
         """Each of several records against the others."""
+        if len(self.problem.data) == 1:
+            return _ALONE
         return rows_alike(self.problem, self.preferred, self.choice.levels)
 
     @property
@@ -198,10 +248,9 @@ class Case:
     @cached_property
     def timing(self) -> ForceTiming | Missing:
         """Whole samples between where the force is recorded and where it acts."""
-        data, found = self.data, self.alignment
         if self.weak:
             return Missing("the instruments are too weak to measure a delay")
-        return force_timing(data.axis, data.record, found, data.hold_delay)
+        return force_timing(self.data, self.alignment)
 
     @cached_property
     def instruments(self) -> InstrumentTests | Missing:
@@ -222,18 +271,7 @@ class Case:
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
         """By physical parameter, of the motion that the regressor is made of."""
-        if self.has_parts:
-            return excitation_of_several(self.regressed, self.preferred.physical)
-        data, physical = self.regressed.data[0], self.preferred.physical
-        every = InverseForm(data.axis).at(physical).equations(data.signals)
-        return excitation(
-            data.axis,
-            data.signals,
-            every.reduced(data),
-            data.weights,
-            physical,
-            Reach.of(data.signals, every, data.kept),
-        )
+        return excitation(self.regressed, self.preferred.physical)
 
     @cached_property
     def regressed(self) -> Problem:
@@ -255,7 +293,7 @@ class Case:
         return alignment_of(scores)
 
     @cached_property
-    def motions(self) -> Mapping[str, MotionComparison | Missing]:
+    def motions(self) -> Mapping[str, ColumnComparison | Missing]:
         """A measured velocity and acceleration beside what is differentiated, by role."""
         return compared_motions(self.data.record, self._velocities)
 
@@ -307,18 +345,14 @@ class Case:
     @cached_property
     def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
         """Estimates against each other, or why they cannot be; none that are not there both."""
-        weak = Missing("the instruments are too weak to tell")
         instruments = any(each.loop_rows is not None for each in self.estimates.values())
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
-        pairs = [SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS]
-        found: dict[str, Mapping[str, HausmanTest] | Missing] = {}
-        for pair in pairs:
-            one, other = (self.estimates.get(method) for method in pair.split(LESS))
-            if one is not None and other is not None:
-                tested = partial(hausman, one, other)
-                told = self.choice.apart if pair == SECOND_OPINION else unless_faulty(tested)
-                found[pair] = weak if instruments and is_weak else told
-        return found
+        weak = Missing("the instruments are too weak to tell")
+        return {
+            pair: weak if instruments and is_weak else self.choice.less(*pair.split(LESS))
+            for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS])
+            if {*pair.split(LESS)} <= {*self.estimates}
+        }
 
     @property
     def differences(self) -> Mapping[str, Mapping[str, HausmanTest]]:

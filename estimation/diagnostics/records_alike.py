@@ -439,18 +439,10 @@ def _tested(
 
 def _independent(columns: Array, beside: Array) -> list[int]:
     """Which columns neither others nor those before them span."""
-    sizes = np.linalg.norm(beside, axis=0)
-    basis, cut, _ = np.linalg.svd(beside / np.where(sizes > 0, sizes, 1.0), full_matrices=False)
-    basis = basis[:, cut > np.finfo(float).eps * len(basis) * cut.max(initial=0.0)]
-    found = []
-    for j, column in enumerate(columns.T):
-        own = column - basis @ (basis.T @ column)
-        own -= basis @ (basis.T @ own)
-        size = float(np.linalg.norm(own))
-        if size > _OWN_PART * float(np.linalg.norm(column)):
-            found.append(j)
-            basis = np.column_stack([basis, own / size])
-    return found
+    every = np.hstack([beside, columns])
+    sizes = np.linalg.norm(every, axis=0)
+    own = np.diag(np.linalg.qr(every / np.where(sizes > 0, sizes, 1.0), mode="r"))
+    return [*map(int, np.flatnonzero(np.abs(own[beside.shape[1] :]) > _OWN_PART))]
 
 
 def _deviations(covariance: Array) -> Array:

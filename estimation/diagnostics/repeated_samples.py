@@ -1,10 +1,10 @@
 """Whether samples are among several records more than once: a record given twice, or an overlap.
 
 Two files of one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a
-log, and rows 5000 to 15000. Times are therefore not looked at. Runs of a few samples of what was
-measured that occur once in either record are looked for in both; where many of them are equally far
-apart, the samples there are compared one by one. An axis at rest repeats its runs, so that two
-records that both rest have nothing in common. Numbers are compared as 32-bit floats, since files
+log, and rows 5000 to 15000. Times are therefore not looked at. Rows of what was measured that occur
+once in either record are looked for in both; where many of them are equally far apart, the samples
+there are compared one by one. An axis at rest repeats its rows, so that two records that both rest
+have nothing in common. Numbers are compared as 32-bit floats, since files
 may write them with other digits, or in other units. Of records that were resampled the rows before
 are compared, where they are kept: those of columns of one clock.
 """
@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check
@@ -22,15 +21,13 @@ from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.support.arrays import Array
 
-# runs of eight samples, each once in either record and equally far apart; other records have
-# none, whose control or position is noisy
-_MIN_COMMON_RUNS = 25
+# rows, each once in either record and equally far apart
+_MIN_COMMON_ROWS = 25
 # of the column's largest: one number in other digits or units; files have six or more
 _MAX_WRITTEN_APART = 1e-6
 
 NAME = "repeated records"
 
-_RUN = 8  # samples
 _Places = NDArray[np.intp]
 _Chosen = NDArray[np.bool_]
 
@@ -97,12 +94,12 @@ def _overlap(pair: tuple[int, int], one: Record, other: Record) -> Overlap | Non
     records = one, other
     written = one.sampled or one, other.sampled or other
     columns = _measured(*written)
-    if not columns or min(map(len, written)) < _RUN:
+    if not columns:
         return None
     found = np.zeros(len(written[0]), dtype=bool), np.zeros(len(written[1]), dtype=bool)
-    places, others = _equal_runs(columns)
+    places, others = _equal_rows(columns)
     distances, counts = np.unique(others - places, return_counts=True)
-    for distance in distances[counts >= _MIN_COMMON_RUNS]:
+    for distance in distances[counts >= _MIN_COMMON_ROWS]:
         start, stop = _stretch(columns, places[others - places == distance], int(distance))
         found[0][start:stop] = True
         found[1][start + distance : stop + distance] = True
@@ -130,28 +127,20 @@ def _measured(one: Record, other: Record) -> list[tuple[Array, Array]]:
     return [(one.channels()[role], other.channels()[role]) for role in both]
 
 
-def _equal_runs(columns: Sequence[tuple[Array, Array]]) -> tuple[_Places, _Places]:
-    """Where runs begin that occur once in either record, in the one and in the other."""
+def _equal_rows(columns: Sequence[tuple[Array, Array]]) -> tuple[_Places, _Places]:
+    """Where rows are that occur once in either record, in the one and in the other."""
     with np.errstate(all="ignore"):
-        every = np.column_stack([np.concatenate(each) for each in columns]) + 0.0  # -0 is 0
-    # Equal rows have one number, so that a run is as short whatever it is of.
-    numbers = np.unique(_bytes(every.astype(np.float32)), return_inverse=True)[1].astype(np.int32)
-    sides = np.split(numbers, [len(columns[0][0])])
-    (one, places), (other, others) = map(_once, sides)
+        sides = (np.column_stack(side).astype(np.float32) for side in zip(*columns, strict=True))
+        (one, places), (other, others) = (_once(rows + np.float32(0)) for rows in sides)  # -0 is 0
     _, i, j = np.intersect1d(one, other, assume_unique=True, return_indices=True)
     return places[i], others[j]
 
 
-def _once(numbers: NDArray[np.int32]) -> tuple[NDArray[np.void], _Places]:
-    """Runs of so many samples that occur once, as their bytes, and where."""
-    runs = _bytes(np.ascontiguousarray(sliding_window_view(numbers, _RUN)))
-    found, places, counts = np.unique(runs, return_index=True, return_counts=True)
+def _once(rows: NDArray[np.float32]) -> tuple[NDArray[np.void], _Places]:
+    """Rows that occur once, as their bytes, and where."""
+    values = np.ascontiguousarray(rows).view(f"V{rows[0].nbytes}")[:, 0]
+    found, places, counts = np.unique(values, return_index=True, return_counts=True)
     return found[counts == 1], places[counts == 1]
-
-
-def _bytes(rows: NDArray[np.generic]) -> NDArray[np.void]:
-    """Each row, (n, m), as one value, (n,)."""
-    return rows.view(f"V{rows[0].nbytes}")[:, 0]
 
 
 def _stretch(
@@ -159,7 +148,7 @@ def _stretch(
 ) -> tuple[int, int]:
     """First sample of the one record that both have, and the one after the last; (0, 0) if none.
 
-    What two runs of one motion have alike by chance has other samples between.
+    Rows that two runs of one motion have alike by chance have others between.
     """
     a, b = max(0, -distance), max(0, distance)
     n = min(len(columns[0][0]) - a, len(columns[0][1]) - b)
@@ -167,7 +156,7 @@ def _stretch(
     for x, y in columns:
         size = float(np.max(np.abs(x)))
         same &= np.abs(x[a : a + n] - y[b : b + n]) <= _MAX_WRITTEN_APART * size
-    first, last = int(places.min()) - a, int(places.max()) - a + _RUN
+    first, last = int(places.min()) - a, int(places.max()) - a + 1
     if np.mean(same[first:last]) < MIN_COMMON_SAMPLES.value:
         return 0, 0
     before, after = np.flatnonzero(~same[:first]), np.flatnonzero(~same[last:])

@@ -1,27 +1,25 @@
 """From where a search ended to a result."""
 
 import math
-from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Value, student_interval
-from axisid.estimation.parameters import Unknowns, are_starts
+from axisid.estimation.parameters import are_starts
 from axisid.estimation.predictions import (
     record_rows,
 )
 from axisid.support.arrays import Array
 
-from .basis import FitBasis
 from .ended import Ended
-from .result import OutputFit, RecordError
+from .judgement import judged
+from .result import FitBasis, OutputFit, RecordError
 
 
 def assembled(ended: Ended) -> OutputFit:
     """The result of a fit."""
-    names = ended.unknowns.names
+    u, names = ended.unknowns, ended.unknowns.names
     at_bound: dict[str, Literal["lower", "upper"]] = {
         n: "lower" if side < 0 else "upper"
         for n, side in zip(names, ended.at_bound, strict=True)
@@ -39,9 +37,11 @@ def assembled(ended: Ended) -> OutputFit:
         chosen=ended.chosen,
         values=_values(ended),
         at_bound=at_bound,
-        bounds=_pairs(names, ended.unknowns.lower, ended.unknowns.upper),
-        fixed=_chosen(names, ended.unknowns.fixed, ~ended.unknowns.free),
-        prior=_priors(ended.unknowns),
+        bounds={n: (float(a), float(b)) for n, a, b in zip(names, u.lower, u.upper, strict=True)},
+        fixed={names[j]: float(u.fixed[j]) for j in np.flatnonzero(~u.free)},
+        prior={
+            names[j]: (float(u.prior[j]), float(u.prior_sd[j])) for j in np.flatnonzero(u.has_prior)
+        },
         unseen=ended.unseen.texts(names),
         local=ended.whose.local,
         start=ended.begun,
@@ -74,6 +74,7 @@ def assembled(ended: Ended) -> OutputFit:
             of_start=are_starts(ended.whose.form),
             rests_count=ended.rests.count,
         ),
+        judge=judged,
     )
 
 
@@ -121,17 +122,3 @@ def _errors(ended: Ended) -> tuple[Array, ...]:
     errors, count = ended.best.slopes.errors, len(ended.outputs)
     whole = (errors[record_rows(spans)] for spans in ended.predictions.spans)
     return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
-
-
-def _pairs(names: tuple[str, ...], lower: Array, upper: Array) -> Mapping[str, tuple[float, float]]:
-    return {n: (float(a), float(b)) for n, a, b in zip(names, lower, upper, strict=True)}
-
-
-def _chosen(names: tuple[str, ...], values: Array, which: NDArray[np.bool_]) -> dict[str, float]:
-    return {n: float(v) for n, v, kept in zip(names, values, which, strict=True) if kept}
-
-
-def _priors(unknowns: Unknowns) -> dict[str, tuple[float, float]]:
-    means = _chosen(unknowns.names, unknowns.prior, unknowns.has_prior)
-    spreads = _chosen(unknowns.names, unknowns.prior_sd, unknowns.has_prior)
-    return {name: (means[name], spreads[name]) for name in means}

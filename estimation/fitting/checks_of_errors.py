@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, Levels, passed
+from axisid.estimation.checks import Check, Levels, joined, passed
 from axisid.estimation.diagnostics import (
     OwnColumns,
     alike_check,
-    joined,
+    outliers_check,
     records_alike,
     repeated_check,
+    terms_check,
 )
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.remainder import outliers_check, terms_check
 from axisid.estimation.estimates import few_rows
 from axisid.estimation.lacking import Lack
 from axisid.estimation.parameters import GAIN
@@ -33,7 +33,7 @@ from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
-from .basis import Judged
+from .result import OutputFit
 
 _MAX_BEYOND_NOISE = 15.0  # % of a recorded output, left beyond noise
 # % of a recorded output left with noise; a loop that does nothing leaves 100, noise beside a
@@ -41,7 +41,7 @@ _MAX_BEYOND_NOISE = 15.0  # % of a recorded output, left beyond noise
 _MAX_LEFT = 120.0
 
 
-def windows_check(of: Judged) -> Check | Missing | None:
+def windows_check(of: OutputFit) -> Check | Missing | None:
     """Whether nothing drives the axis away in the windows of an open loop, and they are enough."""
     if not isinstance(of.basis.predictions, WindowPredictions) or of.horizon is None:
         return None
@@ -72,13 +72,14 @@ def windows_check(of: Judged) -> Check | Missing | None:
     )
 
 
-def simulation_check(of: Judged) -> Check:
+def simulation_check(of: OutputFit) -> Check:
     """What is left beyond noise: noise may be most of an output that is small, or noisy."""
     # A loop that swings by itself takes its swinging for noise, and leaves more than there is.
-    lost = max(of.percents) > _MAX_LEFT
-    worst = int(np.argmax(of.percents if lost else of.beyond_noise))
-    beyond, output = of.beyond_noise[worst], of.followed[worst]
-    percent = max(p for p, name in zip(of.percents, of.followed, strict=True) if name == output)
+    lost = of.error_percent > _MAX_LEFT
+    percents = [each.percent for each in of.of_records]
+    worst = int(np.argmax(percents if lost else of.percents_beyond_noise))
+    beyond, output = of.percents_beyond_noise[worst], of.of_records[worst].output
+    percent = max(each.percent for each in of.of_records if each.output == output)
     good = beyond < _MAX_BEYOND_NOISE and not lost
     said = (
         f"the simulated {output} leaves {percent:.3g} % of the recorded one, "
@@ -95,14 +96,14 @@ def simulation_check(of: Judged) -> Check:
     )
 
 
-def missing_terms_check(of: Judged) -> Check | None:
+def missing_terms_check(of: OutputFit) -> Check | None:
     """Whether what is left goes with a force of the motion, or with a value that is held."""
     check = _joined("missing terms", of, terms_check)
     if check is None or check.status != "fail":
         return check
     # What the model lacks moves the gains that are found with it.
-    moved_gains = isinstance(of.law, LawCheck) and of.law.found_apart
-    wrong_law = of.is_law_wrong and not moved_gains
+    law = of.law
+    wrong_law = isinstance(law, LawCheck) and not law.passed and not law.found_apart
     most = MIN_DISTANCE_FROM_NOISE.value
     refuted = [name for name, beyond in of.basis.beyond.items() if beyond > most]
     if wrong_law:
@@ -114,14 +115,14 @@ def missing_terms_check(of: Judged) -> Check | None:
     return replace(check, status="note", meaning=check.meaning + more)
 
 
-def outlying_check(of: Judged) -> Check | None:
+def outlying_check(of: OutputFit) -> Check | None:
     """Whether single samples of what was measured leave their course."""
     return _joined("outliers", of, outliers_check)
 
 
 def _joined(
     name: str,
-    of: Judged,
+    of: OutputFit,
     check: Callable[[tuple[Lack, ...], GeneratedAxis, Record, Levels], Check],
 ) -> Check | None:
     """What is checked of what the model lacks, over all records."""
@@ -134,7 +135,7 @@ def _joined(
     return joined(found, record_labels(of.records)) if len(found) > 1 else found[0]
 
 
-def _few_windows(of: Judged) -> int:
+def _few_windows(of: OutputFit) -> int:
     """How many windows of an open loop there are, where more are advised; else 0."""
     if not isinstance(of.basis.predictions, WindowPredictions):
         return 0
@@ -142,7 +143,7 @@ def _few_windows(of: Judged) -> int:
     return windows if windows < ADVISED_WINDOWS.value else 0
 
 
-def _shorter(of: Judged) -> Remedy:
+def _shorter(of: OutputFit) -> Remedy:
     """Windows so short that they are as many as advised, where they still are windows."""
     length = sum(len(each) * each.period for each in of.records) / ADVISED_WINDOWS.value
     places = 1 - math.floor(math.log10(length))
@@ -152,23 +153,24 @@ def _shorter(of: Judged) -> Remedy:
     return Remedy.of("follow a longer record, or use ", Setting("horizon", f"{shorter:g}"))
 
 
-def rows_check(of: Judged) -> Check | None:
+def rows_check(of: OutputFit) -> Check | None:
     """Whether errors are enough to tell how sure the parameters are."""
     rows = int(np.count_nonzero(of.basis.scores.counted))
-    few = few_rows(rows, of.searched)
+    searched = len(of.names) - len(of.fixed)
+    few = few_rows(rows, searched)
     if not few:
         return None
     return Check(
         name="rows",
         status="note",
-        figure=rows / of.searched,
+        figure=rows / searched,
         threshold=MIN_ROWS_PER_PARAMETER.value,
         source=MIN_ROWS_PER_PARAMETER.source,
         meaning=f"{few}; follow a longer part of the record",
     )
 
 
-def rests_check(of: Judged) -> Check | None:
+def rests_check(of: OutputFit) -> Check | None:
     """How many samples have no weight, as they are near rests."""
     measured = np.count_nonzero(of.basis.predictions.counted)
     share = 1 - np.count_nonzero(of.basis.scores.counted) / measured
@@ -187,17 +189,17 @@ def rests_check(of: Judged) -> Check | None:
     return Check(name="samples near rests", status="note", figure=share, meaning=said)
 
 
-def repeated_records_check(of: Judged) -> Check | None:
+def repeated_records_check(of: OutputFit) -> Check | None:
     """Whether samples are among the records more than once."""
     return repeated_check(of.records)
 
 
-def records_alike_check(of: Judged) -> Check | Missing | None:
+def records_alike_check(of: OutputFit) -> Check | Missing | None:
     """Whether each of several records has the parameters of the others."""
     if len(of.records) < 2:
         return None
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.basis.of_start
-    shared &= ~np.isin(of.names, (*of.found_gains, GAIN))
+    shared &= ~np.isin(of.names, (*of.found_gains.names, GAIN))
     scores, places = of.basis.scores, np.flatnonzero(of.basis.inner)
     records = []
     for spans in scores.spans:
@@ -208,7 +210,7 @@ def records_alike_check(of: Judged) -> Check | Missing | None:
         records.append(
             OwnColumns(
                 names=tuple(of.names[j] for j in places[own]),
-                units=tuple(of.units[j] for j in places[own]),
+                units=tuple(of.quantities[j].unit for j in places[own]),
                 values=of.physical[places[own]],
                 slopes=np.eye(len(places))[own],
                 span=span,

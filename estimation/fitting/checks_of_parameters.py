@@ -21,12 +21,12 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array
 from axisid.support.remedy import Remedy, Setting
 
-from .basis import Judged
+from .result import OutputFit
 
 _SURE = 1e-2  # of a variance: the least by which what was known is moved
 
 
-def known_check(of: Judged) -> Check | None:
+def known_check(of: OutputFit) -> Check | None:
     """What was known before against what the records tell."""
     if not of.prior:
         return None
@@ -49,7 +49,7 @@ def known_check(of: Judged) -> Check | None:
     )
 
 
-def _from_known(of: Judged, name: str) -> float:
+def _from_known(of: OutputFit, name: str) -> float:
     """How far a parameter is from what was known of it before, in deviations."""
     mean, sd = of.prior[name]
     if name in of.basis.alone:
@@ -60,7 +60,7 @@ def _from_known(of: Judged, name: str) -> float:
     return abs(float(of.physical[place]) - mean) / both
 
 
-def shown_check(of: Judged) -> Check:
+def shown_check(of: OutputFit) -> Check:
     """Whether the outputs show every parameter."""
     several = len(of.outputs) > 1
     said = f"the {' and '.join(of.outputs)} show{'' if several else 's'} every parameter"
@@ -83,14 +83,14 @@ def shown_check(of: Judged) -> Check:
     )
 
 
-def _unnamed(of: Judged) -> list[str]:
+def _unnamed(of: OutputFit) -> list[str]:
     """Parameters of infinite deviation that are in none of the directions that are not shown."""
     named = set(re.findall(r"\w+", " ".join(of.unseen)))
     lost = [name for name, d in zip(of.names, of.deviations, strict=True) if np.isinf(d)]
     return [f"{name} at all" for name in lost if name not in named]
 
 
-def none_shown_check(of: Judged) -> Check | None:
+def none_shown_check(of: OutputFit) -> Check | None:
     """Whether the outputs show none of the parameters that are searched."""
     if not np.isinf(of.deviations).any():
         return None
@@ -109,13 +109,13 @@ def none_shown_check(of: Judged) -> Check | None:
     )
 
 
-def one_end_check(of: Judged) -> Check | None:
+def one_end_check(of: OutputFit) -> Check | None:
     """Whether the search passed a place as good as its end, which is claimed to be far from it."""
     found = of.basis.elsewhere
     if found is None:
         return None
     order = [int(j) for j in np.argsort(-found.away) if found.away[j] > MIN_FAR.value]
-    values = (f"{of.names[j]} {found.physical[j]:.4g} {of.units[j]}" for j in order)
+    values = (f"{of.names[j]} {found.physical[j]:.4g} {of.quantities[j].unit}" for j in order)
     listed = ", ".join(map(str.rstrip, values))
     outputs = f"{' and '.join(of.outputs)} leave{'s' * (len(of.outputs) == 1)}"
     return Check(
@@ -137,12 +137,12 @@ def one_end_check(of: Judged) -> Check | None:
     )
 
 
-def _searched(of: Judged) -> NDArray[np.bool_]:
+def _searched(of: OutputFit) -> NDArray[np.bool_]:
     """Parameters of the model, the law and the drive that were searched and are at no bound."""
     return np.asarray((of.deviations > 0) & ~of.basis.of_start)
 
 
-def precise_check(of: Judged) -> Check | None:
+def precise_check(of: OutputFit) -> Check | None:
     """Every parameter that is searched, and shown, against its own deviation."""
     slopes, weights = of.basis.best.slopes.jacobian, of.basis.weights
     parts = np.abs(weights[:, None] * slopes * of.physical)
@@ -179,7 +179,7 @@ def _norms(columns: Array) -> Array:
     return np.asarray(np.linalg.norm(columns, axis=0))
 
 
-def bounds_check(of: Judged) -> Check:
+def bounds_check(of: OutputFit) -> Check:
     """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
     beyond, most = of.basis.beyond, MIN_DISTANCE_FROM_NOISE.value
     if not beyond:
@@ -206,7 +206,7 @@ def bounds_check(of: Judged) -> Check:
     )
 
 
-def nominal_values_check(of: Judged) -> Check | None:
+def nominal_values_check(of: OutputFit) -> Check | None:
     """Values of another order of size than declared."""
     declared = {p.name: p for p in of.basis.axes[0].axis.parameters}
     rows = zip(of.names, of.physical, of.deviations, strict=True)

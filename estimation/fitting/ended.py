@@ -18,7 +18,7 @@ from axisid.estimation.regression import Form, widened
 from axisid.estimation.searches import Elsewhere, Found, Search, Weighing, passed_as_low
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.told_by_outputs import (
-    Colour,
+    Autoregression,
     Scattering,
     Unseen,
     unseen_directions,
@@ -27,9 +27,10 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
-from .basis import MIN_MOVED_BY_START, MovedByStart
 from .rests import Rests
 from .spread import (
+    MIN_MOVED_BY_START,
+    MovedByStart,
     Scores,
     moved_by_start,
     scores_of,
@@ -65,11 +66,15 @@ class Ended:
     ends: tuple[Found, ...]
     bootstrap: int
     seed: int
-    horizon: float | None
     known: tuple[str, ...]
     doubts: tuple[Doubt, ...]
     rests: Rests
     alone: Found | None = None
+
+    @property
+    def horizon(self) -> float | None:
+        """Length of the windows of an open loop, s."""
+        return self.predictions.horizon
 
     @property
     def axes(self) -> tuple[GeneratedAxis, ...]:
@@ -182,7 +187,7 @@ class Ended:
         common = self.errors_in_common
         if common is None:
             return at, side
-        scores = self.first_scores
+        scores = self.at_liberty
         uphill = scores.jacobian.T @ (scores.curvature * self.weighing.weights * common)
         # The search stands still but for what a bound holds.
         held = scores.jacobian.T @ scores.errors + scores.known.T @ u.known_errors(at)
@@ -197,17 +202,6 @@ class Ended:
         return physical, side
 
     @cached_property
-    def first_scores(self) -> Scores:
-        """Of every free parameter, by the errors alone."""
-        known = self.weighing, self.unknowns, self.predictions, self.records
-        return scores_of(self.best, *known, self.unknowns.free)
-
-    @cached_property
-    def first_coloured(self) -> Scattering:
-        """Of every free parameter, by the errors alone."""
-        return self.first_scores.coloured(self.first_scores.autoregressions)
-
-    @cached_property
     def at_liberty(self) -> Scores:
         """Of every free parameter, as if no bound were there.
 
@@ -215,8 +209,6 @@ class Ended:
         bounded estimate is nearer to whatever is within the bounds than the free one is, so that
         the free one's deviations about it are enough.
         """
-        if self.errors_by_noise is None:
-            return self.first_scores
         return self._scores(self.unknowns.free)
 
     @cached_property
@@ -229,7 +221,7 @@ class Ended:
         return errors if common is None else errors + self.weighing.weights * self._beside(common)
 
     @cached_property
-    def autoregressions(self) -> tuple[Colour, ...]:
+    def autoregressions(self) -> tuple[Autoregression, ...]:
         """Of the errors, by record."""
         return replace(self.scores, errors=self.errors_left).autoregressions
 
@@ -242,12 +234,15 @@ class Ended:
 
     @cached_property
     def covariances(self) -> dict[str, Array]:
-        """By name, (P, P) each; rows of what is at a bound are 0."""
-        return {name: self._told(matrix) for name, matrix in self.free_covariances.items()}
-
-    def _told(self, matrix: Array) -> Array:
-        inner = self.inner
-        return np.where(inner[:, None] & inner, self._whole(matrix, self.unknowns.free), 0.0)
+        """By name, (P, P) each: 0 of what is at a bound, infinite of what is not shown."""
+        inner, free = self.inner, self.unknowns.free
+        lost, found = np.flatnonzero(self.unseen.parts.any(axis=0)), {}
+        for name, matrix in self.free_covariances.items():
+            whole = np.zeros((len(free), len(free)))
+            whole[np.ix_(free, free)] = matrix
+            whole[lost, lost] = np.inf
+            found[name] = np.where(inner[:, None] & inner, whole, 0.0)
+        return found
 
     @cached_property
     def free_covariances(self) -> dict[str, Array]:
@@ -288,18 +283,12 @@ class Ended:
             moved.append(lanes.errors - errors)
         return np.hstack(moved)
 
-    @property
-    def _told_free(self) -> Array:
-        return self.free_covariances[self.chosen]
-
     @cached_property
     def coloured(self) -> Scattering:
         """By coloured errors, of every free parameter, as if no bound were there."""
         scores = self.at_liberty
-        if self.errors_by_noise is not None:
-            return scores.coloured(self.autoregressions)
         if self.horizon is None:
-            return self.first_coloured
+            return scores.coloured()
         found = scores.by_windows()  # of few windows next to nothing, as a fit makes their sum 0
         return replace(found, matrix=widened(found.matrix, np.diag(scores.independent())))
 
@@ -333,12 +322,6 @@ class Ended:
         with np.errstate(all="ignore"):
             return self.predictions.slopes_by_start(self.best.physical)
 
-    @staticmethod
-    def _uneven_errors(twins: FitTwins, scores: Scores) -> Array | None:
-        """Weighted errors of twins whose noise no colour describes, (n, B)."""
-        changed = twins.by_position
-        return scores.counts[:, None] * changed if changed.any() else None
-
     @property
     def by_start(self) -> MovedByStart:
         """The same of all parameters, (P,)."""
@@ -353,7 +336,9 @@ class Ended:
         found = replace(self.scores, errors=self.errors_left)
         if self.twins is None:
             return found
-        return replace(found, twins=self._uneven_errors(self.twins, found), remembers=False)
+        changed = self.twins.by_position
+        twins = found.counts[:, None] * changed if changed.any() else None
+        return replace(found, twins=twins, remembers=False)
 
     @property
     def elsewhere(self) -> Elsewhere | None:
@@ -393,14 +378,6 @@ class Ended:
         """The covariance that is told."""
         return "coloured" if self._scattered is None else "bootstrap"
 
-    def _whole(self, matrix: Array, chosen: NDArray[np.bool_]) -> Array:
-        """A covariance among all parameters; infinite variances of what is not shown."""
-        found = np.zeros((len(chosen), len(chosen)))
-        found[np.ix_(chosen, chosen)] = matrix
-        lost = np.flatnonzero(self.unseen.parts.any(axis=0))
-        found[lost, lost] = np.inf
-        return found
-
     @cached_property
     def influence(self) -> Array:
         """Of the errors on the parameters, (P, n)."""
@@ -424,7 +401,8 @@ class Ended:
         free = self.inner.copy()
         free[j] = True
         scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
-        covariance = self._with_starts(scores.coloured(self.autoregressions).matrix, scores)
+        told = replace(scores, errors=self.errors_left).coloured()
+        covariance = self._with_starts(told.matrix, scores)
         off = self.unknowns.known_errors(self.physical)
         errors, common = scores.errors, self.errors_in_common
         if common is not None:
@@ -444,7 +422,7 @@ class Ended:
         centre, deviation = self.without_bounds[j]
         free = np.flatnonzero(self.unknowns.free)
         place = int(np.flatnonzero(free == j)[0])
-        wide = max(math.sqrt(self._told_free[place, place]), deviation)
+        wide = max(math.sqrt(self.free_covariances[self.chosen][place, place]), deviation)
         beyond = (centre - at) / deviation if deviation > 0 else 0.0
         return cut_interval(at, at + beyond * wide, wide, side)
 

@@ -34,7 +34,6 @@ from axisid.estimation.parameters import (
 from axisid.estimation.predictions import (
     LoopPredictions,
     Predictions,
-    TimedPredictions,
     WindowPredictions,
     default_horizon,
     record_rows,
@@ -76,12 +75,13 @@ from .starting import (
     starts_from,
     with_free,
 )
-from .timing import split_free, time_in, with_time_found
+from .timing import at_time, split_free, time_in, with_time_found
 
 # 1/unit of the output, or the inverse; with more, rounding hides what another output tells
 _MAX_WEIGHT = 1e20
 
 _MOST_STARTS = 1000
+_TIME_STEP = 0.05  # periods, by which a time of the drive is longer for the slope by it
 _HORIZONS = 3  # lengths of windows that a search goes on with
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
 
@@ -250,26 +250,15 @@ class _Asked:
         from its end with those that are steady there.
         """
         ended = began = self._searched(generated, start, time, self.horizon)
-        for _ in range(_HORIZONS):
-            horizon = None if time is not None else self._steadier(ended)
-            if horizon is None:
+        is_given = time is not None or self.horizon is not None or ended.horizon is None
+        for _ in range(0 if is_given else _HORIZONS):
+            horizon = _steady_horizon(ended.whose, ended.records, ended.best.physical)
+            if horizon in (None, ended.horizon):
                 break
             found = map(float, ended.best.physical)
             start = dict(zip(ended.unknowns.names, found, strict=True))
             ended = self._searched(generated, start, time, horizon)
         return replace(ended, start=began.start, begun=began.begun, remarks=began.remarks)
-
-    def _steadier(self, ended: Ended) -> float | None:
-        """Another length of windows, s, in which the end of a search is steady."""
-        if self.horizon is not None or ended.horizon is None:
-            return None
-        horizon = default_horizon(ended.records)
-        whole = WindowPredictions(ended.whose.form, ended.whose.axes, ended.records, horizon)
-        try:
-            steady = whole.steady_horizon(ended.best.physical)
-        except EstimationError:  # which the check of the windows tells
-            return None
-        return None if steady == ended.horizon else steady
 
     def _searched(
         self,
@@ -283,21 +272,27 @@ class _Asked:
         )
         model, records = searched(shared).form, shared.records
         asked = (self.free, self.outputs, self.known or {}, records)
-        whose = loops = with_free(searched(shared), *asked)
+        whose = with_free(searched(shared), *asked)
         if time is not None:
-            whose = replace(loops, form=FormByTime(generated, of_model=loops.form, time=time))
+            whose = replace(whose, form=FormByTime(generated, of_model=whose.form, time=time))
         unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
         begins, why = starts_from(start, shared, whose.form, model, self.gain)
-        predictions, horizon = self._predictions(loops, records, begins[0], horizon)
+        first_at = begins[0].physical
+        predictions = self._predictions(whose, records, first_at, horizon)
+        horizon = predictions.horizon
         doubts = list[Doubt]()
         for layout in moved_layouts(generated, shared.own_layout):
             moved = with_free(searched(replace(shared, own_layout=layout)), *asked)
-            others, _ = self._predictions(moved, records, begins[0], horizon)
+            others = self._predictions(moved, records, first_at, horizon)
             doubts.append((moved.form, others))
-        if time is not None:
-            predictions = TimedPredictions(predictions, time_in(generated, time.name), time.name)
         check_enough(predictions.counted, predictions.spans, unknowns)
         check_remembered(generated.axis.states, unknowns, begins)
+        if time is not None:
+            value, step = time_in(generated, time.name), _TIME_STEP * records[0].period
+            axes = tuple(at_time(axis, time.name, value + step) for axis in whose.axes)
+            others = self._predictions(replace(whose, axes=axes), records, first_at, horizon)
+            at = unknowns.inside(first_at, unknowns.scale(first_at, begins[0].size))
+            predictions.follow_time(others, at, value, step)
         into = [*map(model.slopes, range(len(records)))]
         run = _FitRun(
             whose.axes,
@@ -309,7 +304,7 @@ class _Asked:
             are_starts(whose.form),
             self.seed,
             self.progress,
-            Rests() if self.keeps_rests else Rests.of(loops.axes, records, into),
+            Rests() if self.keeps_rests else Rests.of(whose.axes, records, into),
         )
         first, begun, lost = run.first(begins)
         ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))
@@ -330,7 +325,6 @@ class _Asked:
             ends=ends,
             bootstrap=self.bootstrap,
             seed=self.seed,
-            horizon=horizon,
             known=tuple(self.known or ()),
             doubts=tuple(doubts),
             rests=run.rests,
@@ -338,22 +332,26 @@ class _Asked:
         )
 
     def _predictions(
-        self, whose: Searched, records: Sequence[Record], begin: FitStart, horizon: float | None
-    ) -> tuple[Predictions, float | None]:
-        """What is predicted; of an open loop with the length of its windows, s."""
-        if OPEN_LOOP in self.outputs:
-            whole = horizon or default_horizon(records)
-            windows = WindowPredictions(whose.form, whose.axes, records, whole)
-            if horizon is not None:
-                return windows, whole
-            try:
-                steady = windows.steady_horizon(begin.physical[: len(whose.form.start)])
-            except EstimationError:  # which the search tells, where it is so
-                return windows, whole
-            if steady == whole:
-                return windows, whole
-            return WindowPredictions(whose.form, whose.axes, records, steady), steady
-        return LoopPredictions(whose.form, whose.axes, records, self.outputs), None
+        self, whose: Searched, records: Sequence[Record], physical: Array, horizon: float | None
+    ) -> Predictions:
+        """What is predicted; windows of an open loop are such that errors do not grow in them."""
+        if OPEN_LOOP not in self.outputs:
+            return LoopPredictions(whose.form, whose.axes, records, self.outputs)
+        horizon = horizon or _steady_horizon(whose, records, physical) or default_horizon(records)
+        return WindowPredictions(whose.form, whose.axes, records, horizon)
+
+
+def _steady_horizon(whose: Searched, records: Sequence[Record], physical: Array) -> float | None:
+    """Length of windows, s, in which errors do not grow at parameters (P,).
+
+    None where they cannot be simulated, which the search and the check of the windows tell.
+    """
+    longest = default_horizon(records)
+    try:
+        whole = WindowPredictions(whose.form, whose.axes, records, longest)
+        return whole.steady_horizon(physical)
+    except EstimationError:
+        return None
 
 
 @dataclass

@@ -1,6 +1,7 @@
 """Whether a fit is to be believed."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -8,13 +9,13 @@ import numpy as np
 from axisid.estimation.checks import Check, made, passed
 from axisid.estimation.choices import POSITION
 from axisid.estimation.diagnostics.estimates import NOMINAL_VALUES
+from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.parameters import START
 from axisid.estimation.searches import MOST_STEPS
 from axisid.estimation.thresholds import NOTICEABLE_BIAS
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
-from .basis import MIN_MOVED_BY_START, Judged
 from .checks_of_errors import (
     missing_terms_check,
     outlying_check,
@@ -34,6 +35,8 @@ from .checks_of_parameters import (
     precise_check,
     shown_check,
 )
+from .result import OutputFit
+from .spread import MIN_MOVED_BY_START
 
 _MAX_LAW_SHIFT = 2.0  # deviations, by a control law that is not the declared one
 _MAX_LAW_SENSITIVITY = 5.0  # % by 1 % of a term of the law; beyond, the law must be exact
@@ -44,23 +47,48 @@ _MIN_MOVED_BY_NOISE = 1.0  # deviations by noise in the loop, which is taken off
 _FACTORS = "law's factors"
 
 
-def judged(of: Judged) -> tuple[Check, ...]:
+def judged(of: OutputFit) -> tuple[Check, ...]:
     """The checks, in the order in which they are told."""
     found = (made(name, partial(check, of)) for name, check in _CHECKS.items())
     return tuple(check for check in found if check is not None)
 
 
-def _moved(of: Judged) -> Check | Missing | None:
+def _law(of: OutputFit) -> Check | Missing:
+    """What the declared law is against the recorded control.
+
+    What factors of the law tell counts once, by what they move the parameters by.
+    """
+    found = law_check(of.law)
+    if isinstance(found, Check) and _is_law_nearly_right(of):
+        return replace(found, status="note")
+    return found
+
+
+def _is_law_nearly_right(of: OutputFit) -> bool:
+    """Whether factors explain a control that is not the law's, and move nothing by much.
+
+    Nor would the scale of the recorded control, from which the law does not tell factors.
+    """
+    law = of.law
+    if not isinstance(law, LawCheck) or not isinstance(of.law_shift, tuple):
+        return False
+    most = np.maximum(NOTICEABLE_BIAS.value * np.abs(of.physical), of.deviations)
+    near = (np.abs(of.law_shift[0]) <= most) | of.basis.of_start
+    small = all(abs(each - 1) <= NOTICEABLE_BIAS.value for each in law.factors.values())
+    return not law.passed and law.is_told_by_factors and small and bool(near.all())
+
+
+def _moved(of: OutputFit) -> Check | Missing | None:
     """What the law as it is in the record moves the parameters by."""
-    if of.law_move is None or isinstance(of.law_move, Missing):
-        return of.law_move
-    moved, sure = of.law_move
+    if of.law_shift is None or isinstance(of.law_shift, Missing):
+        return of.law_shift
+    moved, sure = of.law_shift
     with np.errstate(divide="ignore", invalid="ignore"):
         claimed = np.nan_to_num(np.abs(moved) / of.deviations, posinf=np.inf)
         far = np.nan_to_num(np.abs(moved) / np.hypot(of.deviations, sure), posinf=np.inf)
     counted = (of.deviations > 0) & ~of.basis.of_start  # a record's own start is no property
     claimed, far = (np.where(counted, each, 0.0) for each in (claimed, far))
-    beyond = bool(np.any(far > _MAX_LAW_SHIFT))
+    beyond, nearly_right = bool(np.any(far > _MAX_LAW_SHIFT)), _is_law_nearly_right(of)
     worst = int(np.argmax(np.where(far > _MAX_LAW_SHIFT, claimed, 0.0) if beyond else far))
     name, value = of.names[worst], of.physical[worst]
     share = 100 * abs(moved[worst] / value) if value else np.inf
@@ -68,7 +96,7 @@ def _moved(of: Judged) -> Check | Missing | None:
         f"the law as its control is recorded, in place of the declared one, moves {name} by "
         f"{share:.2g} % ({far[worst]:.2g} deviations)"
     )
-    if beyond or of.is_law_nearly_right:
+    if beyond or nearly_right:
         instead = ", follow the control" if of.outputs == (POSITION,) else ""
         said += (
             f": correct the gains of the declared law, free them{instead}, or identify by "
@@ -76,7 +104,7 @@ def _moved(of: Judged) -> Check | Missing | None:
         )
     return Check(
         name=_FACTORS,
-        status=passed(not (beyond or of.is_law_nearly_right)),
+        status=passed(not (beyond or nearly_right)),
         figure=float(far[worst]),
         threshold=_MAX_LAW_SHIFT,
         source="measured: at most 1.2 on 120 right twins whose position is followed, 120 with kp "
@@ -87,13 +115,13 @@ def _moved(of: Judged) -> Check | Missing | None:
     )
 
 
-def _sensitive(of: Judged) -> Check | None:
+def _sensitive(of: OutputFit) -> Check | None:
     """How exact the law has to be."""
     if not of.law_moves:
         return None
     sizes = np.abs(of.physical)
     # A gain that is found is what the law's error is told by.
-    found = np.isin(of.names, of.found_gains)
+    found = np.isin(of.names, of.found_gains.names)
     counted = (sizes > 0) & ~of.basis.of_start & ~found
     sizes = np.where(counted, sizes, np.inf)
     shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
@@ -118,7 +146,7 @@ def _sensitive(of: Judged) -> Check | None:
     )
 
 
-def _ended(of: Judged) -> Check:
+def _ended(of: OutputFit) -> Check:
     best, lost = of.basis.best, ""
     if best.lost:
         lost = f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
@@ -138,7 +166,7 @@ def _ended(of: Judged) -> Check:
     )
 
 
-def _shaken(of: Judged) -> Check | Missing | None:
+def _shaken(of: OutputFit) -> Check | Missing | None:
     """What noise in the loop moved, and is taken off."""
     moved = of.basis.moved
     if moved is None:
@@ -162,7 +190,7 @@ def _shaken(of: Judged) -> Check | Missing | None:
     )
 
 
-def _begun(of: Judged) -> Check | None:
+def _begun(of: OutputFit) -> Check | None:
     """What the first positions and velocities, as the records have them, leave open."""
     by_start = of.basis.by_start
     if not by_start.far.any():
@@ -185,7 +213,7 @@ def _begun(of: Judged) -> Check | None:
     )
 
 
-def _starts(of: Judged) -> Check | None:
+def _starts(of: OutputFit) -> Check | None:
     if len(of.basis.ends) < 2:
         return None
     alike = sum(each.cost <= of.basis.best.cost * (1 + _SAME_END) for each in of.basis.ends)
@@ -201,8 +229,8 @@ def _starts(of: Judged) -> Check | None:
 
 
 #: By name, in the order in which they are told.
-_CHECKS: dict[str, Callable[[Judged], Check | Missing | None]] = {
-    "control law": lambda of: of.law_check,
+_CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
+    "control law": _law,
     "windows": windows_check,
     _FACTORS: _moved,
     "exact law": _sensitive,

@@ -70,26 +70,26 @@ class Rests:
         if not any(data.excluded for data in self.data.values()):
             return counted
         with np.errstate(all="ignore"):
-            motions = () if physical is None else predictions.motions(physical) or ()
+            loops = () if physical is None else predictions.velocities(physical)
         near = np.concatenate(
             [
-                self._near(r, samples, [m.velocity for m in motions if m.record == r])
+                self._near(r, samples, loops[r] if loops else None)
                 for r, samples in enumerate(predictions.samples)
             ]
         )
         return np.where(np.repeat(near, len(predictions.units)), 0.0, counted)
 
     def _near(
-        self, number: int, samples: NDArray[np.intp], loops: Sequence[Array]
+        self, number: int, samples: NDArray[np.intp], loops: Array | None
     ) -> NDArray[np.bool_]:
-        """Which samples are near a rest of a record, or of its loops by their velocities."""
+        """Which samples are near a rest of a record, or of its loops by their velocity."""
         data = self.data.get(number)
         if data is None:
             return np.zeros(len(samples), dtype=bool)
         turns = data.excluded
-        if turns and loops:
+        if turns and loops is not None:
             velocity = np.zeros(len(data))
-            velocity[samples] = np.concatenate(loops)
+            velocity[samples] = loops
             turns += data.sampling.turns(velocity, data.fastest)
         near = covered(turns, len(data))[samples]
         return covered(data.excluded, len(data))[samples] if near.all() else near

@@ -1,8 +1,9 @@
 """What a fit of outputs comes to."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, Literal
 
@@ -15,20 +16,23 @@ from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import FittedParameters, NamedValues, Value, derived_value
-from axisid.estimation.lacking import Lack
+from axisid.estimation.lacking import Lack, found_beside, scores_of
+from axisid.estimation.methods import bound_record
+from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
-from axisid.estimation.searches import FitStep
+from axisid.estimation.regression import recorded_loops
+from axisid.estimation.searches import Elsewhere, FitStep, Found
+from axisid.estimation.signals import Prefilter
+from axisid.estimation.twins import Chain, measured_chain
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
+from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note
 
-from .basis import FitBasis, Judged
-from .judgement import judged
 from .law_moves import factors_in_twins, move_by_record, moves_of_all, moves_per_percent
-from .missing import missing_of
-from .spread import noise_left
+from .spread import MovedByStart, Scores, noise_left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,6 +61,77 @@ class RecordError:
     error: float
     percent: float
     order: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitBasis:
+    """What a fit is judged from.
+
+    Attributes
+    ----------
+    axes : tuple of GeneratedAxis
+        By record.
+    own : tuple of (p,) array
+        Parameters of each record's axis.
+    chains : tuple of Chain
+        The noise of each record; none without twins.
+    predictions : Predictions
+    best : Found
+        The search that is told.
+    ends : tuple of Found
+        All searches.
+    influence : (P, n) array
+        Of the errors on the parameters.
+    beyond : mapping of str to float
+        How far beyond its bound each parameter at one would be without it, in deviations.
+    scores : Scores
+        At the end.
+    weights : (n,) array
+        Of the errors.
+    inner : (P,) array of bool
+        Which parameters the scores are of: free ones that are at no bound.
+    known : tuple of str
+        Names of what was known of each record.
+    alone : mapping of str to (float, float)
+        What the records say, with deviations, of what was known before; empty where they do not
+        show every parameter.
+    moved : (P,) array or None
+        What noise in the loop moved the parameters by, and was taken off.
+    why_not_moved : str
+        Why no twins tell that; empty where they do, or none were asked for.
+    by_start : MovedByStart
+    elsewhere : Elsewhere or None
+        A place as good as the end that is claimed to be far from it.
+    of_start : (P,) array of bool
+        Which parameters are first positions and velocities of loops.
+    rests_count : bool
+        Whether samples near rests count, as without them a parameter is hardly shown.
+    """
+
+    axes: tuple[GeneratedAxis, ...]
+    own: tuple[Array, ...]
+    chains: tuple[Chain, ...]
+    predictions: Predictions
+    best: Found
+    ends: tuple[Found, ...]
+    influence: Array
+    beyond: Mapping[str, float]
+    scores: Scores
+    weights: Array
+    inner: NDArray[np.bool_]
+    known: tuple[str, ...]
+    alone: Mapping[str, tuple[float, float]]
+    moved: Array | None
+    why_not_moved: str
+    by_start: MovedByStart
+    elsewhere: Elsewhere | None
+    of_start: NDArray[np.bool_]
+    rests_count: bool
+
+    @property
+    def without_twins(self) -> "FitBasis":
+        """Without what noise and steps make of the errors: many times what the record holds."""
+        return replace(self, scores=replace(self.scores, twins=None))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -114,6 +189,8 @@ class OutputFit(Checked, Presentable, Exact):
         Length of the windows of an open loop, s.
     basis : FitBasis
         What it is judged from.
+    judge : callable
+        Gives the checks of a fit.
     levels : Levels
         From when on a check tells something of the model.
     """
@@ -144,6 +221,7 @@ class OutputFit(Checked, Presentable, Exact):
     samples: tuple[NDArray[np.intp], ...]
     horizon: float | None
     basis: FitBasis = field(repr=False, compare=False)
+    judge: Callable[["OutputFit"], tuple[Check, ...]] = field(repr=False, compare=False)
     levels: Levels = DEFAULT_LEVELS
 
     def __getstate__(self) -> dict[str, Any]:
@@ -164,11 +242,12 @@ class OutputFit(Checked, Presentable, Exact):
     @cached_property
     def law_move(self) -> Array | None:
         """What the law as the records have it would move them by, (P,)."""
-        found = self._law_move
+        found = self.law_shift
         return None if found is None or isinstance(found, Missing) else found[0]
 
     @cached_property
-    def _law_move(self) -> tuple[Array, Array] | Missing | None:
+    def law_shift(self) -> tuple[Array, Array] | Missing | None:
+        """What the law as the records have it would move them by, with deviations, (P,) each."""
         basis = self.basis
         chains = basis.chains or (None,) * len(self.records)
         every = zip(self._laws, basis.axes, self.records, basis.own, chains, strict=True)
@@ -195,17 +274,30 @@ class OutputFit(Checked, Presentable, Exact):
     def _lacks(
         self, number: int, axis: GeneratedAxis, record: Record, own: Array
     ) -> tuple[Lack, ...] | Missing:
-        names = {name: name for name in self.names}
-        for name, locals_ in self.local.items():
-            names[name] = locals_[number]
-        half = {
-            own_name: float(np.ptp(self.values[name].interval)) / 2
-            for own_name, name in names.items()
-            if name in self.values
-        }
+        """By the rows of a record, and of its twins, as identified ones.
+
+        What a model lacks is no matter of what is followed: the residuals of instruments at the
+        fit's parameters tell it, whatever output these are of.
+        """
+        if axis.axis.states:
+            return Missing("friction that remembers has no rows in which that could be looked for")
+        locals_ = {name: names[number] for name, names in self.local.items()}
+        names = [locals_.get(q.name, q.name) for q in axis.parameters]
+        data = bound_record(axis, record, Prefilter())
+        data = data.by_position or data
+        chain = None
+        with suppress(AxisidError):
+            chain = measured_chain(data, own, recorded_loops(data, own))
         told = set(self.searched) - self.prior.keys()
-        held = [own_name for own_name, name in names.items() if name not in told]
-        return missing_of(axis, record, own, half, held, len(self.records), self.levels)
+        free = [j for j, name in enumerate(names) if name in told]
+        scores = scores_of(data, own, chain, free)
+        if isinstance(scores, Missing):
+            return scores
+        half = [
+            float(np.ptp(self.values[n].interval)) / 2 if n in self.values else math.inf
+            for n in names
+        ]
+        return found_beside(scores, np.array(half), len(self.records), self.levels)
 
     @cached_property
     def noise(self) -> tuple[float, ...]:
@@ -222,31 +314,7 @@ class OutputFit(Checked, Presentable, Exact):
     @cached_property
     def checks(self) -> tuple[Check, ...]:
         """Whether to believe it."""
-        return judged(
-            Judged(
-                outputs=self.outputs,
-                names=self.names,
-                units=tuple(q.unit for q in self.quantities),
-                physical=self.physical,
-                deviations=np.array([value.deviation for value in self.values.values()]),
-                basis=self.basis,
-                at_bound=self.at_bound,
-                unseen=self.unseen,
-                law=self.law,
-                found_gains=self.found_gains.names,
-                law_moves=self.law_moves,
-                law_move=self._law_move,
-                beyond_noise=self._beyond_noise,
-                percents=tuple(each.percent for each in self.of_records),
-                followed=tuple(each.output for each in self.of_records),
-                lacks=self.lacks,
-                prior=self.prior,
-                records=self.records,
-                horizon=self.horizon,
-                searched=len(self.names) - len(self.fixed),
-                levels=self.levels,
-            )
-        )
+        return self.judge(self)
 
     @cached_property
     def _laws(self) -> tuple[LawCheck | Missing, ...]:
@@ -326,6 +394,11 @@ class OutputFit(Checked, Presentable, Exact):
         return self.covariances[self.chosen]
 
     @property
+    def deviations(self) -> Array:
+        """Of the parameters, (P,)."""
+        return np.array([value.deviation for value in self.values.values()])
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Of the parameters."""
         return tuple(q.name for q in self.quantities)
@@ -355,10 +428,11 @@ class OutputFit(Checked, Presentable, Exact):
     @property
     def percent_beyond_noise(self) -> float:
         """What is left beyond noise, of the recorded output; of several the largest."""
-        return max(self._beyond_noise)
+        return max(self.percents_beyond_noise)
 
     @property
-    def _beyond_noise(self) -> tuple[float, ...]:
+    def percents_beyond_noise(self) -> tuple[float, ...]:
+        """What is left beyond noise, of the recorded output, as in `of_records`."""
         return tuple(
             each.percent * math.sqrt(max(1 - (noise / each.error) ** 2, 0.0)) if each.error else 0.0
             for each, noise in zip(self.of_records, self.noise, strict=True)

@@ -26,7 +26,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.searches import Found, Weighing
 from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.estimation.told_by_outputs import (
-    Colour,
+    Autoregression,
     Scattering,
     added,
     autoregression_of,
@@ -37,6 +37,7 @@ from axisid.estimation.told_by_outputs import (
 )
 from axisid.support.arrays import Array
 
+MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
 _FEWEST_TWINS = 16.0  # with noise, or pairs of opposite ones: a deviation is known to 18 % then
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
@@ -104,7 +105,7 @@ class Scores:
         return np.asarray(factor @ factor.T)
 
     @cached_property
-    def autoregressions(self) -> tuple[Colour, ...]:
+    def autoregressions(self) -> tuple[Autoregression, ...]:
         """Of the errors, by record."""
         return tuple(
             autoregression_of(
@@ -116,17 +117,22 @@ class Scores:
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
 
-    def coloured(self, models: Sequence[Colour]) -> Scattering:
-        """Covariance for errors that follow these autoregressions, or are as twins', (k, k)."""
-        columns = self.jacobian @ self.inverse
-        found = [self._scattering(columns, models, r) for r in range(len(self.spans))]
+    def coloured(self) -> Scattering:
+        """Covariance for errors that follow autoregressions, or are as twins', (k, k)."""
+        columns, found = self.jacobian @ self.inverse, []
+        for r, rows in enumerate(map(record_rows, self.spans)):
+            curved = self.curvature[rows, None] * self.jacobian[rows]
+            found.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
         return added(found).beside(self.by_known())
 
-    def _scattering(self, columns: Array, models: Sequence[Colour], r: int) -> Scattering:
-        if self.twins is not None and self.remembers:
-            return self._uneven(columns, self.twins, r)
-        found = self._by_colour(columns, models[r], r)
-        return found if self.twins is None else larger(found, columns, self.twins, self.spans[r])
+    def _of_record(self, columns: Array, r: int, taken: float) -> Scattering:
+        """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
+        spans, twins = self.spans[r], self.twins
+        if twins is not None and self.remembers:
+            return uneven(columns, self.errors, twins, spans, self.periods[r], self.outputs)
+        used = int(self.counted[record_rows(spans)].sum())
+        found = by_colour(columns, self.autoregressions[r], spans, used, taken)
+        return found if twins is None else larger(found, columns, twins, spans)
 
     def by_windows(self) -> Scattering:
         """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
@@ -152,7 +158,7 @@ class Scores:
         reach, found = self.known @ self.inverse, []
         columns = self.jacobian @ reach.T
         for r, spans in enumerate(self.spans):
-            told = float(np.trace(self._of_record(columns, r)))
+            told = float(np.trace(self._of_record(columns, r, 0.0).matrix))
             white = float(np.einsum("ij,jk,ik", reach, self._independent(spans), reach))
             found.append(told / white if told > 0 and white > 0 else 1.0)
         return np.array(found)
@@ -168,45 +174,21 @@ class Scores:
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
         left = self.errors + self.curvature * (wide.jacobian @ change)
         wide = replace(wide, errors=left)
-        found = wide.by_windows() if by_windows else wide.coloured(wide.autoregressions)
+        found = wide.by_windows() if by_windows else wide.coloured()
         return change, found.matrix, found.freedom
 
     @property
     def _of_known(self) -> Array:
         return np.asarray(self.known.T @ self.known)
 
-    def _of_record(self, columns: Array, r: int) -> Array:
-        """Covariance of what columns (n, j) make of a record's errors, (j, j)."""
-        if self.twins is not None:
-            return self._uneven(columns, self.twins, r).matrix
-        return _coloured(columns, self.autoregressions[r], self.spans[r])
-
-    def _uneven(self, columns: Array, twins: Array, r: int) -> Scattering:
-        return uneven(columns, self.errors, twins, self.spans[r], self.periods[r], self.outputs)
-
-    def _by_colour(self, columns: Array, model: Colour, r: int) -> Scattering:
-        """Of columns (n, k), less what the fit took of the record's errors."""
-        spans = self.spans[r]
-        rows = np.concatenate([np.arange(len(self.errors))[each] for each in spans])
-        curved = self.curvature[rows, None] * self.jacobian[rows]
-        taken = float(np.sum((self.jacobian[rows] @ self.inverse) * curved))
-        return by_colour(columns, model, spans, int(self.counted[rows].sum()), taken)
-
     def _independent(self, spans: Sequence[slice]) -> Array:
-        J = np.concatenate([self.jacobian[rows] for rows in spans])
-        e = np.concatenate([self.errors[rows] for rows in spans])
-        used = sum(int(self.counted[rows].sum()) for rows in spans)
+        rows = record_rows(spans)
+        J, e, used = self.jacobian[rows], self.errors[rows], int(self.counted[rows].sum())
         return np.asarray(float(e @ e) / max(used - J.shape[1], 1) * (J.T @ J))
 
     def _sandwich(self, meat: Array) -> Array:
         found = self.inverse @ meat @ self.inverse
         return np.asarray((found + found.T) / 2)
-
-
-def _coloured(columns: Array, model: Colour, spans: Sequence[slice]) -> Array:
-    """Covariance of what columns make of errors of one record that follow an autoregression."""
-    nothing = np.zeros((columns.shape[1], columns.shape[1]))
-    return sum((model.coloured(columns[rows]) for rows in spans), nothing)
 
 
 def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array | None:
@@ -288,6 +270,20 @@ def noise_left(
 
 def _size(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MovedByStart:
+    """What parameters would move by if first positions and velocities were free with them.
+
+    Attributes
+    ----------
+    moved, far : (P,) array
+        In their units, and in their deviations; 0 where that matters to none.
+    """
+
+    moved: Array
+    far: Array
 
 
 def moved_by_start(scores: Scores, weights: Array, starts: Sequence[tuple[slice, Array]]) -> Array:

@@ -102,7 +102,7 @@ def with_time_found(
     value = time_in(axis, time.name)
     began: Ended | None = None
     for _ in range(_ROUNDS):
-        ended = search(_at(axis, time.name, value), start, time)
+        ended = search(at_time(axis, time.name, value), start, time)
         began = began or ended
         found = ended.best.physical
         moved = float(np.clip(found[-1] - value, -_FURTHEST * period, _FURTHEST * period))
@@ -117,7 +117,7 @@ def with_time_found(
     )
 
 
-def _at(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
+def at_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
     """The axis with another time; to compile its loop takes less than a search without does."""
     declared = axis.declared
     drive = declared.drive.with_time(name, value)

@@ -7,7 +7,7 @@ from operator import is_
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.predictions import Predictions
+from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, Hac, Solution, recorded_loops
@@ -146,7 +146,8 @@ def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Arr
 def _hac_deviations(scores: Scores, errors: Array) -> Array:
     """Of the parameters of scores for errors (n,) that are autocorrelated, (k,)."""
     rows = scores.counted
-    pieces = [np.arange(*_ends(spans))[rows[slice(*_ends(spans))]] for spans in scores.spans]
+    every = np.arange(len(errors))
+    pieces = [every[own][rows[own]] for own in map(record_rows, scores.spans)]
     neighbours = Neighbours.joined([Neighbours.of(piece, 1) for piece in pieces])
     chosen = np.concatenate(pieces)
     solution = Solution(
@@ -157,7 +158,3 @@ def _hac_deviations(scores: Scores, errors: Array) -> Array:
         neighbours=neighbours,
     )
     return np.sqrt(np.maximum(np.diag(Hac(widened=False).matrix(solution)), 0.0))
-
-
-def _ends(spans: Sequence[slice]) -> tuple[int, int]:
-    return spans[0].start, spans[-1].stop

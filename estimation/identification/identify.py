@@ -8,6 +8,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import ROW_LOSSES, STARTS, is_output_error
+from axisid.estimation.diagnostics import Choice
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.parameters import Told
@@ -189,11 +190,15 @@ def identify_problem(
     failed: dict[str, Note] = {}
     lost: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
-    twins = (
-        Bootstrap(problem=problem, count=bootstrap, methods=chosen, loss=loss)
-        if bootstrap
-        else None
-    )
+    twins = None
+    if bootstrap:
+        twins = Bootstrap(
+            problem=problem,
+            count=bootstrap,
+            methods=chosen,
+            has_laws=lambda: Choice(problem=problem, estimates={}).laws_hold,
+            loss=loss,
+        )
     for method in dict.fromkeys(chosen):
         started = replace(METHODS[method], start=start, loss=loss)
         try:

@@ -244,18 +244,20 @@ class Identification(ByMethod, Uncached, Presentable, Exact):
         found = diagnose(self.choice)
         return replace(found, verdict=(*found.verdict, *self.further))
 
-    def summary(self, draws: int = 0, *, full: bool = False) -> str:
-        """The estimates side by side as text, with numbered notes.
+    def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:
+        """The judged estimate as text, with the verdict.
 
         Parameters
         ----------
         draws : int
             How many to draw from each estimate's distribution, for a table of intervals that do
             without the delta method; 0 for none.
+        every : bool
+            Every method's estimate side by side, with numbered notes.
         full : bool
-            Add intervals, correlations and every diagnostic with its figures.
+            That, and intervals, correlations and every diagnostic with its figures.
         """
-        return str(view_of("as_text", self, draws=draws, full=full))
+        return str(view_of("as_text", self, draws=draws, every=every, full=full))
 
     def to_dict(self, draws: int = 0) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""

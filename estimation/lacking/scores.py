@@ -263,8 +263,8 @@ class RecordScores:
         for left in (residuals - block @ values[place], residuals):
             scores = partial(score_products, block * left[:, None], self.neighbours)
             run = Hac().long_run(scores, len(left))
-            square = float(away @ np.linalg.solve(run.covariance, away))
-            chances.append((joint_p(square, g, float(np.min(run.freedom))), run.covariance))
+            square = float(away @ np.linalg.solve(run.matrix, away))
+            chances.append((joint_p(square, g, float(np.min(run.freedom))), run.matrix))
         (wald, spread[place]), (score, _) = chances
         mostly = powers[place] > _MOSTLY * np.mean(residuals**2)
         p_values[place] = wald if mostly or score <= _CONFIRMED else max(wald, score)
@@ -387,7 +387,8 @@ def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Arr
 
 
 def _along(s: Signals, data: FilteredRecord) -> Along:
-    sampling = data.sampling
+    sampling, reference = data.sampling, data.record.reference
+    asked = np.zeros(len(s.position)) if reference is None else reference
     rows = sampling.rows.astype(np.int64)
     time = sampling.period * np.arange(len(s.position), dtype=float)
     return Along(
@@ -398,6 +399,7 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
         acceleration=s.acceleration,
         direction=s.direction,
         force=s.force,
+        reference_acceleration=sampling.motion(asked, None, None)[2],
         spans=sampling.spans,
         rows=rows,
         reduce=sampling.reduce,

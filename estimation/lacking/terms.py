@@ -46,6 +46,8 @@ class Along:
     ----------
     time, position, velocity, acceleration, direction, force : (N,) array
         SI; the position about its middle, and so is the time of what drifts.
+    reference_acceleration : (N,) array
+        Through the same filter; zero without a reference.
     spans : sequence of (int, int)
         Stretches that do not go on from each other.
     rows : (n,) array of int, optional
@@ -64,6 +66,7 @@ class Along:
     acceleration: Array
     direction: Array
     force: Array
+    reference_acceleration: Array
     spans: Sequence[Span]
     row_period: float
     rows: NDArray[np.int64] | None = None
@@ -370,6 +373,15 @@ _TERMS = (
         declare="declare it, or move the column that is late",
         unit="s",
         columns=_one(lambda s: s.by_stretch(np.gradient, s.force) / s.period),
+        is_of_force=True,
+    ),
+    Term(
+        kind="feed-forward",
+        what="a force of the drive by the acceleration of the reference, which is not in the "
+        "recorded control (feed-forward)",
+        declare="record the control with it",
+        unit="{force}/({unit}/s^2)",
+        columns=_one(lambda s: -s.reference_acceleration),
         is_of_force=True,
     ),
     Term(

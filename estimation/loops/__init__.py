@@ -10,8 +10,7 @@ from .as_logged import (
     limit_in_log as limit_in_log,
     with_drive as with_drive,
 )
-from .clocks import two_clocks as two_clocks
-from .kept import KeptByRecord as KeptByRecord
+from .clocks import KeptByRecord as KeptByRecord, two_clocks as two_clocks
 from .law_gains import Compared as Compared, LawAlong as LawAlong, LawPoint as LawPoint
 from .law_run import (
     applied_terms as applied_terms,
@@ -23,7 +22,6 @@ from .law_run import (
 )
 from .law_ticks import (
     LawTicks as LawTicks,
-    between as between,
     law_ticks as law_ticks,
     measured_velocity as measured_velocity,
 )

@@ -1,6 +1,10 @@
-"""The clocks of a record and of its law."""
+"""The clocks of a record and of its law, and what is worked out once for each record."""
 
 import math
+import weakref
+from collections.abc import Hashable
+from functools import partial
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -10,7 +14,30 @@ from axisid.estimation.simulation import TwoClocks, law_of
 from axisid.estimation.thresholds import MIN_PHASE_AGREEMENT
 from axisid.support.arrays import Array
 
-from .kept import KeptByRecord
+K = TypeVar("K", bound=Hashable)
+V = TypeVar("V")
+
+
+class KeptByRecord(Generic[K, V]):
+    """What is known of records that are alive, by their identity, asked for in every iteration."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[weakref.ref[Record], dict[K, V]]] = {}
+
+    def of(self, record: Record) -> dict[K, V]:
+        """What is known of a record, to be added to."""
+        found = self._known.get(id(record))
+        if found is None:
+            alive = weakref.ref(record, partial(self._forget, id(record)))
+            found = self._known[id(record)] = (alive, {})
+        return found[1]
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def _forget(self, record: int, _: object) -> None:
+        self._known.pop(record, None)
+
 
 #: With the reference that they took to the law's evaluations.
 _KNOWN: KeptByRecord[tuple[GeneratedAxis, tuple[int, int]], TwoClocks | None] = KeptByRecord()

@@ -19,6 +19,7 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
 from .as_logged import as_logged, commands_as_logged, late_in_log, limit_in_log
+from .law_run import least_step
 from .law_ticks import LawTicks
 from .start import MIN_MEMORY_EFFECT
 
@@ -178,7 +179,7 @@ class LawAlong:
             if not (left > enough and before - left > _STILL * left):
                 break
             columns = np.hstack([self.slopes_by_gain(point, chosen), self.slopes_by_start(point)])
-            step = _least_step(np.column_stack([*map(compared, columns.T)]), off)
+            step = least_step(np.column_stack([*map(compared, columns.T)]), off, _CLEAR)[0]
             found = self._shorter(point, step, chosen, wanted, compared, left)
             if found is None:
                 break
@@ -264,16 +265,3 @@ def _either(values: Array, steps: Array) -> tuple[list[Array], list[Array]]:
     """The values with each of them by its step larger, and smaller."""
     each = np.diag(steps)
     return [*(values + each)], [*(values - each)]
-
-
-def _least_step(columns: Array, off: Array) -> Array:
-    """Least squares by unit columns; what the record does not show is left alone."""
-    columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
-    sizes = np.linalg.norm(columns, axis=0)
-    scale = np.where(sizes > 0, sizes, 1.0)
-    # The triangle has the singular values of the columns, and is small.
-    whole = np.column_stack([columns / scale, off])
-    triangle = np.asarray(np.linalg.qr(whole, mode="r"))[: len(scale)]
-    u, effect, v = np.linalg.svd(triangle[:, :-1])
-    clear = effect > _CLEAR * effect.max(initial=0.0)
-    return np.asarray((v[clear].T @ ((u.T @ triangle[:, -1])[clear] / effect[clear])) / scale)

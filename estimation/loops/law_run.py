@@ -101,3 +101,25 @@ def states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 def _run_along(axis: GeneratedAxis, evaluations: int) -> Any:
     """What the drive remembers after each of so many evaluations, from what it did before."""
     return along_samples(axis.functions["control_law"], evaluations)
+
+
+def least_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
+    """Least squares by unit columns, and in how many directions they show.
+
+    Parameters
+    ----------
+    columns : (n, k) array
+    off : (n,) array
+    least : float
+        Of the largest singular value; what the record shows by less is left alone.
+    """
+    columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
+    sizes = np.linalg.norm(columns, axis=0)
+    scale = np.where(sizes > 0, sizes, 1.0)
+    # The triangle has the singular values of the columns, and is small.
+    whole = np.column_stack([columns / scale, off])
+    triangle = np.asarray(np.linalg.qr(whole, mode="r"))[: len(scale)]
+    u, effect, v = np.linalg.svd(triangle[:, :-1], full_matrices=False)
+    clear = effect > least * effect.max(initial=0.0)
+    step = (v[clear].T @ ((u.T @ triangle[:, -1])[clear] / effect[clear])) / scale
+    return np.asarray(step), int(clear.sum())

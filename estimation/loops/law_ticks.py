@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, at_times
 from axisid.estimation.signals import Prefilter, SampledFilter, recorded_signals
 from axisid.estimation.simulation import at_law, law_of
 from axisid.estimation.thresholds import COMPARISON_CUTOFF
@@ -106,7 +106,10 @@ def law_ticks(
         held = np.arange(len(position))
     else:
         reference, added, held = clocks.reference(reference), clocks.held(added), clocks.elapsed[0]
-        position, velocity = (between(values, clocks.times) for values in (position, velocity))
+        position, velocity = (
+            at_times(clocks.times, np.arange(float(len(values))), values, "spline")
+            for values in (position, velocity)
+        )
         recorded = at_law(axis, recorded, clocks)
     return LawTicks(
         reference=reference,
@@ -116,14 +119,6 @@ def law_ticks(
         held=held,
         recorded=recorded,
     )
-
-
-def between(values: Array, times: Array) -> Array:
-    """A signal between its samples, by a cubic spline; beyond them as at the first or last."""
-    from scipy.interpolate import CubicSpline
-
-    spline = CubicSpline(np.arange(len(values)), values)
-    return np.asarray(spline(np.clip(times, 0, len(values) - 1)))
 
 
 def _velocity(law: ControlLaw, position: Array, period: float, *, noisy: bool) -> Array:

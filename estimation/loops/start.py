@@ -28,13 +28,19 @@ from axisid.estimation.thresholds import LIMIT_TOLERANCE
 from axisid.support.arrays import Array, covered, frozen
 
 from .as_logged import as_logged, limit_in_log, with_drive
-from .kept import KeptByRecord
-from .law_run import control_along, law_memory, slopes_along, state_at_rest, states_along
+from .clocks import KeptByRecord
+from .law_run import (
+    control_along,
+    law_memory,
+    least_step,
+    slopes_along,
+    state_at_rest,
+    states_along,
+)
 from .law_ticks import LawTicks, law_ticks
 
 _KNOWN: KeptByRecord[GeneratedAxis, tuple[LoopStart, ...]] = KeptByRecord()
 
-_SAMPLES = 50  # of the segment that are looked at
 _STEP = 1e-6  # of the reference's range, for the slope
 
 # of the control, which the memory of an axis at rest may miss: half the 0.24 % that the law
@@ -146,7 +152,7 @@ def placed(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record
 def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
     """By how much the position is to be moved; 0 where the controls do not show it."""
     law, control = law_of(axis), np.asarray(record.control)[slice(*span)]
-    ticks = law_ticks(axis, record, span).first(_SAMPLES)
+    ticks = law_ticks(axis, record, span).first(START_SAMPLES)
     seen = unlimited(axis, record, span)[: len(ticks.held)]
     wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
@@ -292,12 +298,8 @@ def _solved(
         slopes = slopes_along(axis, ticks, state)[seen]
         if not (np.all(np.isfinite(off)) and np.all(np.isfinite(slopes))):
             break
-        sizes = np.linalg.norm(slopes, axis=0)
-        scale = np.where(sizes > 0, sizes, 1.0)
-        u, effect, v = np.linalg.svd(slopes / scale, full_matrices=False)
-        clear = effect > MIN_MEMORY_EFFECT * effect.max(initial=0.0)
-        step = (v[clear].T @ ((u.T @ off)[clear] / effect[clear])) / scale
-        state, shown, expected = state + step, int(clear.sum()), off - slopes @ step
+        step, shown = least_step(slopes, off, MIN_MEMORY_EFFECT)
+        state, expected = state + step, off - slopes @ step
         off = (wanted - control_along(axis, ticks, state))[seen]
         if np.linalg.norm(off - expected) <= _LINEAR * np.linalg.norm(wanted):
             break

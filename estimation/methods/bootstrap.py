@@ -1,6 +1,6 @@
 """The parametric bootstrap of a problem's estimates: twins of its records, the same for all."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -40,6 +40,10 @@ class Bootstrap:
     count : int
     methods : sequence of str
         That may be judged, whose rows are made together.
+    has_laws : callable
+        Whether the records' controls are the declared law's. Only then may noise be most of what
+        their loops leave of the force, and only as much as it is in twins: what another law, or
+        another delay, leaves is none.
     loss : str
         Of `ROW_LOSSES`: only squares have twins, as outliers are no noise of a chain.
     """
@@ -47,6 +51,7 @@ class Bootstrap:
     problem: Problem
     count: int
     methods: Sequence[str]
+    has_laws: Callable[[], bool]
     loss: str = ROW_LOSSES[0]
 
     @cached_property
@@ -58,7 +63,13 @@ class Bootstrap:
         for method in ("didim", "idm-iv", "idm-ls"):
             try:
                 fit = METHODS[method].fit(self.problem)
-                return self._settled(fit, loops_of(self.problem, fit))
+                loops = fit.loops or _at(self.problem, fit.form, fit.physical)
+                follows = _error(self.problem, fit, loops) < MAX_SIMULATION_ERROR.value
+                if follows or self.has_laws():
+                    twins = self._settled(fit, loops)
+                    if follows or isinstance(twins, str) or self._leave_as_much(twins, fit):
+                        return twins
+                why = _FOLLOWS_NOT
             except (ModelError, LoopDataError):  # which the verdict tells
                 why = "there is no loop to simulate"
             except (DataError, EstimationError) as error:
@@ -67,7 +78,7 @@ class Bootstrap:
 
     def _settled(self, fit: Fit, loops: tuple[Simulation, ...]) -> Twins | str:
         form, solution, problem = fit.form, fit.solution, self.problem
-        physical = at = form.physical(solution.theta)[0]
+        physical = at = fit.physical
         model, kinds = Hac(), self._kinds
         deviations = np.sqrt(np.diag(model.matrix(solution)))
         freedom = np.full(len(solution.theta), np.inf)
@@ -87,6 +98,15 @@ class Bootstrap:
                 return twins
             loops = _at(problem, form, at)
         return "the parameters of their loops do not settle"
+
+    def _leave_as_much(self, twins: Twins, fit: Fit) -> bool:
+        """Whether the loop leaves as much of twins' force as of the records'."""
+        problem, form = self.problem, fit.form.at(twins.at)
+        intercept, right = problem.right_of(form, twins.at, _at(problem, form, twins.at))
+        simulated = intercept + right @ form.regressed(twins.at)
+        lefts = [fit.measured.left, *(rows.left for rows in twins.rows(form))]
+        own, *others = (relative_error_percent(left - simulated, left) for left in lefts)
+        return own <= max(others, default=0.0)
 
     def _chains(
         self, fit: Fit, physical: Array, loops: tuple[Simulation, ...]
@@ -120,14 +140,17 @@ def loops_of(problem: Problem, fit: Fit) -> tuple[Simulation, ...]:
     if fit.follows:
         return fit.loops
     if not fit.loops:
-        physical = fit.form.physical(fit.solution.theta)[0]
-        loops = _at(problem, fit.form, physical)
-        intercept, right = problem.right_of(fit.form, physical, loops)
-        left = fit.measured.left
-        apart = left - intercept - right @ fit.form.regressed(physical)
-        if relative_error_percent(apart, left) < MAX_SIMULATION_ERROR.value:
+        loops = _at(problem, fit.form, fit.physical)
+        if _error(problem, fit, loops) < MAX_SIMULATION_ERROR.value:
             return loops
     raise EstimationError(f"{_FOLLOWS_NOT}.", code="loop-follows-not")
+
+
+def _error(problem: Problem, fit: Fit, loops: tuple[Simulation, ...]) -> float:
+    """What loops at a fit leave of the force, percent."""
+    intercept, right = problem.right_of(fit.form, fit.physical, loops)
+    left = fit.measured.left
+    return relative_error_percent(left - intercept - right @ fit.form.regressed(fit.physical), left)
 
 
 def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]:

@@ -49,6 +49,11 @@ class Fit:
     remarks: tuple[str | Note, ...] = ()
 
     @property
+    def physical(self) -> Array:
+        """Physical parameters, (p,)."""
+        return self.form.physical(self.solution.theta)[0]
+
+    @property
     def instruments(self) -> QrFactors | None:
         """None where there are none."""
         return self.solver.instruments if isinstance(self.solver, ByInstruments) else None

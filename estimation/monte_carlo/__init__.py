@@ -4,11 +4,23 @@ In: an axis, what its twins are, how they are identified. Out: `MonteCarlo`, its
 Knows nothing of measured records, and of how it looks.
 """
 
-from .figures import Mean as Mean, Share as Share
-from .fits import COLOURED as COLOURED, stated_by as stated_by
+from .figures import (
+    CheckFigures as CheckFigures,
+    EstimandFigures as EstimandFigures,
+    Mean as Mean,
+    Share as Share,
+    StudyFigures as StudyFigures,
+)
 from .monte_carlo import monte_carlo as monte_carlo
-from .noise import declared_chain as declared_chain, declared_figures as declared_figures
-from .plan import MonteCarloPlan as MonteCarloPlan, noise_of as noise_of, twin_of as twin_of
+from .plan import (
+    COLOURED as COLOURED,
+    MonteCarloPlan as MonteCarloPlan,
+    declared_chain as declared_chain,
+    declared_figures as declared_figures,
+    noise_of as noise_of,
+    stated_by as stated_by,
+    twin_of as twin_of,
+)
 from .result import MonteCarlo as MonteCarlo
 from .runs import (
     DIRECT as DIRECT,
@@ -22,10 +34,5 @@ from .table import (
     check_output as check_output,
     run_columns as run_columns,
     write_runs as write_runs,
-)
-from .told import (
-    CheckFigures as CheckFigures,
-    EstimandFigures as EstimandFigures,
-    StudyFigures as StudyFigures,
 )
 from .twins import drawn_twin as drawn_twin, twins as twins

@@ -5,7 +5,7 @@ their noise alone, so that their estimates have one bias, and deviations that la
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,52 +22,42 @@ _RUNS = 16  # whose twins tell it
 _OF_HAC = 2 + 3 * INTERVALS.index("hac")
 
 
-@dataclass(frozen=True, slots=True)
-class StudyCalibration:
-    """Bias and scale of the HAC deviation of what is estimated.
-
-    Attributes
-    ----------
-    bias, scale : mapping of Estimand to float
-    """
-
-    bias: Mapping[Estimand, float]
-    scale: Mapping[Estimand, float]
-
-    @classmethod
-    def of(cls, plan: MonteCarloPlan) -> "StudyCalibration":
-        """By twins of the first runs that have any; of nothing where none has."""
-        told: dict[Estimand, list[tuple[float, float]]] = {}
-        first = twins(plan, range(min(_RUNS, plan.runs)), None) if plan.bootstrap else ()
-        for _, record in first:
-            if isinstance(record, Record):
-                for estimand, of_one in _told_by(plan, record).items():
-                    told.setdefault(estimand, []).append(of_one)
-        means = {estimand: np.mean(of_each, axis=0) for estimand, of_each in told.items()}
-        return cls(
-            bias={estimand: float(bias) for estimand, (bias, _) in means.items()},
-            scale={estimand: float(scale) for estimand, (_, scale) in means.items()},
-        )
-
-    def of_runs(self, numbers: BlockNumbers, judged: int) -> BlockNumbers:
-        """The numbers of runs from the first that has no twins of its own on, so calibrated."""
-        changed, plain = numbers.numbers.copy(), numbers.runs >= judged
-        for place, estimand in enumerate(numbers.estimands):
-            if estimand in self.bias:
-                own = changed[plain, place]
-                own[:, 1] = own[:, 0] - self.bias[estimand]
-                own[:, 3::3] -= self.bias[estimand]
-                own[:, 4::3] -= self.bias[estimand]
-                own[:, _OF_HAC] *= self.scale[estimand]
-                ends = own[:, _OF_HAC + 1 : _OF_HAC + 3]
-                ends[:] = own[:, 1:2] + (ends - own[:, 1:2]) * self.scale[estimand]
-                changed[plain, place] = own
-        return replace(numbers, numbers=changed)
+#: Bias, and scale of the HAC deviation, of what is estimated.
+Calibrations = Mapping[Estimand, tuple[float, float]]
 
 
-def _told_by(plan: MonteCarloPlan, record: Record) -> dict[Estimand, tuple[float, float]]:
+def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
+    """By twins of the first runs that have any; of nothing where none has."""
+    shown: dict[Estimand, list[tuple[float, float]]] = {}
+    first = twins(plan, range(min(_RUNS, plan.runs))) if plan.bootstrap else ()
+    for _, record in first:
+        if isinstance(record, Record):
+            for estimand, of_one in _calibrations_of(plan, record).items():
+                shown.setdefault(estimand, []).append(of_one)
+    means = {estimand: np.mean(of_each, axis=0) for estimand, of_each in shown.items()}
+    return {estimand: (float(bias), float(scale)) for estimand, (bias, scale) in means.items()}
+
+
+def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: int) -> BlockNumbers:
+    """The numbers of runs, calibrated from the first that has no twins of its own on."""
+    changed, plain = numbers.numbers.copy(), numbers.runs >= judged
+    for place, estimand in enumerate(numbers.estimands):
+        if estimand in calibrations:
+            bias, scale = calibrations[estimand]
+            own = changed[plain, place]
+            own[:, 1] = own[:, 0] - bias
+            own[:, 3::3] -= bias
+            own[:, 4::3] -= bias
+            own[:, _OF_HAC] *= scale
+            ends = own[:, _OF_HAC + 1 : _OF_HAC + 3]
+            ends[:] = own[:, 1:2] + (ends - own[:, 1:2]) * scale
+            changed[plain, place] = own
+    return replace(numbers, numbers=changed)
+
+
+def _calibrations_of(plan: MonteCarloPlan, record: Record) -> dict[Estimand, tuple[float, float]]:
     """Bias and scale of one run, without methods that have no twins."""
-    told: dict[Estimand, tuple[float, float]] = {}
+    made: dict[Estimand, tuple[float, float]] = {}
     for method in plan.regressions:
         try:
             with_twins, without = (
@@ -80,8 +70,8 @@ def _told_by(plan: MonteCarloPlan, record: Record) -> dict[Estimand, tuple[float
             continue
         plain = dict(estimand_numbers(without))
         for estimand, found in estimand_numbers(with_twins):
-            told[estimand] = (found[0] - found[1], _ratio(found, plain[estimand]))
-    return told
+            made[estimand] = (found[0] - found[1], _ratio(found, plain[estimand]))
+    return made
 
 
 def _ratio(found: Array, plain: Array) -> float:

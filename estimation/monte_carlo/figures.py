@@ -1,13 +1,31 @@
-"""Figures of many runs, each with its Monte-Carlo error."""
+"""Figures of many runs, each with its Monte-Carlo error, and what they tell.
+
+Whoever has them: a study that was made, or its file.
+"""
 
 import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr, stdtrit
 
-from axisid.estimation.thresholds import INTERVAL_LEVEL
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Checked
+from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
+from axisid.support.user_values import quoted
+
+from .plan import stated_by
+from .runs import Estimand, FailedRun
+
+_MOST_REASONS = 5  # that are told of what came to nothing
+_ROUNDING = 1e-12  # of the truth: a mean error up to it is one of arithmetic
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,3 +112,180 @@ class Mean:
         if not self.error:
             return math.inf if self.value else 0.0
         return abs(self.value) / self.error
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EstimandFigures:
+    """What the runs tell of one estimand.
+
+    Attributes
+    ----------
+    estimand : Estimand
+    truth : float
+        Not a number where the twin has no such parameter.
+    runs : int
+        That gave an estimate.
+    bias : Mean
+        Mean error of the value without the bias of filter and noise.
+    raw_bias : Mean
+        Mean error of the value itself.
+    scatter : Mean
+        Standard deviation over the runs.
+    deviations : mapping of str to float
+        Root mean square of the deviation that is stated, under each of `INTERVALS` that there is.
+    coverage : mapping of str to Share
+        How often the 95 % interval of each holds the truth; empty without a truth, and of declared
+        parameters that follow where a known value has a deviation: all runs share its error.
+    """
+
+    estimand: Estimand
+    truth: float
+    runs: int
+    bias: Mean
+    raw_bias: Mean
+    scatter: Mean
+    deviations: Mapping[str, float]
+    coverage: Mapping[str, Share]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckFigures:
+    """How often a check ends in each way, of the runs that were judged.
+
+    Attributes
+    ----------
+    name : str
+    fails, notes, passes : Share
+        Of the runs in which it was evaluated: what nobody looked at has not passed.
+    missing : Share
+        Of all that were judged: it could not be evaluated, or the run has no such check.
+    """
+
+    name: str
+    fails: Share
+    notes: Share
+    passes: Share
+    missing: Share
+
+
+class _HasFigures(Protocol):
+    @property
+    def figures(self) -> tuple[EstimandFigures, ...]: ...
+
+    @property
+    def failures(self) -> tuple[FailedRun, ...]: ...
+
+    @property
+    def chosen(self) -> str: ...
+
+    def __len__(self) -> int: ...
+
+
+class StudyFigures(_HasFigures, Checked):
+    """What follows from the figures of a study."""
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Whether intervals hold the truth as often as they say, values are biased, runs fail."""
+        narrow, wide = (_listed(self.miscovered(narrow=narrow)) for narrow in (True, False))
+        shares = [each.coverage for each in self.figures if each.coverage]
+        runs, biased, lost = f"{len(self)} runs tell", _listed(self.biased), "; ".join(self._lost())
+        untold = Missing("No truth is known")
+        return (
+            Check.unless(
+                "coverage",
+                narrow and f"Intervals that hold the truth too rarely: {narrow}",
+                f"No interval holds the truth more rarely than it says, as far as {runs}",
+            )
+            if shares
+            else Check.not_evaluated("coverage", untold),
+            Check.unless(
+                "width",
+                wide and f"Intervals that are wider than they need be: {wide}",
+                f"No interval is wider than it need be, as far as {runs}",
+                matters=False,
+            )
+            if shares
+            else Check.not_evaluated("width", untold),
+            Check.unless(
+                "bias",
+                biased
+                and f"Bias beyond chance ({MIN_BIAS.value:g} standard errors of many twins, more "
+                f"of few): {biased}",
+                f"No bias is beyond chance, as far as {runs}",
+            )
+            if shares
+            else Check.not_evaluated("bias", untold),
+            Check.unless("runs", lost, "Every run gave every estimate"),
+        )
+
+    def _lost(self) -> Iterator[str]:
+        """What came to nothing, with the reasons that occur most."""
+        for of, reasons in self.lost.items():
+            count = sum(reasons.values())
+            listed = list(reasons.items())[:_MOST_REASONS]
+            why = "; ".join(f"{n} times: {reason.removesuffix('.')}" for reason, n in listed)
+            yield f"{of} came to nothing in {count} of {len(self)} runs: {why}"
+
+    @property
+    def biased(self) -> tuple[EstimandFigures, ...]:
+        """Where the mean error is beyond its own standard error, and beyond rounding."""
+        return tuple(each for each in self.figures if _is_biased(each))
+
+    def miscovered(self, *, narrow: bool) -> tuple[EstimandFigures, ...]:
+        """Whose intervals hold the truth too rarely, or else are wider than they need be.
+
+        Both beyond the Monte-Carlo error, under what their method states, with 5 % for a mistake in
+        any of the estimands (Bonferroni).
+        """
+        wanted = INTERVAL_LEVEL.value
+        stated = [(stated_by(each.estimand.method, self.chosen), each) for each in self.figures]
+        covered = [(each, each.coverage[of]) for of, each in stated if of in each.coverage]
+        level = 1 - (1 - wanted) / max(len(covered), 1)
+        bounds = [share.interval_at(level) for _, share in covered]
+        return tuple(
+            each
+            for (each, _), (low, high) in zip(covered, bounds, strict=True)
+            if (high < wanted if narrow else low > wanted)
+        )
+
+    def of(self, method: str, name: str) -> EstimandFigures:
+        """The figures of a parameter by a method.
+
+        Raises
+        ------
+        UsageError
+            There is none.
+        """
+        for found in self.figures:
+            if (found.estimand.method, found.estimand.name) == (method, name):
+                return found
+        listed = ", ".join(f"{e.estimand.method} {e.estimand.name}" for e in self.figures)
+        raise UsageError(
+            f"there is no {quoted(name)} by {quoted(method)}; there are {listed or 'none'}.",
+            code="no-such-estimand",
+        )
+
+    @property
+    def lost(self) -> Mapping[str, Mapping[str, int]]:
+        """How many runs gave nothing, by method or what else failed, then by reason."""
+        found: dict[str, Counter[str]] = {}
+        for failed in self.failures:
+            found.setdefault(failed.of, Counter())[failed.reason] += 1
+        return {of: dict(counted.most_common()) for of, counted in found.items()}
+
+    def __iter__(self) -> Iterator[EstimandFigures]:
+        return iter(self.figures)
+
+
+def _listed(figures: Iterable[EstimandFigures]) -> str:
+    return ", ".join(f"{each.estimand.method} {each.estimand.name}" for each in figures)
+
+
+def _is_biased(each: EstimandFigures) -> bool:
+    """Whether chance exceeds the mean error as seldom as it exceeds `MIN_BIAS` in many runs."""
+    if each.runs < 2 or abs(each.bias.value) <= _ROUNDING * abs(each.truth):
+        return False
+    # Of few runs the standard error is uncertain too: the distance is Student's.
+    furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value))
+    return bool(each.bias.distance > furthest)

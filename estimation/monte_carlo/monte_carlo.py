@@ -1,8 +1,10 @@
 """Many twins of an axis, each identified: the public function."""
 
 import contextlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
+from functools import partial
+from time import monotonic
 from typing import Any, TypeAlias
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
@@ -14,16 +16,16 @@ from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.errors import EstimationError, UsageError
+from axisid.support.jobs.outcome import Outcome
+from axisid.support.jobs.run import pace, run_jobs
 from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
-from .calibration import StudyCalibration
-from .fits import split_methods
-from .plan import MonteCarloPlan, noise_of, twin_of
+from .calibration import calibrated_runs, study_calibrations
+from .plan import MonteCarloPlan, noise_of, split_methods, twin_of
 from .result import MonteCarlo
-from .runs import BlockNumbers, joined
-from .spread import Spreading, take_blocks
+from .runs import BlockNumbers, block_numbers, joined, lost_block
 
 _MOST_REASONS = 3  # that are told where nothing came of any run
 
@@ -151,7 +153,8 @@ def monte_carlo(
         bootstrap=bootstrap,
         levels=Levels(level=level, least_share=least_share),
     )
-    return _run(plan, Spreading(block=block, jobs=jobs, executor=executor), progress, keep)
+    _check_spread(block, jobs, executor)
+    return _run(plan, _numbers_of(plan, block, jobs, executor), progress, keep)
 
 
 def _moves(moves: object) -> tuple[Any, ...] | None:
@@ -175,17 +178,78 @@ def _methods(methods: object) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*named, *fits)))
 
 
+def _check_spread(block: object, jobs: object, executor: object) -> None:
+    for what, value in (("block", block), ("jobs", jobs)):
+        if not (is_whole(value) and value >= 1):
+            raise UsageError(
+                f"{what}={quoted(value)}; give a whole number of 1 or more.",
+                code="monte-carlo-spread",
+            )
+    if executor is not None and jobs != 1:
+        raise UsageError(
+            "both jobs and an executor are given; give one of them.", code="monte-carlo-both"
+        )
+    if executor is not None and not isinstance(executor, Executor):
+        raise UsageError(
+            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what "
+            "Dask's Client.get_executor() gives.",
+            code="monte-carlo-executor",
+        )
+
+
+def _numbers_of(
+    plan: MonteCarloPlan, block: int, jobs: int, executor: Executor | None
+) -> Generator[BlockNumbers, None, None]:
+    """The numbers of blocks of so many runs, as they come; they do not depend on who works.
+
+    Raises
+    ------
+    EstimationError
+        Something failed that no twin is to blame for.
+    """
+    runs = range(plan.runs)
+    blocks = [runs[first : first + block] for first in runs[::block]]
+    jobs = min(jobs, len(blocks))
+    alone = executor is None and jobs == 1
+    # In one thread with others beside it: there are as many as processors can serve.
+    work = partial(block_numbers, plan, threads=None if alone else 1)
+    jobs = 0 if alone else jobs
+    for outcome in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor):
+        yield _numbers(outcome, blocks[outcome.place])
+
+
+def _numbers(outcome: Outcome[BlockNumbers], block: range) -> BlockNumbers:
+    """What a worker gave; of one that was killed, which runs are lost."""
+    if outcome.value is not None:
+        return outcome.value
+    reason = "" if outcome.failure is None else outcome.failure.reason
+    if outcome.failure is not None and outcome.failure.kind == "error":
+        raise EstimationError(
+            f"the runs {block[0]} to {block[-1]} failed: {reason}.",
+            code="monte-carlo-worker",
+        )
+    return lost_block(block, reason)
+
+
 def _run(
-    plan: MonteCarloPlan, spreading: Spreading, progress: Progress | None, keep: Keep | None
+    plan: MonteCarloPlan,
+    numbers: Generator[BlockNumbers, None, None],
+    progress: Progress | None,
+    keep: Keep | None,
 ) -> MonteCarlo:
-    done = list[BlockNumbers]()
-    calibration = StudyCalibration.of(plan)
+    calibrations = study_calibrations(plan)
+    begin, done, count = monotonic(), list[BlockNumbers](), 0
     try:
-        with contextlib.closing(spreading.numbers(plan)) as numbers:
-            take_blocks(numbers, plan, progress, done)
+        with contextlib.closing(numbers) as blocks:
+            for block in blocks:
+                done.append(block)
+                count += len(block.runs)
+                if progress is not None and count < plan.runs:
+                    told = pace(count, plan.runs, monotonic() - begin)
+                    progress(count, plan.runs, f"twins of {plan.twin.axis.name}, {told}")
     except BaseException:
         if keep is not None and done:
-            numbers_so_far = calibration.of_runs(joined(done), plan.checks)
+            numbers_so_far = calibrated_runs(joined(done), calibrations, plan.checks)
             keep(MonteCarlo(plan=plan, numbers=numbers_so_far))
         raise
     found = joined(done)
@@ -193,4 +257,4 @@ def _run(
         reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in found.failures)
         listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])
         raise EstimationError(f"no twin gave an estimate. {listed}.", code="no-twin-identified")
-    return MonteCarlo(plan=plan, numbers=calibration.of_runs(found, plan.checks))
+    return MonteCarlo(plan=plan, numbers=calibrated_runs(found, calibrations, plan.checks))

@@ -7,16 +7,18 @@ from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices import fitted_output
+from axisid.estimation.choices import fit_names, fitted_output
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
-from axisid.estimation.twins import Chain
+from axisid.estimation.twins import Autoregressions, Chain
 from axisid.modeling.declaration import Experiment, Move
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.user_values import quoted
+from axisid.support.user_values import is_among, quoted
 
+#: What the intervals of a fit are of: errors that follow an autoregression.
+COLOURED, IID = "coloured", "iid"
 _MOST_RUNS = 10_000_000  # whose numbers a study holds together
 
 
@@ -105,6 +107,34 @@ class MonteCarloPlan:
         return str(self.settings["covariance"])
 
 
+def stated_by(method: str, chosen: str) -> str:
+    """What the printed intervals of a method are of: those of identifications are chosen."""
+    return COLOURED if fitted_output(method) else chosen
+
+
+def split_methods(methods: tuple[object, ...]) -> tuple[list[object], list[str]]:
+    """Methods of `identify`, unchecked, and fits.
+
+    Raises
+    ------
+    UsageError
+        There is no fit of such an output.
+    """
+    others: list[object] = []
+    fits: list[str] = []
+    for method in methods:
+        if not (isinstance(method, str) and fitted_output(method)):
+            others.append(method)
+        elif is_among(method, fit_names()):
+            fits.append(method)
+        else:
+            raise UsageError(
+                f"there is no method {quoted(method)}; the fits are {', '.join(fit_names())}.",
+                code="unknown-fit",
+            )
+    return others, fits
+
+
 def noise_of(given: object, twin: GeneratedAxis) -> Chain:
     """The noise of an axis's twins, the experiment's where none is given.
 
@@ -142,6 +172,68 @@ def noise_of(given: object, twin: GeneratedAxis) -> Chain:
             code="twin-anywhere",
         )
     return noise
+
+
+def declared_chain(
+    chain: Chain,
+    *,
+    position: float | None = None,
+    resolution: float | None = None,
+    anywhere: bool = False,
+    velocity: float | None = None,
+    acceleration: float | None = None,
+    control: float | None = None,
+    disturbance: float | None = None,
+    correlation_time: float | None = None,
+) -> Chain:
+    """A chain with what is given.
+
+    Parameters
+    ----------
+    chain : Chain
+        The experiment's, as `Chain.of_experiment` has it.
+    position, resolution : float, optional
+        Of the encoder, in the coordinate's unit; the chain's by default.
+    anywhere, velocity, acceleration
+        As of a `Chain`.
+    control, disturbance : float, optional
+        In the drive's unit; none by default.
+    correlation_time : float, optional
+        Of both, s; white by default.
+    """
+
+    def coloured(deviation: float | None) -> Autoregressions:
+        return ((correlation_time or 0.0, deviation),) if deviation else ()
+
+    return replace(
+        chain,
+        position=chain.position if position is None else position,
+        position_step=chain.position_step if resolution is None else resolution,
+        anywhere=anywhere,
+        velocity=velocity,
+        acceleration=acceleration,
+        control=coloured(control),
+        disturbances=coloured(disturbance),
+    )
+
+
+def declared_figures(chain: Chain) -> dict[str, float | bool | None]:
+    """The figures of a chain by these names: of several autoregressions their sum's deviation."""
+    control, disturbance = (
+        math.hypot(*(sd for _, sd in parts)) for parts in (chain.control, chain.disturbances)
+    )
+    return {
+        "position": chain.position,
+        "resolution": chain.position_step,
+        "anywhere": chain.anywhere,
+        "velocity": chain.velocity,
+        "acceleration": chain.acceleration,
+        "control": control,
+        "disturbance": disturbance,
+        "correlation_time": max(
+            (time for time, _ in (*chain.control, *chain.disturbances)), default=0.0
+        ),
+    }
 
 
 def twin_of(

@@ -18,9 +18,8 @@ from axisid.support.presentable import Presentable
 from axisid.support.uncached import Uncached
 from axisid.support.user_values import quoted
 
-from .figures import Mean, Share
-from .fits import stated_by
-from .plan import MonteCarloPlan
+from .figures import CheckFigures, EstimandFigures, Mean, Share, StudyFigures
+from .plan import MonteCarloPlan, stated_by
 from .runs import (
     DIRECT,
     INTERVALS,
@@ -31,7 +30,6 @@ from .runs import (
     Estimand,
     FailedRun,
 )
-from .told import CheckFigures, EstimandFigures, StudyFigures
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.batched import LaneEstimates
+from axisid.estimation.batched import LaneEstimates, identify_lanes
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES, Value, student_interval
 from axisid.estimation.fitting import OutputFit, fit
@@ -21,10 +21,8 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import Note, as_arguments
 
-from .fits import COLOURED, IID
-from .lanes import identified_lanes, runs_in_lanes
-from .plan import MonteCarloPlan
-from .twins import twins
+from .plan import COLOURED, IID, MonteCarloPlan
+from .twins import DrawnChain, are_lanes, twin_lanes, twins
 
 _T = TypeVar("_T")
 Interval: TypeAlias = tuple[float, tuple[float, float]]  # a deviation, and both bounds
@@ -122,21 +120,19 @@ class _Run:
     failures: tuple[FailedRun, ...] = ()
 
 
-def block_numbers(
-    plan: MonteCarloPlan, start: int, stop: int, threads: int | None = None
-) -> BlockNumbers:
-    """The numbers of the runs from `start` to before `stop`, simulated side by side.
+def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None) -> BlockNumbers:
+    """The numbers of runs that follow each other.
 
     Parameters
     ----------
     plan : MonteCarloPlan
-    start, stop : int
+    block : range
     threads : int, optional
         Of the simulation, as `simulate_batch` takes it; the numbers are the same for any.
     """
-    side_by_side = runs_in_lanes(plan, start, stop)
-    alone = range(start, side_by_side.start)
-    runs = [_run(plan, run, record) for run, record in twins(plan, alone, threads)] if alone else []
+    count = max(plan.checks - block.start, 0) if are_lanes(plan) else len(block)
+    alone, side_by_side = block[:count], block[count:]
+    runs = [_run(plan, run, record) for run, record in twins(plan, alone)]
     if side_by_side:
         runs += _lane_runs(plan, side_by_side, threads)
     return packed(runs)
@@ -144,7 +140,11 @@ def block_numbers(
 
 def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterator[_Run]:
     """Runs that are identified side by side."""
-    (method,), (found, unsimulated) = plan.methods, identified_lanes(plan, runs, threads)
+    (method,) = plan.methods
+    drawn = [DrawnChain(chain=plan.noise, seed=plan.seed, run=run) for run in runs]
+    lanes, unsimulated = twin_lanes(plan.twin, drawn, threads)
+    lags = plan.settings["lags"]
+    found = identify_lanes(plan.axis, lanes, method, plan.prefilter, lags=lags)
     for lane, run in enumerate(runs):
         of, reason = SIMULATION, unsimulated.get(lane, "")
         if not reason:
@@ -323,9 +323,9 @@ def packed(runs: Sequence[_Run]) -> BlockNumbers:
     )
 
 
-def lost_block(start: int, stop: int, reason: str) -> BlockNumbers:
+def lost_block(block: range, reason: str) -> BlockNumbers:
     """Runs that nobody knows the numbers of, since whoever worked on them was killed."""
-    lost = [FailedRun(run=run, of=SIMULATION, reason=reason) for run in range(start, stop)]
+    lost = [FailedRun(run=run, of=SIMULATION, reason=reason) for run in block]
     return packed([_Run(run=failed.run, failures=(failed,)) for failed in lost])
 
 

@@ -14,7 +14,7 @@ from axisid.estimation.tables import library, parquet_bytes
 from axisid.support.errors import UsageError
 from axisid.support.version import __version__
 
-from .noise import declared_figures
+from .plan import declared_figures
 from .result import MonteCarlo
 from .runs import INTERVALS, PARAMETER, STATUSES, Estimand
 
@@ -121,8 +121,14 @@ def write_runs(result: MonteCarlo, path: str | Path) -> None:
     """
     file = Path(path)
     check_output(file)
-    write = _npz if file.suffix == ".npz" else _parquet
-    content = write(result, file)
+    columns, about = run_columns(result), {SETTINGS: settings_text(result)}
+    if file.suffix == ".npz":
+        buffer = io.BytesIO()
+        arrays: dict[str, Any] = {**columns, **about}
+        np.savez_compressed(buffer, **arrays)
+        content = buffer.getvalue()
+    else:
+        content = parquet_bytes(columns, column_units(result), about, file)
     try:
         replace_file(file, content)
     except OSError as error:
@@ -147,15 +153,3 @@ def check_output(file: Path) -> None:
         )
     if file.suffix == ".parquet":
         library("pyarrow.parquet", "parquet", file)
-
-
-def _npz(result: MonteCarlo, _: Path) -> bytes:
-    columns: dict[str, Any] = {**run_columns(result), SETTINGS: settings_text(result)}
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **columns)
-    return buffer.getvalue()
-
-
-def _parquet(result: MonteCarlo, file: Path) -> bytes:
-    about = {SETTINGS: settings_text(result)}
-    return parquet_bytes(run_columns(result), column_units(result), about, file)

@@ -1,19 +1,15 @@
-"""The records of a block of twins, simulated side by side."""
+"""The records of twins, one by one or as lanes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.batched import RecordLanes, is_served
+from axisid.estimation.choices import ROW_LOSSES, STARTS
 from axisid.estimation.records import Record
-from axisid.estimation.simulation import (
-    SIMULATED,
-    Simulation,
-    TwinPlan,
-    measured_positions,
-    simulate_batch,
-    twin_plan,
-)
+from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, twin_plan
 from axisid.estimation.twins import Chain, Draws
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
@@ -21,7 +17,7 @@ from axisid.support.remedy import Note
 
 from .plan import MonteCarloPlan
 
-_POSITION, _SENSORS, CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
+_POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,31 +66,25 @@ class DrawnChain:
             None if chain.velocity is None else loop.velocity,
             None if chain.acceleration is None else plan.acceleration(loop),
         )
-        return chain.logged(record, self.draws(_SENSORS), self.draws(CONTROL))
+        return chain.logged(record, self.draws(_SENSORS), self.draws(_CONTROL))
 
 
-def twins(
-    plan: MonteCarloPlan, runs: Sequence[int], threads: int | None = None
-) -> Iterator[tuple[int, Record | Note]]:
-    """The record of each run, or why there is none.
-
-    A record is made when it is asked for: of a block the signals of the loops are held, not the
-    records.
-    """
+def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | Note]]:
+    """The record of each run, or why there is none; made when it is asked for."""
     made = twin_plan(plan.twin)
-    drawn = [DrawnChain(chain=plan.noise, seed=plan.seed, run=run) for run in runs]
-    # A law with a clock of its own is simulated loop by loop.
-    loops = _alone(made, drawn) if made.clocks is not None else _together(made, drawn, threads)
-    for each, (own, loop) in zip(drawn, loops, strict=True):
-        if isinstance(loop, Note):
-            yield each.run, loop
-        elif still := at_rest(own, loop.position):
-            yield each.run, Note(still)
-        else:
-            yield each.run, each.record(own, loop)
+    for run in runs:
+        drawn = DrawnChain(chain=plan.noise, seed=plan.seed, run=run)
+        own = drawn.own(made)
+        try:
+            loop = own.loop(drawn.position)
+        except AxisidError as error:
+            yield run, error.note
+            continue
+        still = _at_rest(own, loop.position)
+        yield run, Note(still) if still else drawn.record(own, loop)
 
 
-def at_rest(plan: TwinPlan, position: Array) -> str:
+def _at_rest(plan: TwinPlan, position: Array) -> str:
     """Why a twin's record shows nothing: its axis stands still while its reference moves.
 
     Parameters
@@ -131,47 +121,53 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     return drawn.record(own, own.loop(drawn.position))
 
 
-Loop = tuple[TwinPlan, Simulation | Note]
+def are_lanes(plan: MonteCarloPlan) -> bool:
+    """Whether runs that are not judged go side by side, whatever their company."""
+    made, settings = twin_plan(plan.twin), plan.settings
+    declared = plan.axis.declared.parameters
+    return (
+        len(plan.methods) == len(plan.regressions) == 1
+        and (settings["start"], settings["loss"]) == (STARTS[0], ROW_LOSSES[0])
+        and plan.axis.names == tuple(p.name for p in declared)
+        and made.clocks is None
+        and not (made.added or made.signals or made.axis.axis.signals)
+        and made.injected is None
+        and made.axis.axis.response is None
+        and not made.axis.axis.drive.logs_what_acts
+        # Twins differ by the noise of their position, and of their recorded control, alone.
+        and replace(plan.noise, position=0.0, control=()) == Chain()
+        and is_served(plan.axis, made.period, plan.methods[0])
+    )
 
 
-def _alone(plan: TwinPlan, drawn: Sequence[DrawnChain]) -> Iterator[Loop]:
-    for each in drawn:
-        own = each.own(plan)
-        try:
-            yield own, own.loop(each.position)
-        except AxisidError as error:
-            yield own, error.note
-
-
-def _together(plan: TwinPlan, drawn: Sequence[DrawnChain], threads: int | None) -> Iterator[Loop]:
-    samples, resolution = len(plan.reference), drawn[0].chain.position_step
-    own = [each.own(plan) for each in drawn]
-    noise = np.column_stack([each.position(samples) for each in drawn])
-    disturbed = [each.added["control"] for each in own if each.added]
+def twin_lanes(
+    twin: GeneratedAxis, drawn: Sequence[DrawnChain], threads: int | None
+) -> tuple[RecordLanes, Mapping[int, str]]:
+    """The records of twins side by side, and why there is none of some, by lane."""
+    plan = twin_plan(twin)
+    samples = len(plan.reference)
+    noise: Array = np.column_stack([each.position(samples) for each in drawn])
     batch = simulate_batch(
         plan.axis,
-        np.tile(plan.truth, (len(own), 1)),
-        np.column_stack([each.reference for each in own]),
+        np.tile(plan.truth, (len(drawn), 1)),
+        plan.reference,
         plan.period,
-        start=np.array([each.reference[0] for each in own]),
         position_noise=noise,
-        injected=np.column_stack(disturbed) if disturbed else None,
-        signals=plan.signals,
-        resolution=resolution,
-        wanted=SIMULATED,
+        wanted=("position", "control"),
         threads=threads,
     )
-    time = plan.period * np.arange(samples, dtype=np.float64)
-    recorded = tuple(np.asarray(plan.signals[s.name], dtype=float) for s in plan.axis.axis.signals)
-    for lane, each in enumerate(own):
-        if lane in batch.failures:
-            yield each, Note(batch.failures[lane])
-            continue
-        signals: Mapping[str, Array] = {
-            name: np.ascontiguousarray(values[:, lane]) for name, values in batch.signals.items()
-        }
-        measured = measured_positions(signals["position"], noise[:, lane], resolution)
-        yield (
-            each,
-            Simulation(time=time, measured_position=measured, recorded=recorded, **signals),
-        )
+    unsimulated = dict(batch.failures)
+    for lane, position in enumerate(batch["position"].T):
+        if lane not in unsimulated and (still := _at_rest(plan, position)):
+            unsimulated[lane] = still
+    noise += batch["position"]
+    control = batch["control"]
+    for lane, each in enumerate(drawn):
+        if each.chain.control:
+            control[:, lane] = each.chain.logged_control(
+                each.draws(_CONTROL), control[:, lane], plan.period
+            )
+    lanes = RecordLanes(
+        reference=plan.reference, position=noise, control=control, period=plan.period
+    )
+    return lanes, unsimulated

@@ -17,13 +17,12 @@ import numpy as np
 from scipy.special import stdtr
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import Hac, LongRun, score_products
+from axisid.estimation.regression import Applied, Hac, score_products
 from axisid.estimation.signals import FilteredRecord, Neighbours
 from axisid.estimation.thresholds import MIN_MODEL_SHARE
 from axisid.support.arrays import Array
 
-from .moves import Index
-from .repeats import Repeats, repeats_of
+from .moves import Index, Repeats, repeats_of
 
 _MIN_REPEATED_ROWS = 50  # rows at phases that repeat; of fewer, residuals are not split
 # that noise alone repeats as much, up to which something of the residuals repeats
@@ -162,13 +161,14 @@ def _split(estimate: Estimate, repeats: Repeats, phases: _Phases, left: Array) -
     share = float(common.sum()) / total
     beside = estimate.neighbours[phases.first]
     scatter = _long_run((common - share * power)[:, None], beside)
-    deviation = float(np.sqrt(max(scatter.covariance[0, 0], 0.0))) / total
+    deviation = float(np.sqrt(max(scatter.matrix[0, 0], 0.0))) / total
     mean = sums / count
     scaled = (left - mean[phases.of]) * np.sqrt(count / (count - 1))[phases.of]
     times = estimate.rows * estimate.period if estimate.times is None else estimate.times
+    first, last = map(float, times[phases.rows][[0, -1]])
     return LackOfFit(
         period=None if repeats.period is None else repeats.period * estimate.period,
-        span=_span(times[phases.rows]),
+        span=(first, last),
         times=repeats.times,
         rows=rows,
         share=share,
@@ -197,10 +197,6 @@ def _smoothness(mean: Array, neighbours: Neighbours) -> float:
     return float(mean[late] @ mean[early]) / power if power > 0 else 0.0
 
 
-def _span(times: Array) -> tuple[float, float]:
-    return float(times[0]), float(times[-1])
-
-
 def _phases(repeats: Repeats, rows: Index, step: int) -> _Phases:
     """The phases of rows, by their samples, of which one in so many is one."""
     inside = np.flatnonzero(repeats.move[rows] >= 0)
@@ -227,13 +223,13 @@ def _hac_excess(estimate: Estimate, rows: Index, left: Array, noise: Array) -> d
     Z = estimate.slope_columns.T @ estimate.X
     weights = np.linalg.solve(Z, estimate.score_columns[rows].T).T @ estimate.jacobian.T
     beside = estimate.neighbours[rows]
-    of_both = (_long_run(weights * each[:, None], beside).covariance for each in (left, noise))
+    of_both = (_long_run(weights * each[:, None], beside).matrix for each in (left, noise))
     whole, alone = (np.sqrt(np.maximum(np.diag(of_one), 0.0)) for of_one in of_both)
     ratios = np.divide(whole, alone, out=np.full(len(whole), np.inf), where=alone > 0)
     return {q.name: float(r) for q, r in zip(estimate.quantities, ratios, strict=True)}
 
 
-def _long_run(scores: Array, neighbours: Neighbours) -> LongRun:
+def _long_run(scores: Array, neighbours: Neighbours) -> Applied:
     """Covariance of the sum of scores, (n, k), that may depend on their neighbours."""
     # Held against each other, or of residuals on no regressor: the kernel alone.
     products = partial(score_products, scores, neighbours)

@@ -4,7 +4,6 @@ In: axes, records, parameters. Out: `Lanes` of predicted less recorded outputs; 
 Knows nothing of how parameters are searched for.
 """
 
-from .free_time import TimedPredictions as TimedPredictions
 from .lanes import (
     Predictions as Predictions,
     record_rows as record_rows,

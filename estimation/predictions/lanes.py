@@ -1,16 +1,16 @@
 """Predictions side by side, one column for each parameter set."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, in_own_order
+from axisid.estimation.regression import Form
 from axisid.support.arrays import Array
-
-from .added_slopes import Motion
+from axisid.support.errors import EstimationError
 
 #: The code of an error where no loop can be simulated.
 LANE_LOST = "fit-lane"
@@ -37,7 +37,7 @@ def whole_lanes(lanes: Array) -> Array:
     return np.asarray(lanes[:, np.isfinite(lanes).all(axis=0)])
 
 
-class Predictions(Protocol):
+class Predictions(ABC):
     """An output as parameters predict it, at the samples of all records.
 
     Attributes
@@ -54,15 +54,33 @@ class Predictions(Protocol):
         What was recorded.
     counted : (n,) array
         1 for rows that count, 0 for those that are no measurements.
+    horizon : float or None
+        Length of windows that each start anew, s; None of loops.
     """
 
     spans: tuple[tuple[slice, ...], ...]
     samples: tuple[NDArray[np.intp], ...]
     units: tuple[str, ...]
-    step: float
+    step: float = 0.0
     measured: Array
     counted: Array
+    horizon: float | None = None
+    _of_records: list[int]  # of each piece, in the order of the rows
 
+    def __init__(self, form: Form, records: Sequence[Record]) -> None:
+        self._form, self._records = form, tuple(records)
+        self._slope_by_time: Array | None = None
+        self._time = 0.0
+
+    @abstractmethod
+    def _piece(self, place: int, physical: Array) -> tuple[Array, Mapping[int, str]]:
+        """Errors of the rows of a piece with parameters (B, P), and why lanes failed."""
+
+    @abstractmethod
+    def _noise(self, place: int, physical: Array, count: int, random: np.random.Generator) -> Array:
+        """What errors of the measured position change in the rows of a piece, (n, B)."""
+
+    @abstractmethod
     def settle(self, physical: Array) -> None:
         """Settle at parameters (P,) what is to be the same for all lanes about them.
 
@@ -72,38 +90,92 @@ class Predictions(Protocol):
             They cannot be simulated.
         """
 
-    def __call__(self, physical: Array) -> Lanes:
-        """Errors of parameters (B, P)."""
-
+    @abstractmethod
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
         """Rows that the errors of other records of the same samples would have less of, (n,).
 
         Of each the output, or how far it is from a prediction by parameters (P,) that follows it.
         """
 
-    def by_noise(
-        self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0
-    ) -> Array:
+    def __call__(self, physical: Array) -> Lanes:
+        """Errors of parameters (B, P)."""
+        pieces, failures = [], dict[int, str]()
+        for place in range(len(self._of_records)):
+            values, failed = self._piece(place, physical)
+            pieces.append(values)
+            failures = {**failed, **failures}
+        errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        errors[:, [*failures]] = np.nan
+        if self._slope_by_time is not None:
+            errors += np.outer(self._slope_by_time, physical[:, -1] - self._time)
+        return Lanes(errors=errors, failures=failures)
+
+    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
         """What errors of the measured position, as the records have them, change, (n, B).
 
-        Times a factor: -1 with the same draws is the other half of antithetic pairs.
+        NaN of twins whose loop cannot be simulated.
         """
+        made = {}
+        for place in in_own_order(self._records, self._of_records):
+            made[place] = self._noise(place, physical, count, random)
+        return np.concatenate([made[place] for place in range(len(made))])
 
-    def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
+    def slopes_by_start(
+        self,
+        physical: Array,  # noqa: ARG002
+    ) -> tuple[tuple[slice, Array], ...]:
         """Rows of each stretch that begins in motion, and slopes of its errors there, (n, 2).
 
         By its first position and velocity, which are those of the record; none where they are
-        parameters.
+        parameters, or are taken out of the errors.
         """
+        return ()
 
-    def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
-        """Slopes of the errors by a factor of each term of the law, (n,), by its gains."""
+    def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:  # noqa: ARG002
+        """Slopes of the errors by a factor of each term of the law, (n,), by its gains.
 
-    def motions(self, physical: Array) -> tuple[Motion, ...] | None:
-        """Of parameters (P,), in the order of the rows; None where they cannot be simulated."""
+        None is given without a law that has terms of its own, or where a loop cannot be simulated.
+        """
+        return {}
 
-    def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
-        """Slopes of the errors by factors of added controls, (n, k), that are (N, k) by motion."""
+    def velocities(self, physical: Array) -> tuple[Array, ...]:  # noqa: ARG002
+        """Of the loops of parameters (P,) at the samples of each record.
+
+        None where there are no loops, or where one cannot be simulated.
+        """
+        return ()
+
+    def follow_time(self, later: "Predictions", physical: Array, time: float, step: float) -> None:
+        """Let the last parameter be a time of the drive, for which the loops were generated.
+
+        A loop is generated for one lag and one delay. About these its output is a straight line of
+        either; where a search ends, the loop is generated anew, until it is there.
+
+        Parameters
+        ----------
+        later : Predictions
+            The same, of drives whose time is longer by a step.
+        physical : (P,) array
+            Where the slope by the time is taken.
+        time, step : float
+            s
+
+        Raises
+        ------
+        EstimationError
+            Not both can be simulated there.
+        """
+        found = []
+        for each in (self, later):
+            each.settle(physical)
+            found.append(each(physical[None, :]))
+        slope = (found[1].errors[:, 0] - found[0].errors[:, 0]) / step
+        if not np.all(np.isfinite(slope)):
+            raise EstimationError(
+                "the loop cannot be simulated about the drive's time, which is to be found.",
+                code=LANE_LOST,
+            )
+        self._slope_by_time, self._time = slope, time
 
 
 def record_rows(spans: Sequence[slice], place: int = 0, outputs: int = 1) -> slice:

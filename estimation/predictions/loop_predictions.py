@@ -6,11 +6,12 @@ control, position, and so on.
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from functools import lru_cache, partial
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.lowering import LoopStart
@@ -32,23 +33,101 @@ from axisid.estimation.parameters import (
     start_sizes,
     started_at,
 )
-from axisid.estimation.records import Record, in_own_order
+from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
 from axisid.estimation.signals import recorded_signals
-from axisid.estimation.simulation import LoopInputs, most_substeps, settled_substeps, simulate_lanes
+from axisid.estimation.simulation import (
+    BatchSimulation,
+    LoopInputs,
+    gains_by_lane,
+    most_substeps,
+    settled_substeps,
+    simulate_lanes,
+)
 from axisid.support.arrays import Array, covered, in_few_digits
 from axisid.support.errors import EstimationError
 
-from .added_slopes import Motion, injected_slopes, motion_of, slopes_by_added
-from .lanes import Lanes
+from .lanes import Predictions
 from .measured_output import MeasuredOutput, measured_output
 from .slopes import STEP
-from .stretch import Stretch, interleaved
 
-_TWINS_AT_ONCE = 256
+# of a term of the law: by how much it is added and taken away for a slope
+_ADDED_SHARE = 1e-3
 
 
-class LoopPredictions:
+@dataclass(slots=True, kw_only=True)
+class Stretch:
+    """A segment of a record, and what its loop is simulated from.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    record : int
+        Of the records, from 0.
+    segment : int
+        Of the record, from 0.
+    inputs : LoopInputs
+    outputs : tuple of str
+        What is followed, as `Simulation` names it; of several the rows of a sample are neighbours.
+    measured : (n,) array
+        The recorded outputs, a row for each output of each sample.
+    counted : (n,) array of bool
+        Which rows are measurements.
+    noise : float
+        Standard deviation of the recorded position's noise.
+    step : float
+        Of the encoder; 0 where nothing is known of it.
+    substeps : int or None
+        Of a sample, once they are settled.
+    """
+
+    axis: GeneratedAxis
+    record: int
+    segment: int
+    inputs: LoopInputs
+    outputs: tuple[str, ...]
+    measured: Array
+    counted: NDArray[np.bool_]
+    noise: float
+    step: float
+    substeps: int | None = None
+
+    @property
+    def samples(self) -> int:
+        """How many."""
+        return len(self.measured) // len(self.outputs)
+
+    def simulated(
+        self,
+        own: Array,
+        inputs: LoopInputs,
+        wanted: Sequence[str] = (),
+        gains: Mapping[str, Array] | None = None,
+    ) -> BatchSimulation:
+        """Its loop with parameters (B, p): the outputs, or what else is wanted."""
+        return simulate_lanes(
+            self.axis,
+            own,
+            inputs,
+            substeps=self.substeps,
+            wanted=wanted or self.outputs,
+            gains=gains_by_lane(self.axis, gains, len(own)),
+        )
+
+    def rows(self, values: Callable[[str], Array]) -> Array:
+        """Rows of what each output has at the samples, (N, B): (n, B)."""
+        return interleaved([values(name) for name in self.outputs])
+
+
+def interleaved(columns: Sequence[Array]) -> Array:
+    """Values (N, ...) of each output as rows, those of a sample neighbours, (n, ...)."""
+    if len(columns) == 1:
+        return columns[0]
+    whole = np.stack(columns, axis=1)
+    return whole.reshape(-1, *whole.shape[2:])
+
+
+class LoopPredictions(Predictions):
     """The simulated loops of the records.
 
     Parameters
@@ -74,7 +153,7 @@ class LoopPredictions:
         records: Sequence[Record],
         outputs: str | Sequence[str],
     ) -> None:
-        self._form, self._records = form, tuple(records)
+        super().__init__(form, records)
         self.samples = tuple(np.concatenate([np.arange(*s) for s in r.spans]) for r in records)
         names = (outputs,) if isinstance(outputs, str) else outputs
         found = [
@@ -87,7 +166,7 @@ class LoopPredictions:
         self.stretches = tuple(
             stretch for i, (a, r, m) in every for stretch in _stretches(a, r, i, m)
         )
-        self._substeps: list[int | None] = [None] * len(self.stretches)
+        self._of_records = [each.record for each in self.stretches]
         ends = np.cumsum([0, *(len(each.measured) for each in self.stretches)])
         self._rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         pairs = [*zip(self.stretches, self._rows, strict=True)]
@@ -120,8 +199,8 @@ class LoopPredictions:
             Friction that remembers is so stiff there that samples take the most steps there are:
             such loops are not resolved, and a search would take hours.
         """
-        for i, each in enumerate(self.stretches):
-            own, before = self._form.own(physical, each.record), self._substeps[i] or 1
+        for each in self.stretches:
+            own = self._form.own(physical, each.record)
             steps = settled_substeps(each.axis, own, each.inputs) or 1
             if each.axis.states and steps >= most_substeps(len(each.inputs.reference)):
                 raise EstimationError(
@@ -131,39 +210,14 @@ class LoopPredictions:
                     "bound the stiffness.",
                     code="fit-too-stiff",
                 )
-            self._substeps[i] = max(steps, before)
+            each.substeps = max(steps, each.substeps or 1)
 
-    def __call__(self, physical: Array) -> Lanes:
-        """See `Predictions.__call__`."""
-        pieces, failures = [], dict[int, str]()
-        for each, substeps in zip(self.stretches, self._substeps, strict=True):
-            values, failed = self._of_stretch(each, physical, substeps)
-            pieces.append(values)
-            failures = {**failed, **failures}
-        errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-        return Lanes(errors=errors, failures=failures)
+    def _noise(self, place: int, physical: Array, count: int, random: np.random.Generator) -> Array:
+        return _changed_by_noise(*self._settled(self.stretches[place], physical), count, random)
 
-    def by_noise(
-        self, physical: Array, count: int, random: np.random.Generator, factor: float = 1.0
-    ) -> Array:
-        """What errors of the position, as the records have them, change in the output, (n, B).
-
-        NaN of twins whose loop cannot be simulated.
-        """
-        blocks = []
-        for first in range(0, count, _TWINS_AT_ONCE):
-            size = min(_TWINS_AT_ONCE, count - first)
-            changed = partial(_changed_by_noise, count=size, random=random, factor=factor)
-            blocks.append(self._changed(physical, changed))
-        return np.hstack(blocks)
-
-    def _changed(self, physical: Array, changed: Callable[..., Array]) -> Array:
-        made = {}
-        for place in in_own_order(self._records, [each.record for each in self.stretches]):
-            each, steps = self.stretches[place], self._substeps[place]
-            own = self._form.own(physical, each.record)
-            made[place] = changed(self._at(each, physical), own, substeps=steps)
-        return np.concatenate([made[place] for place in range(len(made))])
+    def _settled(self, stretch: Stretch, physical: Array) -> tuple[Stretch, Array]:
+        """A stretch as parameters (P,) make it, and those of its axis, (p,)."""
+        return self._at(stretch, physical), self._form.own(physical, stretch.record)
 
     def _at(self, stretch: Stretch, physical: Array) -> Stretch:
         """A stretch under the law, and from the start, that parameters (P,) make."""
@@ -182,56 +236,44 @@ class LoopPredictions:
         if are_starts(self._form).any():
             return ()
         found = []
-        for each, rows, steps in zip(self.stretches, self._rows, self._substeps, strict=True):
+        for each, rows in zip(self.stretches, self._rows, strict=True):
             if not each.inputs.start.velocity:
                 continue
-            record = self._records[each.record]
+            record, (at, own) = self._records[each.record], self._settled(each, physical)
             position = record.position[slice(*record.spans[each.segment])]
-            sizes = np.array(start_sizes(position, record.period))
-            own = self._form.own(physical, each.record)
-            slopes = slopes_by_start(self._at(each, physical), own, sizes, substeps=steps)
-            if np.all(np.isfinite(slopes)):
+            start, step = at.inputs.start, STEP * np.array(start_sizes(position, record.period))
+            there = np.array([[float(start.position)], [float(start.velocity)]])
+            moved = there + step[:, None] * np.array([[1, -1, 0, 0], [0, 0, 1, -1]])
+            inputs = replace(at.inputs, start=replace(start, position=moved[0], velocity=moved[1]))
+            batch = at.simulated(np.tile(own, (4, 1)), inputs)
+            out = at.rows(batch.__getitem__)
+            slopes = np.where(at.counted[:, None], (out[:, ::2] - out[:, 1::2]) / (2 * step), 0.0)
+            if not batch.failures and np.all(np.isfinite(slopes)):
                 found.append((rows, slopes))
         return tuple(found)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
-        """Slopes of the errors by a factor of each term of the law, (n,), by the term's gains.
-
-        None is given of a law without terms of its own, or where a loop cannot be simulated.
-        """
+        """See `Predictions.slopes_by_law`."""
         found: dict[str, list[Array]] = {}
-        for each, substeps in zip(self.stretches, self._substeps, strict=True):
-            own = self._form.own(physical, each.record)
-            at = self._at(each, physical)
-            for name, slope in slopes_by_law(at, own, substeps).items():
+        for each in self.stretches:
+            for name, slope in slopes_by_law(*self._settled(each, physical)).items():
                 found.setdefault(name, []).append(slope)
         whole = len(self.stretches)
         return {name: np.concatenate(p) for name, p in found.items() if len(p) == whole}
 
-    def motions(self, physical: Array) -> tuple[Motion, ...] | None:
-        """See `Predictions.motions`."""
-        found = []
-        for each, substeps in zip(self.stretches, self._substeps, strict=True):
-            record, own = self._records[each.record], self._form.own(physical, each.record)
-            time = np.asarray(record.time)[slice(*record.spans[each.segment])] - record.time[0]
-            found.append(motion_of(self._at(each, physical), own, time, substeps))
-        whole = tuple(motion for motion in found if motion is not None)
-        return whole if len(whole) == len(found) else None
+    def velocities(self, physical: Array) -> tuple[Array, ...]:
+        """See `Predictions.velocities`."""
+        found: list[list[Array]] = [[] for _ in self.samples]
+        for each in self.stretches:
+            at, own = self._settled(each, physical)
+            loop = at.simulated(own[None, :], at.inputs, ["velocity"])
+            if loop.failures or at.inputs.clocks is not None:
+                return ()
+            found[each.record].append(loop["velocity"][:, 0])
+        return tuple(map(np.concatenate, found))
 
-    def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
-        """See `Predictions.slopes_by_added`."""
-        found = []
-        for each, substeps, own in zip(self.stretches, self._substeps, added, strict=True):
-            at, values = self._at(each, physical), self._form.own(physical, each.record)
-            slopes = slopes_by_added(at, values, substeps, own)
-            if slopes is None:
-                return None
-            found.append(slopes)
-        return np.concatenate(found)
-
-    def _of_stretch(
-        self, stretch: Stretch, physical: Array, substeps: int | None
-    ) -> tuple[Array, dict[int, str]]:
+    def _piece(self, place: int, physical: Array) -> tuple[Array, Mapping[int, str]]:
+        stretch = self.stretches[place]
         own = np.array([self._form.own(lane, stretch.record) for lane in physical])
         gains, inputs = gains_in(self._form, physical), stretch.inputs
         if gains:
@@ -239,13 +281,9 @@ class LoopPredictions:
             inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
         inputs = self._started(stretch, physical, inputs)
         with np.errstate(all="ignore"):
-            batch = simulate_lanes(
-                stretch.axis, own, inputs, substeps=substeps, wanted=stretch.outputs, gains=gains
-            )
+            batch = stretch.simulated(own, inputs, gains=gains)
         errors = stretch.rows(batch.__getitem__) - stretch.measured[:, None]
         errors[~stretch.counted] = 0.0
-        for lane in batch.failures:
-            errors[:, lane] = np.nan
         return errors, batch.failures
 
 
@@ -258,15 +296,13 @@ def _stretches(
     starts = zip(record.spans, loop_starts(axis, record), strict=True)
     for segment, (span, start) in enumerate(starts):
         rows = slice(*span)
-        inputs = LoopInputs.of_log(
-            axis,
-            reference[rows],
-            record.period,
-            start,
-            None if added is None else added[rows],
-            tuple(values[rows] for values in columns),
-            two_clocks(axis, record, span),
-        )
+        inputs = LoopInputs(
+            reference=reference[rows],
+            period=record.period,
+            start=start,
+            injected=None if added is None else added[rows],
+            signals=tuple(values[rows] for values in columns),
+        ).at_law(axis, two_clocks(axis, record, span))
         yield Stretch(
             axis=axis,
             record=number,
@@ -280,7 +316,7 @@ def _stretches(
         )
 
 
-def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping[str, Array]:
+def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
     """Slopes of a stretch's outputs, (n,), by the gains of the term.
 
     Parameters
@@ -288,7 +324,6 @@ def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping
     stretch : Stretch
     own : (p,) array
         Parameters of its axis.
-    substeps : int or None
 
     Returns
     -------
@@ -300,7 +335,7 @@ def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping
         return {}
     alone = replace(inputs, clocks=None)
     wanted = ("position", "velocity")
-    loop = simulate_lanes(stretch.axis, own[None, :], alone, substeps=substeps, wanted=wanted)
+    loop = stretch.simulated(own[None, :], alone, wanted)
     if loop.failures:
         return {}
     position, velocity = (loop[name][:, 0] for name in wanted)
@@ -312,9 +347,18 @@ def slopes_by_law(stretch: Stretch, own: Array, substeps: int | None) -> Mapping
     terms = applied_terms(stretch.axis, ticks, start)
     # They are those that are applied; what is injected is applied as late as they are.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
-    slopes = injected_slopes(stretch, own, substeps, terms)
-    if slopes is None:
+    # Of many columns what is copied costs more than the loops.
+    count = terms.shape[1]
+    lanes = np.empty((len(terms), 2 * count))
+    np.multiply(terms, _ADDED_SHARE, out=lanes[:, :count])
+    np.negative(lanes[:, :count], out=lanes[:, count:])
+    if inputs.injected is not None:
+        lanes += inputs.injected[:, None]
+    found = stretch.simulated(np.tile(own, (lanes.shape[1], 1)), replace(inputs, injected=lanes))
+    if found.failures:
         return {}
+    more, less = np.split(stretch.rows(found.__getitem__), 2, axis=1)
+    slopes = np.where(stretch.counted[:, None], (more - less) / (2 * _ADDED_SHARE), 0.0)
     names = [str(product) for product, _ in law.terms]
     return dict(zip(names, slopes.T, strict=True))
 
@@ -337,13 +381,7 @@ def _smooth(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
 
 
 def _changed_by_noise(
-    stretch: Stretch,
-    own: Array,
-    *,
-    count: int,
-    random: np.random.Generator,
-    substeps: int | None,
-    factor: float = 1.0,
+    stretch: Stretch, own: Array, count: int, random: np.random.Generator
 ) -> Array:
     """What errors of the measured position change in the loop, (n, B), in so many twins.
 
@@ -360,19 +398,15 @@ def _changed_by_noise(
         Parameters of its axis.
     count : int
     random : Generator
-    substeps : int or None
-    factor : float
-        Of the noise, and of where the steps begin.
     """
     inputs, step = stretch.inputs, stretch.step
     declared = stretch.axis.axis.parameters
     # Rounding may lead a parameter at a bound beyond it, with which nothing is simulated.
     own = np.clip(in_few_digits(own), [p.lower for p in declared], [p.upper for p in declared])
-    alone = partial(simulate_lanes, stretch.axis, substeps=substeps, wanted=stretch.outputs)
-    quiet = alone(own[None, :], inputs)
+    quiet = stretch.simulated(own[None, :], inputs)
     white = float(in_few_digits(math.sqrt(max(stretch.noise**2 - step**2 / 12, 0.0))))
-    noise = factor * random.normal(scale=white, size=(stretch.samples, count))
-    away = factor * step * random.uniform(-0.5, 0.5, size=count)
+    noise = random.normal(scale=white, size=(stretch.samples, count))
+    away = step * random.uniform(-0.5, 0.5, size=count)
     first = [float(values[0]) for values in inputs.signals]
     starts = [
         moved_start(stretch.axis, inputs.start, float(inputs.reference[0]), first, float(each))
@@ -383,11 +417,15 @@ def _changed_by_noise(
         velocity=inputs.start.velocity,
         memory=None if inputs.start.memory is None else np.array([s.memory for s in starts]),
     )
-    batch = alone(
+    batch = stretch.simulated(
         np.tile(own, (count, 1)),
-        replace(inputs, reference=inputs.reference[:, None] + away, start=start),
-        position_noise=away + (noise if inputs.clocks is None else inputs.clocks.held(noise)),
-        resolution=step,
+        replace(
+            inputs,
+            reference=inputs.reference[:, None] + away,
+            start=start,
+            noise=away + (noise if inputs.clocks is None else inputs.clocks.held(noise)),
+            resolution=step,
+        ),
     )
 
     def changed(name: str) -> Array:
@@ -399,29 +437,3 @@ def _changed_by_noise(
         return out - quiet[name]
 
     return np.where(stretch.counted[:, None], stretch.rows(changed), 0.0)
-
-
-def slopes_by_start(stretch: Stretch, own: Array, sizes: Array, *, substeps: int | None) -> Array:
-    """What a first position and velocity change, by themselves, (n, 2); NaN where they cannot.
-
-    Parameters
-    ----------
-    stretch, own, substeps
-        As in `_changed_by_noise`.
-    sizes : (2,) array
-        Of both, from which steps are taken.
-    """
-    start, step = stretch.inputs.start, STEP * sizes
-    there = np.array([[float(start.position)], [float(start.velocity)]])
-    moved = there + step[:, None] * np.array([[1, -1, 0, 0], [0, 0, 1, -1]])
-    batch = simulate_lanes(
-        stretch.axis,
-        np.tile(own, (4, 1)),
-        replace(stretch.inputs, start=replace(start, position=moved[0], velocity=moved[1])),
-        substeps=substeps,
-        wanted=stretch.outputs,
-    )
-    out = stretch.rows(batch.__getitem__)
-    out[:, [*batch.failures]] = np.nan
-    slopes = (out[:, ::2] - out[:, 1::2]) / (2 * step)
-    return np.where(stretch.counted[:, None], slopes, 0.0)

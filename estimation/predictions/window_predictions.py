@@ -11,11 +11,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial.polynomial import polyfit
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.loops import noise_along
-from axisid.estimation.records import Record, in_own_order
+from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
@@ -25,8 +26,7 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .added_slopes import ADDED_SHARE, Motion
-from .lanes import LANE_LOST, Lanes
+from .lanes import LANE_LOST, Predictions
 
 _HORIZON = 1.0  # s, of the windows of an open loop where none is given
 
@@ -45,7 +45,7 @@ _SHOWN = 1e-9
 _STEP = 1e-6  # of the range of positions, and of that over the window's time
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class _Windows:
     """Windows of one length of one segment, side by side.
 
@@ -64,6 +64,12 @@ class _Windows:
     signals : tuple of (N, w) array
     noise : float
         Standard deviation of the position's noise.
+    first_states : (2, w) array
+        Positions and velocities that they start from.
+    basis : (w, N, 2) array
+        Directions of the errors that other first states can make.
+    substeps : int or None
+        Of a sample, once they are settled.
     """
 
     axis: GeneratedAxis
@@ -75,6 +81,9 @@ class _Windows:
     counted: Array
     signals: tuple[Array, ...]
     noise: float
+    first_states: Array
+    basis: Array
+    substeps: int | None = None
 
     @property
     def count(self) -> int:
@@ -92,79 +101,47 @@ class _Windows:
         own = values[self.first : self.first + self.position.size]
         return np.ascontiguousarray(own.reshape(self.count, -1).T)
 
-    def begun(self) -> Array:
-        """First positions and velocities by parabolas through the first samples, (2, w)."""
-        some = min(_FITTED, len(self.position))
-        time = self.period * np.arange(some)
-        slopes = np.polynomial.polynomial.polyfit(time, self.position[:some], 2)
-        return np.asarray(slopes[:2])
-
     def velocities(self) -> Array:
         """First velocities by straight lines through fewer samples, (m, w)."""
         lines = [
-            np.polynomial.polynomial.polyfit(self.period * np.arange(n), self.position[:n], 1)[1]
+            polyfit(self.period * np.arange(n), self.position[:n], 1)[1]
             for n in _OF_FEW
             if n <= len(self.position)
         ]
         return np.asarray(lines)
 
-    def inputs(self, states: Array, sets: int, added: Array | None = None) -> LoopInputs:
-        """Of so many parameter sets, each along all windows; states are (2, sets w)."""
-        wide = [np.tile(v, (1, sets)) for v in (self.position, self.control, *self.signals)]
-        wide[1] = wide[1] if added is None else wide[1] + added
-        return LoopInputs(
-            reference=wide[0],
-            period=self.period,
-            start=LoopStart(position=states[0], velocity=states[1]),
-            injected=wide[1],
-            signals=tuple(wide[2:]),
-        )
-
-    def alone(self, states: Array, k: int) -> LoopInputs:
-        """Of one parameter set along one window; states are (2, w)."""
+    def alone(self, k: int) -> LoopInputs:
+        """Of one parameter set along one window."""
+        position, velocity = self.first_states[:, k : k + 1]
         return LoopInputs(
             reference=self.position[:, k],
             period=self.period,
-            start=LoopStart(position=states[0, k : k + 1], velocity=states[1, k : k + 1]),
+            start=LoopStart(position=position, velocity=velocity),
             injected=self.control[:, k],
             signals=tuple(values[:, k] for values in self.signals),
         )
 
-    def motion(self, own: Array, states: Array, substeps: int | None) -> Motion | None:
-        """Of parameters (p,), window after window; None where one cannot be simulated."""
-        batch = simulate_lanes(
-            self.axis,
-            np.tile(own, (self.count, 1)),
-            self.inputs(states, 1),
-            substeps=substeps,
-            wanted=["velocity"],
-        )
-        if batch.failures:
-            return None
-        return Motion(
-            record=self.record,
-            time=np.asarray(
-                self.period * (self.first + np.arange(self.position.size)), dtype=float
-            ),
-            velocity=batch["velocity"].T.ravel(),
-            control=self.control.T.ravel(),
-            windows=self.count,
-        )
+    def errors(self, own: Array, states: Array | None = None) -> tuple[Array, dict[int, str]]:
+        """Of parameters (B, p): (N, B, w), and what failed by set.
 
-    def errors(
-        self, own: Array, states: Array, substeps: int | None, added: Array | None = None
-    ) -> tuple[Array, dict[int, str]]:
-        """Of parameters (B, p) and states (2, B w): (N, B, w), and what failed by set.
-
-        What is added to the control is (N, B w).
+        From where the windows start, or from states (2, B w).
         """
         sets = len(own)
+        first = np.tile(self.first_states, (1, sets)) if states is None else states
+        wide = [np.tile(v, (1, sets)) for v in (self.position, self.control, *self.signals)]
+        inputs = LoopInputs(
+            reference=wide[0],
+            period=self.period,
+            start=LoopStart(position=first[0], velocity=first[1]),
+            injected=wide[1],
+            signals=tuple(wide[2:]),
+        )
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
                 self.axis,
                 np.repeat(own, self.count, axis=0),
-                self.inputs(states, sets, added),
-                substeps=substeps,
+                inputs,
+                substeps=self.substeps,
                 wanted=["position"],
             )
         shape = (len(self.position), sets, self.count)
@@ -172,22 +149,14 @@ class _Windows:
         errors *= self.counted[:, None, :]
         return errors, {lane // self.count: why for lane, why in batch.failures.items()}
 
-
-@dataclass(slots=True, kw_only=True)
-class _State:
-    """Where windows start, and the directions of their errors that this can make."""
-
-    first: Array  # (2, w)
-    basis: Array  # (w, N, 2)
-    substeps: int | None = None
-
-    def projected(self, errors: Array) -> Array:
-        """Errors (N, B, w) without what other first positions and velocities would make."""
+    def rows(self, errors: Array) -> Array:
+        """Errors (N, B, w) as rows, window after window, (w N, B), less what first states make."""
         inner = np.einsum("wnk,nbw->wkb", self.basis, errors)
-        return np.asarray(errors - np.einsum("wnk,wkb->nbw", self.basis, inner))
+        left = errors - np.einsum("wnk,wkb->nbw", self.basis, inner)
+        return np.asarray(left.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
 
 
-class WindowPredictions:
+class WindowPredictions(Predictions):
     """Positions under the recorded control.
 
     Parameters
@@ -207,7 +176,7 @@ class WindowPredictions:
         The friction of an axis remembers.
     """
 
-    step = 0.0
+    horizon: float
 
     def __init__(
         self,
@@ -218,15 +187,12 @@ class WindowPredictions:
     ) -> None:
         for axis in axes:
             _check_begins(axis)
-        self._form, self._axes, self._records = form, tuple(axes), tuple(records)
-        self._horizon = horizon
+        super().__init__(form, records)
+        self._axes, self.horizon = tuple(axes), horizon
         self.units: tuple[str, ...] = (str(axes[0].axis.coordinate.unit),)
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
-        self._states = [
-            _State(first=w.begun(), basis=np.zeros((w.count, len(w.position), 2)))
-            for w in self._windows
-        ]
+        self._of_records = [w.record for w in self._windows]
         self.samples = tuple(
             np.concatenate(
                 [w.first + np.arange(w.position.size) for w in self._windows if w.record == i]
@@ -250,31 +216,24 @@ class WindowPredictions:
 
     def settle(self, physical: Array) -> None:
         """See `Predictions.settle`: steps of a sample, and where the windows start."""
-        for w, state in zip(self._windows, self._states, strict=True):
+        for w in self._windows:
             own = np.asarray(self._form.own(physical, w.record))
-            asked = (settled_substeps(w.axis, own, w.alone(state.first, k)) for k in range(w.count))
-            state.substeps = max(state.substeps or 1, *(steps or 1 for steps in asked))
-            _begin(w, state, own)
+            asked = (settled_substeps(w.axis, own, w.alone(k)) for k in range(w.count))
+            w.substeps = max(w.substeps or 1, *(steps or 1 for steps in asked))
+            _begin(w, own)
 
-    def __call__(self, physical: Array) -> Lanes:
-        """See `Predictions.__call__`."""
-        pieces, failures = [], dict[int, str]()
-        for w, settled in zip(self._windows, self._states, strict=True):
-            own = np.array([self._form.own(lane, w.record) for lane in physical])
-            state = settled
-            if len(own) == 1:  # a trial, whose windows start where its own errors are least
-                try:
-                    state = replace(settled)
-                    _follow(w, state, own[0])
-                except EstimationError as error:
-                    failures[0] = str(error)
-                    state = settled
-            errors, failed = w.errors(own, np.tile(state.first, (1, len(own))), state.substeps)
-            pieces.append(_rows(state.projected(errors)))
-            failures = {**failed, **failures}
-        found = np.concatenate(pieces)
-        found[:, [*failures]] = np.nan
-        return Lanes(errors=found, failures=failures)
+    def _piece(self, place: int, physical: Array) -> tuple[Array, dict[int, str]]:
+        """Errors of windows; those of a trial alone start where its own errors are least."""
+        w = self._windows[place]
+        own = np.array([self._form.own(lane, w.record) for lane in physical])
+        if len(own) == 1:
+            w = replace(w)
+            try:
+                _follow(w, own[0])
+            except EstimationError as error:
+                return np.full((w.position.size, 1), np.nan), {0: str(error)}
+        errors, failed = w.errors(own)
+        return w.rows(errors), failed
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
         """See `Predictions.outputs_of`; windows start where these records ask for.
@@ -286,15 +245,15 @@ class WindowPredictions:
         """
         controls = [_control(*pair) for pair in zip(self._axes, records, strict=True)]
         pieces = []
-        for w, settled in zip(self._windows, self._states, strict=True):
+        for w in self._windows:
             position = w.cut(records[w.record].position)
-            cut = replace(w, position=position, control=w.cut(controls[w.record]))
-            state, own = replace(settled), np.asarray(self._form.own(physical, w.record))
-            _begin(cut, state, own)
-            errors, failed = cut.errors(own[None], state.first, state.substeps)
+            other = replace(w, position=position, control=w.cut(controls[w.record]))
+            own = np.asarray(self._form.own(physical, w.record))
+            _begin(other, own)
+            errors, failed = other.errors(own[None])
             if failed:
                 raise EstimationError(failed[0], code=LANE_LOST)
-            pieces.append(_rows(state.projected(errors)))
+            pieces.append(other.rows(errors))
         return -np.concatenate(pieces)[:, 0]
 
     def steady_horizon(self, physical: Array) -> float:
@@ -308,7 +267,7 @@ class WindowPredictions:
         EstimationError
             A window cannot be simulated.
         """
-        longest = min(self._horizon, max(len(w.position) * w.period for w in self._windows))
+        longest = min(self.horizon, max(len(w.position) * w.period for w in self._windows))
         halvings = max(math.ceil(math.log2(longest / _SHORTEST)), 0)
         # What grows no faster in the shortest may last through the longest: sinh(x)/x is below e^x.
         slow = math.log(MAX_GROWTH.value) * 0.5**halvings
@@ -323,7 +282,7 @@ class WindowPredictions:
             if k == halvings and grown <= math.sinh(slow) / slow:
                 break
             found = asked
-        return self._horizon
+        return self.horizon
 
     def growth(self, physical: Array) -> float:
         """How far a first velocity carries an axis by parameters (P,), over a free one's way.
@@ -337,66 +296,24 @@ class WindowPredictions:
             A window cannot be simulated.
         """
         found = 0.0
-        for w, state in zip(self._windows, self._states, strict=True):
-            errors = _moved(w, state, np.asarray(self._form.own(physical, w.record)))
+        for w in self._windows:
+            errors = _moved(w, np.asarray(self._form.own(physical, w.record)))
             _, step = w.steps
             reach = float(np.abs(errors[:, 3] - errors[:, 4]).max()) / 2
             found = max(found, reach / (step * len(w.position) * w.period))
         return found
 
-    def by_noise(
+    def _noise(
         self,
+        place: int,
         physical: Array,  # noqa: ARG002
         count: int,
         random: np.random.Generator,
-        factor: float = 1.0,
     ) -> Array:
-        """What white noise of the position changes in the errors, (n, B)."""
-        made = {}
-        for place in in_own_order(self._records, [w.record for w in self._windows]):
-            w, state = self._windows[place], self._states[place]
-            shape = (len(w.position), count, w.count)
-            noise = factor * random.normal(scale=w.noise, size=shape) * w.counted[:, None, :]
-            made[place] = _rows(state.projected(noise))
-        return np.concatenate([made[place] for place in range(len(made))])
-
-    def slopes_by_start(
-        self,
-        physical: Array,  # noqa: ARG002
-    ) -> tuple[tuple[slice, Array], ...]:
-        """None: what starts make is taken out of the errors."""
-        return ()
-
-    def slopes_by_law(self, physical: Array) -> dict[str, Array]:  # noqa: ARG002
-        """None: no law is simulated."""
-        return {}
-
-    def motions(self, physical: Array) -> tuple[Motion, ...] | None:
-        """See `Predictions.motions`."""
-        found = [
-            w.motion(np.asarray(self._form.own(physical, w.record)), state.first, state.substeps)
-            for w, state in zip(self._windows, self._states, strict=True)
-        ]
-        whole = tuple(motion for motion in found if motion is not None)
-        return whole if len(whole) == len(found) else None
-
-    def slopes_by_added(self, physical: Array, added: Sequence[Array]) -> Array | None:
-        """See `Predictions.slopes_by_added`."""
-        pieces = []
-        for w, state, own in zip(self._windows, self._states, added, strict=True):
-            terms, count = own.shape[1], 2 * own.shape[1]
-            wide = own.T.reshape(terms, w.count, -1).transpose(2, 0, 1).reshape(-1, terms * w.count)
-            errors, failed = w.errors(
-                np.tile(self._form.own(physical, w.record), (count, 1)),
-                np.tile(state.first, (1, count)),
-                state.substeps,
-                ADDED_SHARE * np.hstack([wide, -wide]),
-            )
-            if failed:
-                return None
-            more, less = np.split(state.projected(errors), 2, axis=1)
-            pieces.append(_rows((more - less) / (2 * ADDED_SHARE)))
-        return np.concatenate(pieces)
+        """White noise of the position."""
+        w = self._windows[place]
+        noise = random.normal(scale=w.noise, size=(len(w.position), count, w.count))
+        return w.rows(noise * w.counted[:, None, :])
 
 
 def default_horizon(records: Sequence[Record]) -> float:
@@ -418,50 +335,43 @@ def _size(horizon: float, period: float) -> int:
     return max(round(horizon / period), FEWEST_IN_WINDOW)
 
 
-def _rows(errors: Array) -> Array:
-    """Errors (N, B, w) as rows, window after window, (w N, B)."""
-    return np.asarray(errors.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
-
-
-def _begin(w: _Windows, state: _State, own: Array) -> None:
+def _begin(w: _Windows, own: Array) -> None:
     """Start windows where their errors are least, not only less than near by."""
-    _follow(w, state, own)
-    if _begin_elsewhere(w, state, own):
-        _follow(w, state, own)
+    _follow(w, own)
+    if _begin_elsewhere(w, own):
+        _follow(w, own)
 
 
-def _follow(w: _Windows, state: _State, own: Array) -> None:
+def _follow(w: _Windows, own: Array) -> None:
     """Let windows start where their errors are least, with parameters (p,).
 
     Each step is by slopes, and as much of it is taken as lessens the window's errors: friction that
     holds an axis forgets its first velocity, and what a slope then asks for may be anything.
     """
     for _ in range(_ROUNDS):
-        errors, back = _step_back(w, state, own)
-        tried = state.first[:, None, :] - _SHARES[:, None] * (back * w.steps).T[:, None, :]
+        errors, back = _step_back(w, own)
+        tried = w.first_states[:, None, :] - _SHARES[:, None] * (back * w.steps).T[:, None, :]
         here = np.einsum("nw,nw->w", errors, errors)
-        found, failed = w.errors(
-            np.tile(own, (len(_SHARES), 1)), tried.reshape(2, -1), state.substeps
-        )
+        found, failed = w.errors(np.tile(own, (len(_SHARES), 1)), tried.reshape(2, -1))
         there = np.einsum("nbw,nbw->bw", found, found)
         there[[*failed]] = np.inf
         best, every = there.argmin(axis=0), np.arange(w.count)
         less = there[best, every] < here
-        state.first = np.where(less, tried[:, best, every], state.first)
+        w.first_states = np.where(less, tried[:, best, every], w.first_states)
         if np.all(~less | (there[best, every] > (1 - _STILL) * here)):
             break
 
 
-def _begin_elsewhere(w: _Windows, state: _State, own: Array) -> bool:
+def _begin_elsewhere(w: _Windows, own: Array) -> bool:
     """Let windows start with another velocity about theirs where their errors are less so.
 
     Near rest the errors have several least values. Whether one has changed.
     """
     other = np.vstack([w.velocities(), np.zeros(w.count)])
     sets = 1 + len(other)
-    tried = np.tile(state.first[:, None, :], (1, sets, 1))
+    tried = np.tile(w.first_states[:, None, :], (1, sets, 1))
     tried[1, 1:] = other
-    errors, failed = w.errors(np.tile(own, (sets, 1)), tried.reshape(2, -1), state.substeps)
+    errors, failed = w.errors(np.tile(own, (sets, 1)), tried.reshape(2, -1))
     off = errors.sum(axis=0) / np.maximum(w.counted.sum(axis=0), 1.0)  # as another position leaves
     errors -= off * w.counted[:, None, :]
     squares = np.einsum("nbw,nbw->bw", errors, errors)
@@ -469,29 +379,29 @@ def _begin_elsewhere(w: _Windows, state: _State, own: Array) -> bool:
     best, every = squares.argmin(axis=0), np.arange(w.count)
     less = squares[best, every] < _OTHER * squares[0]
     tried[0] -= off
-    state.first = np.where(less, tried[:, best, every], state.first)
+    w.first_states = np.where(less, tried[:, best, every], w.first_states)
     return bool(less.any())
 
 
-def _moved(w: _Windows, state: _State, own: Array) -> Array:
+def _moved(w: _Windows, own: Array) -> Array:
     """Errors (N, 5, w) from where windows start, and from a step to either side of each."""
     shifts = np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]], dtype=float) * w.steps[:, None]
-    states = (state.first[:, None, :] + shifts[:, :, None]).reshape(2, -1)
-    errors, failed = w.errors(np.tile(own, (5, 1)), states, state.substeps)
+    states = (w.first_states[:, None, :] + shifts[:, :, None]).reshape(2, -1)
+    errors, failed = w.errors(np.tile(own, (5, 1)), states)
     if failed:
         raise EstimationError(next(iter(failed.values())), code=LANE_LOST)
     return errors
 
 
-def _step_back(w: _Windows, state: _State, own: Array) -> tuple[Array, Array]:
+def _step_back(w: _Windows, own: Array) -> tuple[Array, Array]:
     """Errors (N, w) from where windows start, and which steps of the start lead to the least."""
-    errors = _moved(w, state, own)
+    errors = _moved(w, own)
     slopes = (errors[:, [1, 3]] - errors[:, [2, 4]]) / 2  # (N, 2, w), a step each
     basis, triangle = np.linalg.qr(slopes.transpose(2, 0, 1))
     size = np.abs(np.einsum("wkk->wk", triangle))
     shown = size > _SHOWN * size.max(axis=1, keepdims=True)
-    state.basis = basis * shown[:, None, :]
-    wanted = np.einsum("wnk,nw->wk", state.basis, errors[:, 0])
+    w.basis = basis * shown[:, None, :]
+    wanted = np.einsum("wnk,nw->wk", w.basis, errors[:, 0])
     back = np.linalg.pinv(triangle * shown[:, :, None]) @ wanted[:, :, None]
     return errors[:, 0], back[:, :, 0]
 
@@ -521,6 +431,8 @@ def _windows(
         size = (last - first) // count
         every = (record.position, control, counted, *columns)
         cut = [v[first : first + count * size].reshape(count, size).T.copy() for v in every]
+        some = min(_FITTED, size)
+        parabolas = polyfit(record.period * np.arange(some), cut[0][:some], 2)
         yield _Windows(
             axis=free,
             record=number,
@@ -531,6 +443,8 @@ def _windows(
             counted=cut[2],
             signals=tuple(cut[3:]),
             noise=noise_along(record.position[first:last]),
+            first_states=parabolas[:2],
+            basis=np.zeros((count, size, 2)),
         )
 
 

@@ -70,12 +70,13 @@ class Repairs:
             isinstance(rate, (int, float)) and math.isfinite(rate) and rate > 0
         ):
             raise UsageError(f"the rate to resample at is {rate!r}; give hertz, or auto.")
-        if self.gaps not in ("split", None):
-            raise UsageError(f"what to do at gaps is {self.gaps!r}; give split.")
-        if self.mask not in ("clipped", None):
-            raise UsageError(f"what to mask is {self.mask!r}; give clipped.")
-        if self.tail not in ("drop", None):
-            raise UsageError(f"what to do with the end of the log is {self.tail!r}; give drop.")
+        for what, given, only in (
+            ("what to do at gaps", self.gaps, "split"),
+            ("what to mask", self.mask, "clipped"),
+            ("what to do with the end of the log", self.tail, "drop"),
+        ):
+            if given not in (only, None):
+                raise UsageError(f"{what} is {given!r}; give {only}.")
         if isinstance(self.wrap, Mapping):
             object.__setattr__(self, "wrap", FrozenMapping(self.wrap))
         object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))

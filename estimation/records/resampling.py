@@ -220,19 +220,10 @@ def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, f
 
 def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, float]]:
     """Stretches of time that every list covers."""
-    common = lists[0]
-    for pieces in lists[1:]:
-        found, i, j = [], 0, 0
-        while i < len(common) and j < len(pieces):
-            start, stop = max(common[i][0], pieces[j][0]), min(common[i][1], pieces[j][1])
-            if start < stop:
-                found.append((start, stop))
-            if common[i][1] < pieces[j][1]:
-                i += 1
-            else:
-                j += 1
-        common = found
-    return common
+    starts, stops = (np.sort([piece[end] for each in lists for piece in each]) for end in (0, 1))
+    ended = np.searchsorted(stops, starts, "right")
+    begin = np.flatnonzero(np.arange(1, len(starts) + 1) - ended == len(lists))
+    return [*zip(starts[begin].tolist(), stops[ended[begin]].tolist(), strict=True)]
 
 
 def _grid(start: float, stop: float, period: float) -> Array:

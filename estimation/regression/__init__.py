@@ -5,15 +5,14 @@ Knows nothing of verdicts.
 """
 
 from .covariance import (
-    Applied as Applied,
     Classical as Classical,
     Covariance as Covariance,
     Hac as Hac,
-    LongRun as LongRun,
     PublishedCovariance as PublishedCovariance,
     Robust as Robust,
     correlation as correlation,
     delta_method as delta_method,
+    joint_p as joint_p,
     most_lags as most_lags,
     score_products as score_products,
     widened as widened,
@@ -29,8 +28,8 @@ from .forms import (
     Form as Form,
     InverseForm as InverseForm,
 )
-from .joint_test import joint_p as joint_p
 from .linear import (
+    Applied as Applied,
     Columns as Columns,
     QrFactors as QrFactors,
     RowCounts as RowCounts,
@@ -50,7 +49,11 @@ from .propagation import (
     draw_parameters as draw_parameters,
     summarised as summarised,
 )
-from .residual_tests import ResidualTests as ResidualTests, residual_tests as residual_tests
+from .residual_tests import (
+    ResidualTests as ResidualTests,
+    power_density as power_density,
+    residual_tests as residual_tests,
+)
 from .sensor_steps import sensor_steps as sensor_steps
 from .simulated_rows import (
     LoopDataError as LoopDataError,
@@ -61,7 +64,6 @@ from .simulated_rows import (
     simulated_position as simulated_position,
     simulated_right as simulated_right,
 )
-from .spectrum import power_density as power_density
 from .variable_projection import (
     damped_step as damped_step,
     search_bounds as search_bounds,

@@ -17,31 +17,17 @@ from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_FREEDOM
 from axisid.support.arrays import Array
 
-from .linear import Solution
+from .linear import Applied, Solution
 
 # a hundred rows, beyond which a short record cannot tell it from a drift
 _MAX_RESIDUAL_AUTOREGRESSION = 0.99
 
+_NAME = "AR(1) of the residuals"
 _RESOLVED = 1e-3  # of the autoregression, far finer than a short record shows it
 _FORGOTTEN = 0.05  # of a residual, after which rows are as far apart as any
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AutoregressiveCovariance:
-    """A covariance of two numbers, a variance and an autoregression.
-
-    Attributes
-    ----------
-    matrix : (k, k) array
-    freedom : (k,) array
-        Degrees of freedom of the chi-squared with the variances' relative error.
-    """
-
-    matrix: Array
-    freedom: Array
-
-
-def autoregressive_covariance(solution: Solution) -> AutoregressiveCovariance:
+def autoregressive_covariance(solution: Solution) -> Applied:
     """``A' Omega A`` for the influence A and residuals that are an AR(1).
 
     Its coefficient is the one with which residuals, as the fit leaves them, would show the
@@ -53,7 +39,7 @@ def autoregressive_covariance(solution: Solution) -> AutoregressiveCovariance:
     variance ``2/n``, the coefficient, apart from it, ``(1 - rho^2)/n``.
     """
     e, (n, k) = solution.counted, solution.influence.shape
-    nothing = AutoregressiveCovariance(matrix=np.zeros((k, k)), freedom=np.full(k, float(n - k)))
+    nothing = Applied(matrix=np.zeros((k, k)), freedom=np.full(k, float(n - k)), description=_NAME)
     if not e @ e > 0:
         return nothing
     fitted = _Fitted.of(solution)
@@ -64,9 +50,10 @@ def autoregressive_covariance(solution: Solution) -> AutoregressiveCovariance:
     taken = fitted.taken(fitted.coloured(rho))
     variance = float(e @ e) / (len(e) - float(np.trace(taken)))
     relative = (2 + fitted.slopes(rho) ** 2 * (1 - rho**2)) / n
-    return AutoregressiveCovariance(
+    return Applied(
         matrix=np.asarray(variance * fitted.of_parameters(taken), dtype=float),
         freedom=np.clip(2 / relative, MIN_FREEDOM.value, n - k),
+        description=_NAME,
     )
 
 

@@ -9,17 +9,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.special import fdtrc
 
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import FEW_SCORES, MAX_AUTOREGRESSION
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .autoregressive import AutoregressiveCovariance, autoregressive_covariance
-from .linear import Solution
+from .autoregressive import autoregressive_covariance
+from .linear import Applied, Solution
 
 #: From so many lags, and lags times rows, on products are found by Fourier transforms.
 _MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
@@ -29,53 +30,39 @@ _PIECE, _PIECE_PER_LAG = 2048, 16  # rows of a transform: the former, or so many
 class Covariance(ABC):
     """How sure an estimate is, under what is assumed of the residuals."""
 
-    @property
-    def has_one_variance(self) -> bool:
-        """Whether one variance is all that is estimated; else it is the whole matrix."""
-        return False
+    #: Whether one variance is all that is estimated; else it is the whole matrix.
+    has_one_variance: ClassVar[bool] = False
 
     @abstractmethod
+    def applied(self, solution: Solution) -> Applied:
+        """Covariance of the estimate, its degrees of freedom, and what it is called."""
+
     def matrix(self, solution: Solution) -> Array:
         """Covariance of the estimate, (k, k)."""
+        return self.applied(solution).matrix
 
     def freedom(self, solution: Solution) -> Array:
         """Degrees of freedom of each variance, for Student's distribution, (k,)."""
-        n, k = solution.influence.shape
-        return np.full(k, float(n - k))
+        return self.applied(solution).freedom
 
-    @abstractmethod
     def describe(self, solution: Solution) -> str:
         """Name with lags and small-sample correction, for notes."""
-
-    def applied(self, solution: Solution) -> "Applied":
-        """All of these of one solution."""
-        return Applied(
-            matrix=self.matrix(solution),
-            freedom=self.freedom(solution),
-            description=self.describe(solution),
-        )
+        return self.applied(solution).description
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Applied:
-    """A covariance of a solution.
+def applied_covariance(
+    matrix: Array, shape: tuple[int, ...], description: str, *, corrected: bool = False
+) -> Applied:
+    """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k).
 
-    Attributes
-    ----------
-    matrix : (k, k) array
-    freedom : (k,) array
-        Degrees of freedom of each variance.
-    description : str
-        Name with lags and small-sample correction.
-    widened : (k,) array of bool or None
-        Parameters whose deviation, and freedom, is that of autoregressive residuals, the larger
-        where scores are few; None where they are not.
+    For small samples it is corrected, times ``n/(n - k)``.
     """
-
-    matrix: Array
-    freedom: Array
-    description: str
-    widened: NDArray[np.bool_] | None = None
+    n, k = shape
+    return Applied(
+        matrix=np.asarray((n / (n - k) if corrected else 1.0) * matrix, dtype=float),
+        freedom=np.full(k, float(n - k)),
+        description=description + ", times n/(n - k)" * corrected,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,19 +74,14 @@ class PublishedCovariance(Covariance):
     the tables of [Janot2019]_ have it.
     """
 
-    @property
-    def has_one_variance(self) -> bool:
-        """See `Covariance.has_one_variance`."""
-        return True
+    has_one_variance = True
 
-    def matrix(self, solution: Solution) -> Array:
-        """See `Covariance.matrix`."""
+    def applied(self, solution: Solution) -> Applied:
+        """See `Covariance.applied`."""
         e, factor = solution.counted, solution.inverse_factor
-        return float(e @ e) / (len(e) - 1) * (factor @ factor.T)
-
-    def describe(self, solution: Solution) -> str:
-        """See `Covariance.describe`."""
-        return f"i.i.d., residual variance with n - 1 = {len(solution.residuals) - 1}"
+        matrix = float(e @ e) / (len(e) - 1) * (factor @ factor.T)
+        description = f"i.i.d., residual variance with n - 1 = {len(e) - 1}"
+        return applied_covariance(matrix, solution.influence.shape, description)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,21 +96,15 @@ class Classical(Covariance):
 
     unbiased: bool = True
 
-    @property
-    def has_one_variance(self) -> bool:
-        """See `Covariance.has_one_variance`."""
-        return True
+    has_one_variance = True
 
-    def matrix(self, solution: Solution) -> Array:
-        """See `Covariance.matrix`."""
+    def applied(self, solution: Solution) -> Applied:
+        """See `Covariance.applied`."""
         e, A = solution.counted, solution.influence
         n, k = A.shape
-        variance = float(e @ e) / (n - k if self.unbiased else n)
-        return np.asarray(variance * (A.T @ A), dtype=float)
-
-    def describe(self, solution: Solution) -> str:  # noqa: ARG002
-        """See `Covariance.describe`."""
-        return f"i.i.d., residual variance with {'n - k' if self.unbiased else 'n'}"
+        matrix = float(e @ e) / (n - k if self.unbiased else n) * (A.T @ A)
+        description = f"i.i.d., residual variance with {'n - k' if self.unbiased else 'n'}"
+        return applied_covariance(matrix, A.shape, description)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,14 +119,11 @@ class Robust(Covariance):
 
     corrected: bool = True
 
-    def matrix(self, solution: Solution) -> Array:
-        """See `Covariance.matrix`."""
+    def applied(self, solution: Solution) -> Applied:
+        """See `Covariance.applied`."""
         scores = _scores(solution)
-        return _correction(solution, corrected=self.corrected) * (scores.T @ scores)
-
-    def describe(self, solution: Solution) -> str:  # noqa: ARG002
-        """See `Covariance.describe`."""
-        return f"heteroscedasticity-robust{_named_correction(corrected=self.corrected)}"
+        name = "heteroscedasticity-robust"
+        return applied_covariance(scores.T @ scores, scores.shape, name, corrected=self.corrected)
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,33 +164,27 @@ class Hac(Covariance):
                 code="bad-lags",
             )
 
-    def matrix(self, solution: Solution) -> Array:
-        """See `Covariance.matrix`."""
-        return self.applied(solution).matrix
-
-    def freedom(self, solution: Solution) -> Array:
-        """See `Covariance.freedom`; fewer where many lags count or the scores are sluggish."""
-        return self.applied(solution).freedom
-
-    def describe(self, solution: Solution) -> str:
-        """See `Covariance.describe`."""
-        return self.applied(solution).description
-
-    def applied(self, solution: Solution) -> "Applied":
-        """See `Covariance.applied`: the long-run covariance is worked out once."""
+    def applied(self, solution: Solution) -> Applied:
+        """See `Covariance.applied`; fewer degrees for many lags, or sluggish scores."""
         products = partial(score_products, _scores(solution), solution.neighbours)
-        found = self.long_run(products, len(solution.residuals))
-        applied = Applied(
-            matrix=_correction(solution, corrected=self.corrected) * found.covariance,
-            freedom=np.minimum(found.freedom, Covariance.freedom(self, solution)),
-            description=f"{found.description}{_named_correction(corrected=self.corrected)}",
-        )
+        applied = self.of_scores(products, solution.influence.shape)
         widens = self.lags is None if self.widened is None else self.widened
         few = widens and float(applied.freedom.min()) < FEW_SCORES.value
         return _at_least(applied, autoregressive_covariance(solution)) if few else applied
 
-    def long_run(self, products: Callable[[int], Array], rows: int) -> "LongRun":
+    def of_scores(self, products: Callable[[int], Array], shape: tuple[int, ...]) -> Applied:
+        """Of scores, (n, k), by their products as `long_run` takes them; never widened."""
+        found = self.long_run(products, shape[0])
+        applied = applied_covariance(
+            found.matrix, shape, found.description, corrected=self.corrected
+        )
+        return replace(applied, freedom=np.minimum(found.freedom, applied.freedom))
+
+    def long_run(self, products: Callable[[int], Array], rows: int) -> Applied:
         """The long-run covariance of scores, from their products up to so many lags.
+
+        Its degrees of freedom are by the relative variance of the kernel, ``2/n sum w^2``, and by
+        the delta method of the autoregression, whose own variance is ``(1 - rho^2)/n``.
 
         Parameters
         ----------
@@ -231,82 +198,45 @@ class Hac(Covariance):
         UsageError
             The lags that were given are too many for the rows.
         """
+        white, colour, whitens = self.whitened(products, rows)
+        lags = len(white) - 1
+        gain = 1 / (1 - colour)
+        kernel = 1 + 2 * float(np.sum((1 - np.arange(1, lags + 1) / (lags + 1)) ** 2))
+        coloured = 2 * (1 + colour) / (1 - colour) if whitens else 0.0
+        capped = self.lags is None and lags == most_lags(rows)
+        rule = "as given" if self.lags is not None else f"plug-in rule{', capped' * capped}"
+        scores = "scores prewhitened by AR(1), " * whitens
+        return Applied(
+            matrix=np.asarray(bartlett(white) * np.outer(gain, gain), dtype=float),
+            freedom=np.asarray(rows / (kernel + coloured) * np.ones_like(colour), dtype=float),
+            description=f"HAC, {scores}Bartlett kernel, {lags} lags ({rule})",
+        )
+
+    def whitened(self, products: Callable[[int], Array], rows: int) -> tuple[Array, Array, bool]:
+        """Products of whitened scores at the lags that count, and their autoregression, (k,).
+
+        The latter is 0 where scores are not whitened, which comes last.
+        """
         if self.lags is not None and self.lags > rows // 4:
             raise UsageError(
                 f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
                 code="too-many-lags",
             )
-        whiten = self.lags is None if self.prewhitened is None else self.prewhitened
-        looked_at = first_lags(rows) if self.lags is None else int(self.lags)
+        whitens = self.lags is None if self.prewhitened is None else self.prewhitened
+        lags = looked_at = first_lags(rows) if self.lags is None else int(self.lags)
         raw = products(looked_at + 1)
-        colour = _autoregression(raw) if whiten else np.zeros(raw.shape[1])
+        colour = _autoregression(raw) if whitens else np.zeros(raw.shape[1])
         white = _whitened(raw, colour)
-        lags = looked_at
         if self.lags is None:
             # Each parameter's scores by themselves, so that neither units nor signs enter.
             sums = np.diagonal(white, axis1=1, axis2=2) / rows
             lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
         if lags > looked_at:
             white = _whitened(products(lags + 1), colour)
-        return LongRun(
-            white=bartlett(white[: lags + 1]),
-            colour=colour,
-            lags=lags,
-            rows=rows,
-            prewhitened=whiten,
-            given=self.lags is not None,
-        )
+        return white[: lags + 1], colour, whitens
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LongRun:
-    """A long-run covariance of scores.
-
-    Attributes
-    ----------
-    white : (k, k) array
-        Of the whitened scores.
-    colour : (k,) array
-        Autoregression of each parameter's scores; 0 where they were not whitened.
-    lags, rows : int
-    prewhitened, given : bool
-        Whether the scores were whitened, and the lags were given.
-    """
-
-    white: Array
-    colour: Array
-    lags: int
-    rows: int
-    prewhitened: bool
-    given: bool
-
-    @property
-    def covariance(self) -> Array:
-        """Recoloured, (k, k)."""
-        gain = 1 / (1 - self.colour)
-        return np.asarray(self.white * np.outer(gain, gain), dtype=float)
-
-    @property
-    def freedom(self) -> Array:
-        """Degrees of freedom of the chi-squared with the variances' relative error, (k,).
-
-        That of the kernel, ``2/n sum w^2``, and by the delta method that of the autoregression,
-        whose variance is ``(1 - rho^2)/n``.
-        """
-        kernel = 1 + 2 * float(np.sum((1 - np.arange(1, self.lags + 1) / (self.lags + 1)) ** 2))
-        coloured = 2 * (1 + self.colour) / (1 - self.colour) if self.prewhitened else 0.0
-        return np.asarray(self.rows / (kernel + coloured) * np.ones_like(self.colour), dtype=float)
-
-    @property
-    def description(self) -> str:
-        """Kernel, lags and whitening, for notes."""
-        capped = not self.given and self.lags == most_lags(self.rows)
-        rule = "as given" if self.given else f"plug-in rule{', capped' * capped}"
-        whitened = "scores prewhitened by AR(1), " * self.prewhitened
-        return f"HAC, {whitened}Bartlett kernel, {self.lags} lags ({rule})"
-
-
-def _at_least(applied: Applied, other: AutoregressiveCovariance) -> Applied:
+def _at_least(applied: Applied, other: Applied) -> Applied:
     """A covariance with no deviation smaller than another has it; its correlations stay."""
     own, least = np.diag(applied.matrix), np.diag(other.matrix)
     wider = (own > 0) & (least > own)
@@ -423,14 +353,36 @@ def correlation(covariance: Array) -> Array:
     return np.asarray(covariance / np.outer(deviations, deviations), dtype=float)
 
 
+def joint_p(
+    square: float, restrictions: int, freedom: float, *, one_variance: bool = False
+) -> float:
+    """P-value of ``d' V^-1 d``, Hotelling's T squared.
+
+    A covariance matrix of ``nu`` degrees of freedom makes ``(nu - q + 1)/(nu q)`` times it F
+    distributed with q and ``nu - q + 1``. Where the shape of the matrix is known, and one variance
+    alone is estimated, ``1/q`` times it is F with q and ``nu``.
+
+    Parameters
+    ----------
+    square : float
+    restrictions : int
+        q.
+    freedom : float
+        Of the covariance, the effective degrees where scores are alike.
+    one_variance : bool
+        Whether the covariance is one variance times a matrix without chance in it.
+
+    References
+    ----------
+    [Hotelling1931]_; for covariances that allow for autocorrelation, [Sun2013]_.
+    """
+    if one_variance:
+        return float(fdtrc(restrictions, freedom, square / restrictions))
+    left = max(freedom - restrictions + 1, 1.0)
+    return float(
+        fdtrc(restrictions, left, square * left / ((left + restrictions - 1) * restrictions))
+    )
+
+
 def _scores(solution: Solution) -> Array:
     return solution.influence * solution.counted[:, None]
-
-
-def _correction(solution: Solution, *, corrected: bool) -> float:
-    n, k = solution.influence.shape
-    return float(n / (n - k)) if corrected else 1.0
-
-
-def _named_correction(*, corrected: bool) -> str:
-    return ", times n/(n - k)" if corrected else ""

@@ -40,25 +40,14 @@ class Equations:
 
     def reduced(self, data: FilteredRecord) -> "Equations":
         """The rows that the record's filter keeps, every column filtered alike."""
-        regressor, left, intercept = self._filtered(data, self.left)
-        return Equations(left=left, intercept=intercept, regressor=regressor)
-
-    def reduced_right(self, data: FilteredRecord) -> tuple[Array, Array]:
-        """Intercept and regressor of `reduced`, where the left side is not needed."""
-        regressor, intercept = self._filtered(data)
-        return intercept, regressor
-
-    def _filtered(self, data: FilteredRecord, *left: Array) -> tuple[Array, ...]:
-        """Regressor, left side if it is wanted, and intercept, in one pass of the filter."""
-        intercept = (self.intercept,) if np.any(self.intercept) else ()
-        beside = [*left, *intercept]
-        every = np.column_stack([self.regressor, *beside]) if beside else self.regressor
-        regressor, *rest = np.split(
-            data.reduce(every), range(self.regressor.shape[1], every.shape[1]), axis=1
+        k = self.regressor.shape[1]
+        known = (self.intercept,) if np.any(self.intercept) else ()
+        rows = data.reduce(np.column_stack([self.regressor, self.left, *known]))
+        return Equations(
+            left=rows[:, k].copy(),
+            intercept=rows[:, k + 1].copy() if known else np.zeros(len(rows)),
+            regressor=rows[:, :k],
         )
-        if not intercept:
-            rest.append(np.zeros((len(regressor), 1)))
-        return regressor, *(np.ravel(column) for column in rest)
 
     def scaled(self, weight: float) -> "Equations":
         """Every row times a weight."""

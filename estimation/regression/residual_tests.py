@@ -1,9 +1,9 @@
 """Tests of an estimate's residuals, each with what a figure of it needs.
 
-Likeness of neighbours (Durbin-Watson), shape (Jarque-Bera), and what of the motion is left in them
-(correlation with the instruments over lags). Neighbours are rows that follow each other in time; a
-row that is missing counts as one of zero in correlations over a lag, as in [Parzen1963]_, which
-keeps their deviations from growing.
+Likeness of neighbours (Durbin-Watson), shape (Jarque-Bera), what of the motion is left in them
+(correlation with the instruments over lags), and their power density by Welch's method. Neighbours
+are rows that follow each other in time; a row that is missing counts as one of zero in correlations
+over a lag, as in [Parzen1963]_, which keeps their deviations from growing.
 """
 
 from dataclasses import dataclass
@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
+from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_SEGMENT_ROWS, SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, Exact
+from axisid.support.missing import Missing
 
 from .covariance import score_products
 
 _QUANTILES = 99
+# of the rows in stretches of a segment or more, from which there is a spectrum
+_MIN_SEGMENTED_SHARE = 0.5
+_SEGMENT = 256  # rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -115,6 +119,40 @@ def residual_tests(
         normal_quantiles=np.asarray(ndtri(share), dtype=float),
         residual_quantiles=np.asarray(np.quantile(standardised, share), dtype=float),
     )
+
+
+def power_density(
+    values: Array, rate: float, neighbours: Neighbours
+) -> tuple[Array, Array] | Missing:
+    """Frequencies in Hz and the power density of values at each, (f,) or (f, k), but for the mean.
+
+    Where rows are missing, segments are at most as long as the stretches that hold half of the
+    rows; what is in shorter stretches is left out.
+
+    Parameters
+    ----------
+    values : (n,) or (n, k) array
+    rate : float
+        Rows that follow each other in a second.
+    neighbours : Neighbours
+        Which of the rows do.
+    """
+    from scipy.signal import welch
+
+    lengths = np.sort(neighbours.lengths)[::-1]
+    enough = int(np.searchsorted(np.cumsum(lengths), _MIN_SEGMENTED_SHARE * len(values)))
+    segment = min(_SEGMENT, int(lengths[enough]))
+    if segment < (least := MIN_SEGMENT_ROWS.value):
+        return Missing(f"half of the rows follow each other in less than {least} at a time")
+    powers, weights = [], []
+    for piece in neighbours.split(values):
+        if len(piece) < segment:
+            continue
+        frequencies, power = welch(piece, rate, nperseg=segment, axis=0)
+        powers.append(power)
+        overlap = segment // 2
+        weights.append((len(piece) - overlap) // (segment - overlap))  # segments averaged
+    return frequencies[1:], np.average(powers, axis=0, weights=weights)[1:]
 
 
 def excess_kurtosis(values: Array) -> float:

@@ -11,11 +11,12 @@ from axisid.estimation.loops import loop_starts, two_clocks
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.signals import FilteredRecord, recorded_signals
 from axisid.estimation.simulation import (
+    LoopInputs,
     Simulation,
     StepBudget,
     no_control_law,
     signals_about,
-    simulate_estimate,
+    simulate_loop,
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
@@ -134,22 +135,19 @@ def simulated_loops(
     noise = np.full(len(record), away) if away and position_noise is None else position_noise
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     begins = loop_starts(axis, record, away) if starts is None else starts
-    return tuple(
-        simulate_estimate(
-            axis,
-            physical,
-            reference[first:last] + away,
-            record.period,
+    loops = []
+    for (first, last), start in zip(record.spans, begins, strict=True):
+        inputs = LoopInputs(
+            reference=reference[first:last] + away,
+            period=record.period,
             start=start,
+            noise=None if noise is None else noise[first:last],
             injected=None if added is None else added[first:last],
-            position_noise=None if noise is None else noise[first:last],
-            resolution=resolution,
             signals=tuple(values[first:last] for values in signals),
-            clocks=two_clocks(axis, record, (first, last)),
-            budget=budget,
-        )
-        for (first, last), start in zip(record.spans, begins, strict=True)
-    )
+            resolution=resolution,
+        ).at_law(axis, two_clocks(axis, record, (first, last)))
+        loops.append(simulate_loop(axis, physical, inputs, budget=budget))
+    return tuple(loops)
 
 
 def simulated_position(loops: Sequence[Simulation]) -> Array:
@@ -165,7 +163,8 @@ def simulated_right(
     With `zoh`, the rows just before and just after a sample are averaged, as the measured force is.
     """
     pieces = [loop_equations(form, loop, physical, data.prefilter.hold) for loop in loops]
-    return Equations.stacked(pieces).reduced_right(data)
+    rows = Equations.stacked(pieces).reduced(data)
+    return rows.intercept, rows.regressor
 
 
 def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | None) -> Equations:

@@ -131,22 +131,20 @@ class _Projection:
     """The residuals as a function of the nonlinear parameters alone."""
 
     def __init__(self, form: InverseForm, rows: Callable[[InverseForm], Equations]) -> None:
-        self._form, self._rows = form, rows
-        axis = form.axis
+        self._form, self._rows, axis = form, rows, form.axis
         self._nonlinear = np.array(axis.nonlinear)
-        declared = [
-            p
-            for p, nonlinear in zip(axis.axis.parameters, axis.nonlinear, strict=True)
-            if nonlinear
-        ]
-        self.names = tuple(p.name for p in declared)
-        self._linear = [
-            n for n, nonlinear in zip(axis.names, axis.nonlinear, strict=True) if not nonlinear
-        ]
+        self.names, self._linear = (
+            [
+                name
+                for name, is_so in zip(axis.names, axis.nonlinear, strict=True)
+                if is_so == wanted
+            ]
+            for wanted in (True, False)
+        )
         low, high = search_bounds(axis)
         self.bounds = (low[self._nonlinear], high[self._nonlinear])
-        self._nominal = np.array([p.nominal for p in declared])
-        if missing := [p.name for p in declared if p.nominal == 0]:
+        self._nominal = axis.nominal[self._nonlinear]
+        if missing := [n for n, x in zip(self.names, self._nominal, strict=True) if x == 0]:
             raise EstimationError(
                 f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
                 "nominal value other than 0.",
@@ -190,7 +188,8 @@ class _Projection:
         try:
             return self.solved(nonlinear)[1]
         except EstimationError:
-            return np.full_like(self._left, 1e3 * float(np.abs(self._left).max()))
+            left = self._rows(self._form).left
+            return np.full_like(left, 1e3 * float(np.abs(left).max()))
 
     def error(self, nonlinear: Array) -> float:
         """Sum of squares; infinite where there is no estimate."""
@@ -207,7 +206,3 @@ class _Projection:
         except EstimationError as error:
             return error.note
         return Note("the residuals are not finite.")
-
-    @property
-    def _left(self) -> Array:
-        return self._rows(self._form).left

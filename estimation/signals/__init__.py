@@ -26,11 +26,16 @@ from .sampled_filter import (
     Span as Span,
 )
 from .sampling import Sampling as Sampling
-from .signals import Signals as Signals, about_samples as about_samples, drive_force as drive_force
+from .signals import (
+    Motion as Motion,
+    Signals as Signals,
+    about_samples as about_samples,
+    drive_force as drive_force,
+)
 from .without_turns import (
-    Information as Information,
     dependence as dependence,
     losses_count as losses_count,
     of_signals as of_signals,
+    remaining_information as remaining_information,
     searches_friction as searches_friction,
 )

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.modeling.declaration import CommandPath, Response
+from axisid.modeling.declaration import CommandPath, Drive, Response
 from axisid.support.arrays import Array
 
 from .signals import Motion, drive_force
@@ -139,46 +139,6 @@ def _recursion(factor: float, added: Array, start: float) -> Array:
     return np.concatenate([[start], later])
 
 
-def acting_force(
-    axis: GeneratedAxis,
-    forces: Array,
-    starts: Sequence[int],
-    period: float,
-    *,
-    held: bool,
-    mean: bool,
-) -> Array:
-    """What acts of the forces that a drive makes of a recorded control, (N,).
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    forces : (N,) array
-        As if they acted at once.
-    starts : sequence of int
-        First samples of the stretches.
-    period : float
-        Of the record, s.
-    held : bool
-        Whether the recorded control is held from a sample to the next; of a log that is slower than
-        its law it is known at the samples only, and taken to run straight between them.
-    mean : bool
-        Whether that from each sample to the next is wanted, of what is held, or that at each.
-    """
-    drive = axis.axis.drive
-    if not (drive.lag or drive.delay) or drive.logged == "current":
-        return forces
-    response, logged = drive.response(period), drive.logged
-
-    def acting(piece: Array) -> Array:
-        if not held:
-            return _running_along(piece, response, logged)
-        found = acting_along(piece, response, logged=logged)
-        return found.mean if mean else found.at_samples
-
-    return np.concatenate([acting(piece) for piece in np.split(forces, list(starts)[1:])])
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveAlong:
     """A drive along a recorded motion, for rows that pair the two as a hold does.
@@ -191,11 +151,12 @@ class DriveAlong:
     period : float
         Of the record, s.
     held : bool
-        Whether the recorded control is held from a sample to the next; see `acting_force`.
+        Whether the recorded control is held from a sample to the next; of a log that is slower than
+        its law it is known at the samples only, and taken to run straight between them.
     delay : float
         Samples by which the hold takes the force earlier.
     mean : bool
-        Whether it takes that from each sample to the next.
+        Whether it takes that from each sample to the next, of what is held.
     """
 
     axis: GeneratedAxis
@@ -207,8 +168,18 @@ class DriveAlong:
 
     def acting(self, made: Array) -> Array:
         """What acts of what the recorded control would make at once, (N,)."""
-        held, mean = self.held, self.mean
-        return acting_force(self.axis, made, self.starts, self.period, held=held, mean=mean)
+        drive = self.axis.axis.drive
+        if not (drive.lag or drive.delay) or drive.logged == "current":
+            return made
+        pieces = np.split(made, list(self.starts)[1:])
+        return np.concatenate([self._acting(piece, drive) for piece in pieces])
+
+    def _acting(self, made: Array, drive: Drive) -> Array:
+        response = drive.response(self.period)
+        if not self.held:
+            return _running_along(made, response, drive.logged)
+        found = acting_along(made, response, logged=drive.logged)
+        return found.mean if self.mean else found.at_samples
 
     def force(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
         """The force of a recorded control beside a motion, (N,)."""

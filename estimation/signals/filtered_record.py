@@ -20,13 +20,12 @@ from axisid.support.user_values import quoted
 from .drive_response import DriveAlong, acting_control
 from .motion import resting
 from .neighbours import Neighbours
-from .position import check_position
 from .prefilter import Prefilter
-from .recorded import beside_motion, recorded_signals
+from .recorded import beside_motion, check_position, recorded_signals
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
-from .signals import Motion, Signals, checked_control, paired_with_force
-from .without_turns import Information, columns_of, losses_count, searches_friction
+from .signals import Motion, Signals, about_samples, checked_control
+from .without_turns import columns_of, losses_count, remaining_information, searches_friction
 
 # of the law's period times a unit's factor, by which the record's may differ: time is in that
 # unit
@@ -297,8 +296,8 @@ class FilteredRecord(Exact, Uncached):
         """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""
         return self.sampling.reduce(columns)
 
-    def add_to(self, found: Information, into: Array, fastest: float) -> None:
-        """Add what the record tells, and what without the samples that are left out.
+    def information(self, into: Array, fastest: float) -> tuple[Array, Array]:
+        """Products of the regressor's columns, (P, P), in motion and of what is not left out.
 
         Its own parameters are ``into`` times those that are asked for, (p, P).
         """
@@ -306,7 +305,7 @@ class FilteredRecord(Exact, Uncached):
         columns = columns_of(self.axis, signals) @ into
         moves = np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest
         moving, left = columns[self.kept & moves], columns[self.used]
-        found.add(moving.T @ moving, left.T @ left)
+        return moving.T @ moving, left.T @ left
 
     @property
     def drive(self) -> DriveAlong:
@@ -322,9 +321,17 @@ class FilteredRecord(Exact, Uncached):
         )
 
     def _beside(self, force: Array) -> Signals:
-        starts = self._starts
-        beside = beside_motion(self.axis, self.recorded, starts)
-        return paired_with_force(self.motion, force, starts, delay=self.hold_delay, recorded=beside)
+        """The filtered motion beside a force as the hold pairs them."""
+        q, velocity, acceleration = self.motion
+        starts, delay = self._starts, self.hold_delay
+        return Signals(
+            position=q,
+            velocity=velocity,
+            acceleration=acceleration,
+            force=about_samples(force, starts, delay) if delay else force,
+            direction=np.sign(velocity),
+            recorded=beside_motion(self.axis, self.recorded, starts),
+        )
 
 
 def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = ()) -> bool:
@@ -339,10 +346,9 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     into = into or [np.eye(len(each.axis.parameters)) for each in records]
     pairs = [*zip(records, into, strict=True)]
     fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
-    found = Information(np.any([losses_count(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0))
-    for each, matrix in pairs:
-        each.add_to(found, matrix, fastest)
-    return found.remaining < MIN_INFORMATION_LEFT.value
+    counts = np.any([losses_count(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
+    moving, left = np.sum([each.information(own, fastest) for each, own in pairs], axis=0)
+    return remaining_information(counts, moving, left) < MIN_INFORMATION_LEFT.value
 
 
 def check_filter(

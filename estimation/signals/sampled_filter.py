@@ -69,9 +69,13 @@ class SampledFilter:
 
         Rows further apart are made of different samples.
         """
-        motion, rows = self.settling(_SETTLED_TRANSIENT)
-        decimate = self.settings.decimate
-        return motion if decimate == 1 else math.ceil((motion + rows) / decimate)
+        motion, decimate = self._transient(_SETTLED_TRANSIENT), self.settings.decimate
+        if decimate == 1:
+            return motion
+        sections = self.decimation.sections
+        slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
+        rows = math.ceil(math.log(_SETTLED_TRANSIENT) / math.log(slowest))
+        return math.ceil((motion + rows) / decimate)
 
     @property
     def turn_reach(self) -> int:
@@ -89,14 +93,6 @@ class SampledFilter:
         order, decimate = self.settings.order, self.settings.decimate
         padding = DECIMATION_PADDING if decimate > 1 else 0
         return max(3 * order, padding, 2 * decimate) + sum(self.dropped) + 1
-
-    def settling(self, level: float) -> tuple[int, int]:
-        """Samples over which the low-pass and the decimation filter decay to a level."""
-        if self.settings.decimate == 1:
-            return self._transient(level), 0
-        sections = self.decimation.sections
-        slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
-        return self._transient(level), math.ceil(math.log(level) / math.log(slowest))
 
     def check(self, samples: int, what: str = "the record") -> None:
         """Refuse a record, or its longest segment, that the settings cannot serve.
@@ -192,12 +188,15 @@ class SampledFilter:
         kept = weighted[start : len(weighted) - end]
         if self.settings.decimate > 1:
             kept = self.smoothed(kept)
-        return kept[self.rows_between(len(signals), 0, len(signals)) - start]
+        return kept[self.rows(len(signals)) - start]
 
     def _without_phase(self, sections: "Sections", signals: Array, padding: int) -> Array:
+        """Forward and backward along the first axis, with odd extensions at both ends."""
         compiled = column_filter() if self.native else None
         if compiled is None:
-            return sections.without_phase(signals, padding)
+            from scipy.signal import sosfiltfilt
+
+            return np.asarray(sosfiltfilt(sections.sections.copy(), signals, 0, padlen=padding))
         columns = np.asarray(signals, dtype=float).reshape(len(signals), -1)
         made = compiled.without_phase(columns, sections.sections, sections.settled, padding)
         return made.reshape(signals.shape)
@@ -213,17 +212,13 @@ class SampledFilter:
         """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
         return self._without_phase(self.decimation, signals, DECIMATION_PADDING)
 
-    def rows(self, samples: int) -> Array:
-        """Sample numbers of the rows of one stretch, (n,)."""
-        return self.rows_between(samples, 0, samples).astype(np.float64)
-
-    def rows_between(self, samples: int, start: int, stop: int) -> NDArray[np.int64]:
-        """Rows of one stretch of so many samples, from `start` to before `stop`."""
+    def rows(self, samples: int) -> NDArray[np.int64]:
+        """Sample numbers of the rows of one stretch of so many samples, (n,)."""
         low, high = self.dropped
         decimate = self.settings.decimate
         first = self.cut[0] + self._first(samples - sum(self.cut))
-        first += max(-(-(max(start, low) - first) // decimate), 0) * decimate
-        return np.arange(first, min(stop, samples - high), decimate)
+        first += max(-(-(low - first) // decimate), 0) * decimate
+        return np.arange(first, samples - high, decimate)
 
     def _transient(self, level: float) -> int:
         # The slowest pole of a Butterworth filter is the one nearest the imaginary axis.
@@ -252,23 +247,6 @@ class Sections:
         from scipy.signal import sosfilt_zi
 
         return cls(frozen(sections), frozen(sosfilt_zi(sections)))
-
-    def without_phase(self, signals: Array, padding: int) -> Array:
-        """Forward and backward along the first axis, with odd extensions at both ends.
-
-        As `scipy.signal.sosfiltfilt`, which works the settled state out at every call.
-        """
-        from scipy.signal import sosfilt
-
-        lanes = np.atleast_2d(np.asarray(signals, dtype=float).T)
-        before = 2 * lanes[:, :1] - lanes[:, padding:0:-1]
-        after = 2 * lanes[:, -1:] - lanes[:, -2 : -padding - 2 : -1]
-        passed = np.concatenate([before, lanes, after], axis=1)
-        for _ in range(2):
-            state = self.settled[:, None] * passed[:, :1]
-            passed = sosfilt(self.sections.copy(), passed, axis=1, zi=state)[0][:, ::-1]
-        passed = passed[:, padding : padding + lanes.shape[1]]
-        return passed[0] if signals.ndim == 1 else passed.T
 
 
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.

@@ -1,6 +1,5 @@
 """Which samples of a record count, and which rows they make under a prefilter."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,10 +12,6 @@ from axisid.support.arrays import Array, covered, runs
 from .neighbours import Neighbours
 from .prefilter import Prefilter
 from .sampled_filter import SampledFilter, Span
-
-#: Numbers that SciPy filters side by side. It gets more of them column by column, to the same last
-#: bit: of columns that no cache holds, memory that it takes anew costs more than the sums.
-_AT_ONCE = 1 << 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +130,9 @@ class Sampling:
 
         `fastest` is the largest speed of other records of the machine.
         """
-        rest = _rest_below((velocity[a:b] for a, b in self.spans), fastest)
+        # What noise makes of a rest is the same in all records of a machine.
+        speeds = (float(np.abs(velocity[a:b]).max()) for a, b in self.spans)
+        rest = REST_SPEED.value * max(fastest, *speeds)
         reach = self.filter.turn_reach
         return tuple(
             stretch
@@ -144,35 +141,7 @@ class Sampling:
         )
 
     def _reduced(self, signals: Array) -> Array:
-        """`reduce` with the rows that are masked or have no weight among them."""
-        if signals.ndim > 1:
-            return self._reduced_columns(signals)
-        return self._pieces(signals)
-
-    def _reduced_columns(self, signals: Array) -> Array:
-        """Of (N, k); an offset's column of ones, which many models have, is filtered once."""
-        ones = (signals[0] == 1) & (signals[-1] == 1)
-        ones[ones] = (signals[:, ones] == 1).all(axis=0)
-        if not ones.any():
-            return self._side_by_side(signals)
-        reduced = np.empty((len(self._all_rows), signals.shape[1]))
-        reduced[:, ones] = self._ones[:, None]
-        if not ones.all():
-            reduced[:, ~ones] = self._side_by_side(signals.T[~ones].T)
-        return reduced
-
-    @cached_property
-    def _ones(self) -> Array:
-        """What each row makes of ones, whether it is kept or not."""
-        return self._pieces(np.ones(self.samples))
-
-    def _side_by_side(self, signals: Array) -> Array:
-        if signals.size > _AT_ONCE and not self.native:
-            return np.stack([self._pieces(column) for column in signals.T], axis=1)
-        return self._pieces(signals)
-
-    def _pieces(self, signals: Array) -> Array:
-        """Segment by segment."""
+        """`reduce`, segment by segment, with rows that are masked or have no weight among them."""
         weighted = signals
         if self.excluded:
             weighted = np.array(signals, dtype=float)
@@ -183,7 +152,7 @@ class Sampling:
     @cached_property
     def _all_rows(self) -> Array:
         pieces = [a + self.filter.rows(b - a) for a, b in self.spans]
-        return np.concatenate(pieces)
+        return np.concatenate(pieces).astype(np.float64)
 
     @cached_property
     def _clean(self) -> NDArray[np.bool_]:
@@ -203,16 +172,6 @@ class Sampling:
         if not self.excluded:
             return self._clean
         return self._clean & (self._reduced(np.ones(self.samples)) > MIN_ROW_WEIGHT.value)
-
-
-def _rest_below(velocities: Iterable[Array], beside: float) -> float:
-    """Speed below which an axis rests, from the stretches of its filtered velocity.
-
-    `beside` is the largest speed of other records of the machine: what noise makes of a rest is
-    the same in all of them.
-    """
-    fastest = max((float(np.abs(v).max()) for v in velocities if len(v)), default=0.0)
-    return REST_SPEED.value * max(fastest, beside)
 
 
 def near_turns(velocity: Array, reach: int, rest: float) -> NDArray[np.bool_]:

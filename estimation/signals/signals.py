@@ -73,25 +73,3 @@ def about_samples(held: Array, starts: Sequence[int], delay: float = 0.5) -> Arr
     before = np.concatenate([held[:1], held[:-1]])
     before[starts] = held[starts]
     return np.asarray((1 - delay) * held + delay * before, dtype=float)
-
-
-def paired_with_force(
-    motion: Motion,
-    force: Array,
-    starts: Sequence[int],
-    *,
-    delay: float,
-    recorded: tuple[Array, ...] = (),
-) -> Signals:
-    """A filtered motion beside the force as the hold pairs them; segments begin at `starts`."""
-    q, velocity, acceleration = motion
-    if delay:
-        force = about_samples(force, starts, delay)
-    return Signals(
-        position=q,
-        velocity=velocity,
-        acceleration=acceleration,
-        force=force,
-        direction=np.sign(velocity),
-        recorded=recorded,
-    )

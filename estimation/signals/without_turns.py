@@ -26,35 +26,24 @@ _SMALLEST = 1e-100  # whose square is exact
 _ALIKE = 1e-12  # of a column, in which it is not told from others
 
 
-class Information:
-    """On each parameter of records, from all samples in motion and from those left.
+def remaining_information(counts: NDArray[np.bool_], moving: Array, left: Array) -> float:
+    """The least part of the information on a parameter that is left.
 
     Parameters
     ----------
     counts : (P,) array of bool
         Of which parameters a loss counts, see `losses_count`.
+    moving, left : (P, P) array
+        Products of the regressor's columns of all samples in motion, and of those that are left.
     """
-
-    def __init__(self, counts: NDArray[np.bool_]) -> None:
-        self._counts, size = counts, len(counts)
-        self._moving, self._left = np.zeros((size, size)), np.zeros((size, size))
-
-    def add(self, moving: Array, left: Array) -> None:
-        """Products of the regressor's columns, (P, P) each: in motion, and of what is left."""
-        self._moving += moving
-        self._left += left
-
-    @property
-    def remaining(self) -> float:
-        """The least part of a parameter's information that is left."""
-        both = self._moving + self._left
-        if not np.all(np.isfinite(both)):
-            return 1.0  # whatever is done, the regression will say what is wrong
-        size = np.sqrt(np.diag(both))
-        seen = self._counts & (np.diag(self._moving) > 0)
-        scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
-        before, after = (_information(each / scale) for each in (self._moving, self._left))
-        return float(np.min(after[seen] / before[seen], initial=1.0))
+    both = moving + left
+    if not np.all(np.isfinite(both)):
+        return 1.0  # whatever is done, the regression will say what is wrong
+    size = np.sqrt(np.diag(both))
+    seen = counts & (np.diag(moving) > 0)
+    scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
+    before, after = (_information(each / scale) for each in (moving, left))
+    return float(np.min(after[seen] / before[seen], initial=1.0))
 
 
 def losses_count(axis: GeneratedAxis) -> NDArray[np.bool_]:
@@ -86,23 +75,21 @@ def _about(axis: GeneratedAxis) -> Array:
 @lru_cache(maxsize=32)  # asked of an axis in every identification
 def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
     """Which columns of the inverse model, (p,), depend on which signal."""
-    regressor = axis.functions["idm_regressor"]
-    found = {}
-    for place, name in enumerate(_SIGNALS):
-        rows, _ = regressor.jac_sparsity(0, place).get_triplet()
-        found[name] = np.isin(np.arange(len(axis.parameters)), rows)
-    return found
+    return {name: _depending(axis, place) for place, name in enumerate(_SIGNALS)}
 
 
 def of_signals(axis: GeneratedAxis) -> NDArray[np.bool_]:
     """Which columns of the inverse model, (p,), depend on a recorded signal."""
-    regressor = axis.functions["idm_regressor"]
-    columns = np.arange(len(axis.parameters))
-    found = np.zeros(len(columns), dtype=bool)
-    for place in range(len(axis.axis.signals)):
-        rows, _ = regressor.jac_sparsity(0, len(_SIGNALS) + place).get_triplet()
-        found |= np.isin(columns, rows)
-    return found
+    places = range(len(_SIGNALS), len(_SIGNALS) + len(axis.axis.signals))
+    found = [_depending(axis, place) for place in places]
+    none = np.zeros(len(axis.parameters), dtype=bool)
+    return np.asarray(np.any([none, *found], axis=0))
+
+
+def _depending(axis: GeneratedAxis, place: int) -> NDArray[np.bool_]:
+    """Which columns of the inverse model, (p,), depend on what it takes at a place."""
+    rows, _ = axis.functions["idm_regressor"].jac_sparsity(0, place).get_triplet()
+    return np.isin(np.arange(len(axis.parameters)), rows)
 
 
 def _information(gram: Array) -> Array:

@@ -4,22 +4,20 @@ In: a reference, parameters. Out: `Simulation`.
 Knows nothing of filters and estimates.
 """
 
-from .batch import BatchSimulation as BatchSimulation, simulate_batch as simulate_batch
-from .closed_loop import (
-    simulate as simulate,
-    simulate_estimate as simulate_estimate,
-)
-from .lanes import (
-    LoopInputs as LoopInputs,
+from .batch import (
+    BatchSimulation as BatchSimulation,
     settled_substeps as settled_substeps,
+    simulate_batch as simulate_batch,
     simulate_lanes as simulate_lanes,
 )
+from .closed_loop import simulate as simulate, simulate_loop as simulate_loop
+from .inputs import LoopInputs as LoopInputs
+from .lane_arguments import gains_by_lane as gains_by_lane
 from .loop_start import law_of as law_of
 from .recorded import at_law as at_law
 from .reducers import LaneBlock as LaneBlock
 from .runaway import allowed_distance as allowed_distance
 from .simulated import (
-    SIMULATED as SIMULATED,
     Simulation as Simulation,
     logged_control as logged_control,
     measured_positions as measured_positions,

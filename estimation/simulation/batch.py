@@ -5,64 +5,60 @@ from __future__ import annotations  # as they are written, in what help() prints
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings, LoopStart
+from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, STEPS_IN_ALL, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
+from axisid.support.errors import EstimationError
 from axisid.support.real_numbers import real_array
 
 from .between import at_log_samples
+from .inputs import LoopInputs
 from .lane_arguments import (
     aligned,
     check_lanes,
     check_threads,
+    check_wanted,
     gains_by_lane,
     in_order,
     lane_injected,
     lane_noise,
-    wanted_names,
 )
-from .loop_start import lane_starts
-from .recorded import at_law, checked_signals, first_values, lines
-from .reducers import (
-    LaneBlock,
-    Reducer,
-    check_wanted,
-    checked_reducers,
-    joined,
-    needed_signals,
-    reduced,
-)
+from .loop_start import checked_starts, lane_starts
+from .recorded import checked_signals, lines
+from .reducers import LaneBlock, Reducer, check_reducer, joined, reduced
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
+    at_rest,
     bounds_refusal,
     check_loop,
     failure,
-    fastest_place,
+    further_substeps,
     has_constant_substeps,
     has_states,
-    inertia_and_hold,
     most_substeps,
     no_inertia,
     place_at,
     pushes,
     states_refusal,
+    steps_by_rate,
     substeps_along,
     substeps_at_start,
     too_stiff,
     visited_signals,
 )
-from .two_clocks import TwoClocks, clocks_of
+from .two_clocks import clocks_of
 
 #: What is needed between the evaluations of a law.
-_OF_THE_LAW = ("position", "velocity", "acceleration", "force", "direction", "before")
+_OF_THE_LAW = tuple(name for name in SIGNALS if name != "control")
 _KEPT = 2**23  # values of signals that lie in memory while a batch is reduced
 
 
@@ -105,7 +101,7 @@ def simulate_batch(
     resolution: float = 0.0,
     substeps: int | None = None,
     wanted: Sequence[str] = SIGNALS[:5],
-    reduce: str | Reducer | Sequence[str | Reducer] | None = None,
+    reduce: Reducer | None = None,
     threads: int | None = None,
 ) -> BatchSimulation:
     """Simulate many parameter sets, references or noises side by side.
@@ -139,13 +135,10 @@ def simulate_batch(
     wanted : sequence of str
         Signals of the simulation that are given back, each N x B floats, or reduced. Names as in
         `Simulation`.
-    reduce : str, callable or sequence of them, optional
+    reduce : callable, optional
         What is kept of each lane in place of its signals, so that memory does not grow by N x B:
-        lanes are simulated and reduced block by block. ``"final"``, ``"mean"``, ``"rms"``,
-        ``"peak"`` (the largest amount) and ``"span"`` (from the least to the largest) of every
-        signal that is wanted, under names such as ``"rms_force"``; ``"max_tracking_error"`` and
-        ``"rms_tracking_error"``, of the position from the reference. A callable takes a `LaneBlock`
-        and gives arrays by name, (b, ...), a row for each of its lanes. NaN for a lane that failed.
+        lanes are simulated and reduced block by block. It takes a `LaneBlock` and gives arrays by
+        name, (b, ...), a row for each of its lanes. NaN for a lane that failed.
     threads : int, optional
         1 to 1024; as many as there are processors by default.
 
@@ -170,87 +163,132 @@ def simulate_batch(
     theta = np.ascontiguousarray(real_array(given, "the parameters"))
     ref = aligned(reference, "the reference")
     check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
-    lanes = len(theta)
     check_lanes(theta, ref)
-    noise = lane_noise(position_noise, (len(ref), lanes))
-    added = lane_injected(injected, (len(ref), lanes))
-    reducers = None if reduce is None else checked_reducers(reduce)
-    names = wanted_names(wanted)
-    if reducers is not None:
-        check_wanted(reducers, names)
-    beside = () if reducers is None else needed_signals(reducers)
-    logged = ref, period
-    given_signals = checked_signals(axis, signals, len(ref), lanes)
-    clocks = clocks_of(axis.axis.control, len(ref), period)
-    if clocks is not None:
-        ref, period = clocks.reference(ref), clocks.law_period
-        noise, added = (None if each is None else clocks.held(each) for each in (noise, added))
-        given_signals = at_law(axis, given_signals, clocks)
-    off = np.zeros(lanes) if noise is None else noise[0]
-    recorded = lines(axis, given_signals, period)
-    at_first = first_values(recorded)
-    by_lane = gains_by_lane(axis, gains, lanes)
-    first = lane_starts(
-        axis, theta, ref[0], off, resolution, start, start_velocity, memory, at_first, by_lane
-    )
     check_threads(threads)
+    check_wanted(wanted)
+    samples, lanes = len(ref), len(theta)
+    begin = np.broadcast_to(ref[0], lanes) if start is None else start
+    inputs = LoopInputs(
+        reference=ref,
+        period=period,
+        start=checked_starts(axis, begin, start_velocity, memory, lanes),
+        noise=lane_noise(position_noise, (samples, lanes)),
+        injected=lane_injected(injected, (samples, lanes)),
+        signals=checked_signals(axis, signals, samples, lanes),
+        resolution=resolution,
+    ).at_law(axis, clocks_of(axis.axis.control, samples, period))
+    run = partial(simulate_lanes, axis, substeps=substeps, threads=threads)
+    own = gains_by_lane(axis, gains, lanes)
+    if reduce is None:
+        return run(theta, inputs, wanted=wanted, gains=own)
+    check_reducer(reduce, wanted)
+    failures: dict[int, str] = {}
+    blocks = []
+    for chosen in _blocks(lanes, samples * len(wanted), _count(threads)):
+        some = inputs.lanes(chosen)
+        of_lanes = None if own is None else own[chosen]
+        batch = run(theta[chosen], some, wanted=wanted, gains=of_lanes)
+        failures |= {chosen.start + lane: why for lane, why in batch.failures.items()}
+        block = LaneBlock(
+            first=chosen.start,
+            parameters=theta[chosen],
+            reference=some.logged.reference,
+            period=period,
+            signals=batch.signals,
+        )
+        blocks.append(reduced(reduce, block))
+    return BatchSimulation(signals={}, failures=failures, reduced=joined(blocks))
+
+
+def _blocks(lanes: int, values: int, threads: int) -> Iterator[slice]:
+    """Lanes in parts whose signals, so many values of each lane, lie in memory together."""
+    size = BLOCK * max(_KEPT // (BLOCK * values), threads)
+    for first in range(0, lanes, size):
+        yield slice(first, min(first + size, lanes))
+
+
+def simulate_lanes(
+    axis: GeneratedAxis,
+    parameters: Array,
+    inputs: LoopInputs,
+    *,
+    substeps: int | None = None,
+    wanted: Sequence[str],
+    gains: Array | None = None,
+    threads: int | None = None,
+) -> BatchSimulation:
+    """Loops with parameters (B, p), the signals that are wanted at the samples of the log.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (B, p) array
+    inputs : LoopInputs
+        At the law's evaluations.
+    substeps : int, optional
+        As in `simulate`.
+    wanted : sequence of str
+    gains : (B, g) array, optional
+        Of the law, by lane; as declared by default.
+    threads : int, optional
+        As in `simulate_batch`.
+    """
     fixed = has_constant_substeps(axis) or substeps is not None
     looked_at = () if fixed else visited_signals(axis)
-    between = () if clocks is None else _OF_THE_LAW
-    away = np.abs(first.position - ref[0])
-    spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
+    between = () if inputs.clocks is None else _OF_THE_LAW
+    start = lane_starts(axis, parameters, inputs, gains)
+    away = np.abs(start.position - inputs.reference[0])
+    spans = np.broadcast_to(np.ptp(inputs.reference, axis=0), len(parameters))
     batch = _Batch(
         axis=axis,
-        parameters=theta,
-        reference=ref,
-        noise=noise,
-        injected=added,
-        start=first,
-        period=period,
-        resolution=resolution,
+        parameters=np.ascontiguousarray(parameters),
+        inputs=replace(inputs, start=start, log=None),
+        recorded=lines(axis, inputs.signals, inputs.period),
         allowed=np.array([allowed_distance(*each) for each in zip(spans, away, strict=True)]),
-        wanted=list(dict.fromkeys([*names, *beside, *looked_at, *between])),
-        threads=threads,
-        signals=given_signals,
-        recorded=recorded,
-        gains=by_lane,
+        wanted=list(dict.fromkeys([*wanted, *looked_at, *between])),
+        threads=_count(threads),
+        gains=gains,
     )
-    given_names = dict(zip(wanted, names, strict=True))
-    if reducers is not None:
-        return _reduced(batch, reducers, given_names, logged, substeps, clocks)
-    out, failures = batch.at_log_samples(substeps, clocks)
+    out, failures = batch.run(substeps)
     return BatchSimulation(
-        signals={given: out[name] for given, name in given_names.items()},
+        signals={name: out[name] for name in wanted},
         failures=dict(sorted(failures.items())),
     )
 
 
-def _reduced(
-    batch: _Batch,
-    reducers: Sequence[str | Reducer],
-    names: Mapping[str, str],
-    logged: tuple[Array, float],
-    substeps: int | None,
-    clocks: TwoClocks | None,
-) -> BatchSimulation:
-    """Simulate and reduce block by block; `logged` are the reference and its period as given."""
-    failures: dict[int, str] = {}
-    blocks = []
-    for chosen in batch.blocks():
-        own = batch.of(chosen)
-        out, failed = own.at_log_samples(substeps, clocks)
-        failures |= {chosen.start + lane: why for lane, why in failed.items()}
-        block = LaneBlock(
-            first=chosen.start,
-            parameters=own.parameters,
-            reference=logged[0] if logged[0].ndim == 1 else logged[0][:, chosen],
-            period=logged[1],
-            signals={given: out[name] for given, name in names.items()},
-        )
-        blocks.append(reduced(reducers, block, out))
-    return BatchSimulation(
-        signals={}, failures=dict(sorted(failures.items())), reduced=joined(blocks)
-    )
+def _count(threads: int | None) -> int:
+    """So many threads, or as many as there are processors."""
+    if threads is not None:
+        return int(threads)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
+    """Steps in a sample that parameters (p,) ask for, so that others near them take as many.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    inputs : LoopInputs
+
+    Returns
+    -------
+    int or None
+        None where the loop cannot be simulated with them.
+    """
+    first, theta = inputs.first_signals, parameters[None, :]
+    position = np.ravel(inputs.start.position)[:1]
+    (steps,) = substeps_at_start(axis, theta, position, inputs.period, first)
+    if not has_constant_substeps(axis):
+        alone = replace(inputs, clocks=None)
+        batch = simulate_lanes(axis, theta, alone, wanted=visited_signals(axis))
+        if batch.failures:
+            return None
+        visited = {name: values[:, 0] for name, values in batch.signals.items()}
+        along = substeps_along(axis, parameters, visited, inputs.period, inputs.signals)
+        steps = max(int(steps), along)
+    return min(int(steps), most_substeps(len(inputs.reference)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -259,152 +297,97 @@ class _Batch:
 
     axis: GeneratedAxis
     parameters: Array
-    reference: Array
-    noise: Array | None
-    injected: Array | None
-    start: LoopStart
-    period: float
-    resolution: float
+    inputs: LoopInputs
+    recorded: Array | None
     allowed: Array
     wanted: Sequence[str]
-    threads: int | None
-    signals: tuple[Array, ...]
-    recorded: Array | None
+    threads: int
     gains: Array | None
 
-    def blocks(self) -> Iterator[slice]:
-        """The lanes in parts whose signals lie in memory together."""
-        blocks = _KEPT // (BLOCK * len(self.reference) * len(self.wanted))
-        size = BLOCK * max(blocks, self._count())
-        for first in range(0, len(self.parameters), size):
-            yield slice(first, min(first + size, len(self.parameters)))
-
-    def of(self, lanes: slice) -> _Batch:
-        """The same of some of its lanes."""
-        chosen = np.arange(lanes.start, lanes.stop)
-        return replace(
-            self,
-            parameters=self.parameters[lanes],
-            reference=self.reference if self.reference.ndim == 1 else self.reference[:, lanes],
-            noise=_of_lanes(self.noise, chosen),
-            injected=_of_lanes(self.injected, chosen),
-            start=_start_of(self.start, chosen),
-            allowed=self.allowed[lanes],
-            signals=tuple(v if v.ndim == 1 else v[:, lanes] for v in self.signals),
-            recorded=_lines_of(self.recorded, chosen),
-            gains=None if self.gains is None else self.gains[lanes],
-        )
-
-    def at_log_samples(
-        self, substeps: int | None, clocks: TwoClocks | None
-    ) -> tuple[dict[str, Array], dict[int, str]]:
-        """Simulate every lane; the signals at the samples of the reference, and the failures."""
-        out, failures = self.run(substeps)
-        if clocks is None:
-            return out, failures
-        lanes = [
-            at_log_samples(
-                self.axis,
-                self.parameters[lane],
-                {name: values[:, lane] for name, values in out.items()},
-                clocks,
-                _lines_of(self.recorded, lane),
-            )
-            for lane in range(len(self.parameters))
-        ]
-        return {name: np.column_stack([lane[name] for lane in lanes]) for name in out}, failures
-
     def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
-        """Simulate every lane; returns the signals, (N, B) each, and the failures."""
-        lanes = len(self.parameters)
-        failures = self._refused()
-        sound = np.array([lane not in failures for lane in range(lanes)])
-        counts = np.full(lanes, substeps or 1)
-        if substeps is None and sound.any():
-            counts[sound] = substeps_at_start(
-                self.axis,
-                self.parameters[sound],
-                self.start.position[sound],
-                self.period,
-                self._first(np.flatnonzero(sound)),
-            )
+        """Simulate every lane; its signals at the samples of the log, (N, B) each, and failures."""
+        axis, samples = self.axis, len(self.inputs.reference)
+        failures, steps = self._refused()
+        sound = np.array([lane not in failures for lane in range(len(self.parameters))])
+        counts = np.where(sound, steps, 1) if substeps is None else np.full(len(sound), substeps)
         out: dict[str, Array] = {}
-        most = MOST_SUBSTEPS if substeps else most_substeps(len(self.reference))
-        stiff = sound & (counts > most)
+        most = MOST_SUBSTEPS if substeps else most_substeps(samples)
+        fixed = substeps is not None or has_constant_substeps(axis)
+        for lane in map(int, np.flatnonzero(sound & (counts > most)) if fixed else ()):
+            own, still = self.inputs.lanes(lane), (float(self.inputs.start.position[lane]), 0.0)
+            at = still, tuple(map(float, own.first_signals))
+            failures[lane] = too_stiff(axis, self.parameters[lane], at, own.period, samples)
+            sound[lane] = False
         counts = np.minimum(counts, most)
-        if has_constant_substeps(self.axis):
-            self._refuse(out, np.flatnonzero(stiff), failures)
-            sound &= ~stiff
         pending = np.flatnonzero(sound)
         while pending.size:
             # Lanes that ask for more steps in a sample run apart, and do not slow the others.
             groups = [pending[counts[pending] == count] for count in np.unique(counts[pending])]
             for group in groups:
                 self._run_into(out, group, int(counts[group[0]]), failures)
-            if substeps is not None or has_constant_substeps(self.axis):
+            if fixed:
                 break
-            needed = np.array([self._needed(out, int(lane)) for lane in pending])
-            more = needed > counts[pending]
-            self._refuse(out, pending[more & (counts[pending] == most)], failures)
-            more &= counts[pending] < most
-            counts[pending] = np.clip(needed, counts[pending], most)
+            enough = [self._enough(out, int(lane), int(counts[lane]), failures) for lane in pending]
+            more = np.array(enough) > counts[pending]
+            counts[pending] = enough
             pending = pending[more]
-        return out or self._nothing(), failures
+        out = out or self._nothing()
+        clocks = self.inputs.clocks
+        if clocks is None:
+            return out, failures
+        sampled = [
+            at_log_samples(
+                axis,
+                self.parameters[lane],
+                {name: np.ascontiguousarray(values[:, lane]) for name, values in out.items()},
+                clocks,
+                _lines_of(self.recorded, lane),
+                int(counts[lane]),
+            )
+            for lane in range(len(sound))
+        ]
+        return {name: np.column_stack([lane[name] for lane in sampled]) for name in out}, failures
 
-    def _refused(self) -> dict[int, str]:
-        """What to say of lanes that no simulation starts from."""
-        first = self._first(np.arange(len(self.parameters)))
-        place, refused = (self.axis, self.parameters, self.start.position, first), {}
-        has_mass, held = inertia_and_hold(*place)
-        low, high = np.array([(p.lower, p.upper) for p in self.axis.axis.parameters]).T
+    def _refused(self) -> tuple[dict[int, str], NDArray[np.int64]]:
+        """What to say of lanes that no simulation starts from, and the steps of each at first."""
+        axis, start, refused = self.axis, self.inputs.start.position, dict[int, str]()
+        first, period = self.inputs.first_signals, self.inputs.period
+        has_mass, held, rates = at_rest(axis, self.parameters, start, first)
+        low, high = np.array([(p.lower, p.upper) for p in axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
-        remembers = has_states(self.axis, self.parameters)
+        remembers = has_states(axis, self.parameters)
         for lane in map(int, np.flatnonzero(~(inside & has_mass & held & remembers))):
             theta = self.parameters[lane]
-            refusal = bounds_refusal(self.axis, theta)
             if not remembers[lane]:
-                refused[lane] = states_refusal(self.axis, theta)
-                continue
-            if not has_mass[lane]:
-                at, own = float(self.start.position[lane]), self._first(np.array([lane]))
-                refused[lane] = no_inertia(self.axis, theta, at, own)
-            elif refusal or not held[lane]:
-                refused[lane] = refusal or pushes(self.axis, theta)
-        return refused
+                refused[lane] = states_refusal(axis, theta)
+            elif not has_mass[lane]:
+                own = [*map(float, self.inputs.lanes(lane).first_signals)]
+                refused[lane] = no_inertia(axis, theta, float(start[lane]), own)
+            else:
+                refused[lane] = bounds_refusal(axis, theta) or pushes(axis, theta)
+        return refused, steps_by_rate(axis, rates, period)
 
-    def _refuse(
-        self, out: Mapping[str, Array], lanes: NDArray[np.intp], failures: dict[int, str]
-    ) -> None:
-        for lane in map(int, lanes):
-            theta, (visited, own) = self.parameters[lane], self._visited(out, lane)
-            at = fastest_place(self.axis, theta, visited, self.period, own)
-            failures[lane] = too_stiff(self.axis, theta, at, self.period, len(self.reference))
-            for values in out.values():
-                values[:, lane] = np.nan
-
-    def _needed(self, out: Mapping[str, Array], lane: int) -> int:
-        visited, own = self._visited(out, lane)
-        return substeps_along(self.axis, self.parameters[lane], visited, self.period, own)
-
-    def _visited(self, out: Mapping[str, Array], lane: int) -> tuple[dict[str, Array], list[Array]]:
-        """Where a lane went, or starts, and its recorded signals."""
-        own = [v if v.ndim == 1 else v[:, lane] for v in self.signals]
-        if not out:
-            still = dict.fromkeys(visited_signals(self.axis), np.zeros(1))
-            return still | {"position": self.start.position[lane : lane + 1]}, own
-        position = out["position"][:, lane]
+    def _enough(
+        self, out: dict[str, Array], lane: int, count: int, failures: dict[int, str]
+    ) -> int:
+        """Steps that were enough, or that are, for wherever a lane went; as many if none are."""
+        own, position = self.inputs.lanes(lane), out["position"][:, lane]
         ended = np.isnan(position)
         until = int(ended.argmax()) if ended.any() else len(position)
         names = visited_signals(self.axis)
-        return {name: np.ascontiguousarray(out[name][:until, lane]) for name in names}, own
-
-    def _first(self, lanes: NDArray[np.intp]) -> Array:
-        """First values of the recorded signals of some lanes."""
-        first = first_values(self.recorded)
-        return first if first.ndim == 1 else first[:, lanes]
+        visited = {name: np.ascontiguousarray(out[name][:until, lane]) for name in names}
+        theta, samples = self.parameters[lane], len(position)
+        had = count, visited, own.period, own.signals
+        try:
+            return further_substeps(self.axis, theta, *had, samples, STEPS_IN_ALL)
+        except EstimationError as error:
+            failures[lane] = str(error)
+            for values in out.values():
+                values[:, lane] = np.nan
+            return count
 
     def _nothing(self) -> dict[str, Array]:
-        shape = (len(self.reference), len(self.parameters))
+        shape = (len(self.inputs.reference), len(self.parameters))
         return {name: np.full(shape, np.nan) for name in self.wanted}
 
     def _run_into(
@@ -429,41 +412,35 @@ class _Batch:
         self, group: NDArray[np.intp] | None, substeps: int, failures: dict[int, str]
     ) -> dict[str, Array]:
         """Simulate a group of lanes, or all; what fails is added to `failures`."""
-        every = group is None
         chosen = np.arange(len(self.parameters)) if group is None else group
+        inputs = self.inputs if group is None else self.inputs.lanes(group)
         settings = LoopSettings(
-            period=self.period,
-            resolution=self.resolution,
-            allowed=self.allowed if every else np.ascontiguousarray(self.allowed[chosen]),
+            period=inputs.period,
+            resolution=inputs.resolution,
+            allowed=np.ascontiguousarray(self.allowed[chosen]),
             substeps=substeps,
         )
-        arguments = (
-            self.reference if every or self.reference.ndim == 1 else self.reference[:, chosen],
-            self.noise if every else _of_lanes(self.noise, chosen),
-            self.injected if every else _of_lanes(self.injected, chosen),
-            self._theta(group),
-            self.start if every else _start_of(self.start, chosen),
-            settings,
-            self.wanted,
-        )
-        recorded = self.recorded if every else _lines_of(self.recorded, chosen)
-        code = (
-            self.axis.loop if self.gains is not None and self.axis.loop is not None else self.axis
-        )
+        theta, start = self.parameters[chosen], inputs.start
+        theta = theta if self.gains is None else np.hstack([theta, self.gains[chosen]])
+        recorded = self.recorded if group is None else _lines_of(self.recorded, chosen)
+        code = self.axis.loop if self.gains is not None and self.axis.loop else self.axis
         library = code.native.library()
         if library is None:
             code.native.warn_once()
-            status, stopped, out = _virtual_batch(code.functions, *arguments, recorded)
+            run = code.functions, theta, settings, inputs, self.wanted, recorded
+            status, stopped, out = _virtual_batch(*run)
         else:
-            status, stopped, out = library.simulate_batch(*arguments, self._count(), recorded)
+            status, stopped, out = library.simulate_batch(
+                *(inputs.reference, inputs.noise, inputs.injected, theta, start, settings),
+                *(self.wanted, self.threads, recorded),
+            )
         again = self._widened(status, chosen)
         for i in np.flatnonzero(status):
             lane, sample = int(chosen[i]), int(stopped[i])
             if not again[i]:
-                own = [v if v.ndim == 1 else v[:, lane] for v in self.signals]
-                known = {"position", "velocity"} <= out.keys()
+                own, known = inputs.lanes(int(i)).signals, {"position", "velocity"} <= out.keys()
                 at = place_at({n: v[:, i] for n, v in out.items()}, sample, own) if known else None
-                why = (self.axis, self.parameters[lane], int(status[i]), sample, self.period, at)
+                why = (self.axis, self.parameters[lane], int(status[i]), sample, inputs.period, at)
                 failures[lane] = failure(*why)
             for signal in out.values():
                 signal[sample:, i] = np.nan
@@ -472,44 +449,24 @@ class _Batch:
                 out[name][:, again] = values
         return out
 
-    def _count(self) -> int:
-        """Threads."""
-        if self.threads is not None:
-            return int(self.threads)
-        return (
-            len(os.sched_getaffinity(0))
-            if hasattr(os, "sched_getaffinity")
-            else os.cpu_count() or 1
-        )
-
-    def _theta(self, group: NDArray[np.intp] | None) -> Array:
-        """Parameters of a group of lanes, or of all, behind them gains of their own."""
-        theta = self.parameters
-        theta = theta if self.gains is None else np.hstack([theta, self.gains])
-        return theta if group is None else np.ascontiguousarray(theta[group])
-
     def _widened(self, status: NDArray[np.int32], chosen: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Which lanes left a range that was too narrow for their load; it is widened for them."""
         again = np.asarray(status == STATUSES.index("out of range"))
         if again.any():
             lanes = chosen[again]
+            some = self.inputs.lanes(lanes)
             wider = widened_distance(
                 self.axis,
                 self.parameters[lanes],
-                self.start.position[lanes],
-                _of_lanes(self.noise, lanes),
-                _of_lanes(self.injected, lanes),
-                self.resolution,
-                self._first(lanes),
+                some.start.position,
+                some.noise,
+                some.injected,
+                some.resolution,
+                some.first_signals,
             )
             again[again] = wider > self.allowed[lanes]
             self.allowed[lanes] = np.maximum(self.allowed[lanes], wider)
         return again
-
-
-def _of_lanes(values: Array | None, lanes: NDArray[np.intp]) -> Array | None:
-    """A signal of some lanes; one that all share as it is."""
-    return values if values is None or values.ndim == 1 else values[:, lanes]
 
 
 def _lines_of(recorded: Array | None, lanes: NDArray[np.intp] | int) -> Array | None:
@@ -517,36 +474,23 @@ def _lines_of(recorded: Array | None, lanes: NDArray[np.intp] | int) -> Array | 
     return recorded if recorded is None or recorded.ndim == 2 else recorded[:, :, lanes]
 
 
-def _start_of(start: LoopStart, lanes: NDArray[np.intp] | int) -> LoopStart:
-    """Where one lane or several start."""
-    memory = None if start.memory is None else np.ascontiguousarray(start.memory[lanes])
-    return LoopStart(position=start.position[lanes], velocity=start.velocity[lanes], memory=memory)
-
-
 def _virtual_batch(
     functions: Mapping[str, Any],
-    reference: Array,
-    noise: Array | None,
-    injected: Array | None,
     parameters: Array,
-    start: LoopStart,
     settings: LoopSettings,
+    inputs: LoopInputs,
     wanted: Sequence[str],
     recorded: Array | None,
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
     """Lane by lane in the virtual machine."""
     lanes = len(parameters)
-    out = {name: np.empty((len(reference), lanes)) for name in wanted}
+    out = {name: np.empty((len(inputs.reference), lanes)) for name in wanted}
     status, stopped = np.zeros(lanes, dtype=np.int32), np.zeros(lanes, dtype=np.int64)
     for lane in range(lanes):
-        own = replace(settings, allowed=float(settings.allowed[lane]))
-        status[lane], stopped[lane], signals = VirtualLoop(functions, parameters[lane], own).run(
-            reference if reference.ndim == 1 else reference[:, lane],
-            None if noise is None else noise[:, lane],
-            injected if injected is None or injected.ndim == 1 else injected[:, lane],
-            _start_of(start, lane),
-            _lines_of(recorded, lane),
-        )
+        own, allowed = inputs.lanes(lane), float(settings.allowed[lane])
+        loop = VirtualLoop(functions, parameters[lane], replace(settings, allowed=allowed))
+        given = (own.reference, own.noise, own.injected, own.start)
+        status[lane], stopped[lane], signals = loop.run(*given, _lines_of(recorded, lane))
         for name in wanted:
             out[name][:, lane] = signals[name]
     return status, stopped, out

@@ -12,7 +12,6 @@ from axisid.codegen.runtime import VirtualLoop
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .steps import has_constant_substeps, most_substeps, substeps_along, substeps_at_start
 from .two_clocks import TwoClocks
 
 
@@ -21,7 +20,8 @@ def at_log_samples(
     parameters: Array,
     signals: dict[str, Array],
     clocks: TwoClocks,
-    recorded: Array | None = None,
+    recorded: Array | None,
+    substeps: int,
 ) -> dict[str, Array]:
     """Signals of a simulation at the law's evaluations, (M,), at the samples of the log, (N,).
 
@@ -32,8 +32,10 @@ def at_log_samples(
     signals : dict of str to (M,) array
         By the names of `SIGNALS`; NaN from where the simulation ended early.
     clocks : TwoClocks
-    recorded : (M, 2 s) array, optional
+    recorded : (M, 2 s) array or None
         Value and rate of each recorded signal.
+    substeps : int
+        That the simulation took in a sample.
 
     Returns
     -------
@@ -63,7 +65,7 @@ def at_log_samples(
         (signals["position"][begin], signals["velocity"][begin]),
         np.column_stack([force, lines])[begin],
         span,
-        clocks.law_period / _substeps(axis, parameters, signals, clocks.law_period, lines),
+        clocks.law_period / substeps,
     )
     then = lines[begin, ::2] + span[:, None] * lines[begin, 1::2]
     (acceleration,) = axis.evaluate(
@@ -71,7 +73,7 @@ def at_log_samples(
     )
     sticks = (velocity == 0) & (np.abs(direction) < 1)
     out["position"][apart], out["velocity"][apart] = position, velocity
-    out["direction"][apart] = out["before"][apart] = direction
+    out["direction"][apart] = out["direction_before"][apart] = direction
     out["acceleration"][apart] = np.where(sticks, 0.0, acceleration[:, 0])
     return out
 
@@ -90,19 +92,3 @@ def _later(
         return library.later(motion, held, span, step, parameters)
     settings = LoopSettings(period=step, resolution=0.0, allowed=np.inf, substeps=1)
     return VirtualLoop(axis.functions, parameters, settings).later(motion, held, span, step)
-
-
-def _substeps(
-    axis: GeneratedAxis, parameters: Array, signals: dict[str, Array], period: float, lines: Array
-) -> int:
-    """Steps in a sample that a simulation takes."""
-    known = np.isfinite(signals["position"])
-    if not known.any():
-        return 1
-    recorded = tuple(lines[known, ::2].T)
-    first = np.array([values[0] for values in recorded])
-    (steps,) = substeps_at_start(axis, parameters[None, :], signals["position"][:1], period, first)
-    if not has_constant_substeps(axis):
-        visited = {name: values[known] for name, values in signals.items()}
-        steps = max(steps, substeps_along(axis, parameters, visited, period, recorded))
-    return min(int(steps), most_substeps(len(signals["position"])))

@@ -10,14 +10,14 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 from __future__ import annotations  # as they are written, in what help() prints
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.codegen.lowering import STATUSES, LoopSettings, LoopStart
+from axisid.codegen.lowering import STATUSES, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
@@ -25,9 +25,10 @@ from axisid.support.errors import EstimationError, UsageError
 from axisid.support.real_numbers import real_array
 
 from .between import at_log_samples
+from .inputs import LoopInputs
 from .lane_arguments import in_order
-from .loop_start import single_start
-from .recorded import at_law, checked_signals, first_values, lines
+from .loop_start import checked_start, loop_start
+from .recorded import checked_signals, lines
 from .runaway import allowed_distance, widened_distance
 from .simulated import Simulation, measured_positions
 from .steps import (
@@ -41,7 +42,7 @@ from .steps import (
     place_at,
     pushes,
 )
-from .two_clocks import TwoClocks, clocks_of
+from .two_clocks import clocks_of
 
 
 def simulate(
@@ -115,309 +116,159 @@ def simulate(
         The inertia is not positive, friction drives the axis, or the loop diverges, chatters or is
         too fast to follow; the sample is named.
     """
-    axis, commanded = as_generated(axis), _vector(reference, "the reference")
+    axis, ref = as_generated(axis), _vector(reference, "the reference")
     theta = _vector(in_order(axis, parameters), "the parameters")
-    check_loop(axis, theta.shape, commanded, period, resolution, substeps)
-    loop = _loop(
-        axis,
-        theta,
-        commanded,
-        period,
-        position_noise,
-        injected,
-        resolution,
-        checked_signals(axis, signals, len(commanded)),
-        start=start,
-        start_velocity=start_velocity,
-        memory=memory,
-        clocks=clocks_of(axis.axis.control, len(commanded), period),
+    check_loop(axis, theta.shape, ref, period, resolution, substeps)
+    inputs = LoopInputs(
+        reference=ref,
+        period=period,
+        start=checked_start(axis, ref[0] if start is None else start, start_velocity, memory),
+        noise=checked_signal(position_noise, ref, "the noise"),
+        injected=checked_signal(injected, ref, "the injected signal"),
+        signals=checked_signals(axis, signals, len(ref)),
+        resolution=resolution,
     )
-    loop.check_friction()
-    return loop.simulated(substeps)
+    clocks = clocks_of(axis.axis.control, len(ref), period)
+    return simulate_loop(axis, theta, inputs.at_law(axis, clocks), substeps=substeps, bounded=True)
 
 
-def simulate_estimate(
+def simulate_loop(
     axis: GeneratedAxis,
     parameters: Array,
-    reference: Array,
-    period: float,
+    inputs: LoopInputs,
     *,
-    start: LoopStart,
-    injected: Array | None = None,
-    clocks: TwoClocks | None = None,
-    position_noise: Array | None = None,
-    resolution: float = 0.0,
-    signals: tuple[Array, ...] = (),
+    substeps: int | None = None,
     budget: StepBudget | None = None,
+    bounded: bool = False,
 ) -> Simulation:
-    """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
-
-    The period is the record's, and with two clocks the law's is its own; recorded signals come in
-    the axis's order. What it takes is taken off a budget. Otherwise as `simulate`.
-    """
-    check_loop(axis, parameters.shape, reference, period, resolution, None)
-    loop = _loop(
-        axis,
-        parameters,
-        reference,
-        period,
-        position_noise,
-        injected,
-        resolution,
-        signals,
-        start=start.position,
-        start_velocity=start.velocity,
-        memory=start.memory,
-        clocks=clocks,
-    )
-    return replace(loop, budget=budget or loop.budget).simulated(None)
-
-
-def simulate_sampled(
-    axis: GeneratedAxis,
-    parameters: Array,
-    reference: Array,
-    clocks: TwoClocks,
-    *,
-    position_noise: Array,
-    logged_noise: Array,
-    injected: Array | None,
-    signals: tuple[Array, ...],
-    resolution: float,
-) -> Simulation:
-    """Simulate a loop that is given where its law is evaluated, and sample it as a log is.
+    """Simulate one loop from what `simulate` has checked, or from what a record has.
 
     Parameters
     ----------
     axis : GeneratedAxis
     parameters : (p,) array
-    reference, position_noise : (M,) array
-        At the evaluations.
-    clocks : TwoClocks
-    logged_noise, injected : (N,) array
-        At the samples of the log: of the positions in it, and added to the control.
-    signals : tuple of (N,) array
-        Likewise, in the axis's order.
-    resolution : float
-        Of the encoder; 0 for none.
+    inputs : LoopInputs
+        At the law's evaluations.
+    substeps : int, optional
+        As many as it needs by default.
+    budget : StepBudget, optional
+        That what it takes is taken off.
+    bounded : bool
+        Whether parameters beyond their bounds are refused, and friction that drives the axis;
+        estimates may be a little beyond them.
+
+    Raises
+    ------
+    UsageError, EstimationError
+        As in `simulate`.
     """
-    loop = _loop(
-        axis,
-        parameters,
-        reference,
-        clocks.law_period,
-        position_noise,
-        None if injected is None else clocks.held(injected),
-        resolution,
-        at_law(axis, signals, clocks),
-        start=float(reference[0]),
-        start_velocity=0.0,
-        memory=None,
-        clocks=None,
+    theta, clocks = np.ascontiguousarray(parameters), inputs.clocks
+    first = tuple(map(float, inputs.first_signals))
+    start = loop_start(axis, theta, inputs)
+    held, rate = check_inertia(axis, theta, start.position, first)
+    if bounded and (refusal := bounds_refusal(axis, theta)):
+        raise UsageError(refusal)
+    if bounded and not held:
+        raise EstimationError(pushes(axis, theta))
+    if clocks is not None and axis.axis.response is not None:
+        raise UsageError(
+            f"the period is {clocks.log_period:g} s, the control law of axis "
+            f"{axis.axis.name!r} is evaluated every {clocks.law_period:g} s, and its "
+            f"drive has a {' and '.join(axis.axis.of_law_samples)}: between the "
+            "law's samples such a loop is not known. Give the law's period.",
+            code="clocks-and-response",
+        )
+    reference, period = inputs.reference, inputs.period
+    budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
+    if fixed := substeps is not None:
+        steps = substeps
+    else:
+        still = (start.position, 0.0), first
+        steps = first_substeps(axis, theta, rate, still, period, len(reference), budget.left)
+    away = abs(start.position - reference[0])
+    settings = LoopSettings(
+        period=period,
+        resolution=inputs.resolution,
+        allowed=allowed_distance(reference.max() - reference.min(), away),
+        substeps=steps,
     )
-    loop.check_friction()
-    sampled = replace(loop, clocks=clocks, logged_noise=logged_noise, logged_signals=signals)
-    return sampled.simulated(None)
+    inputs = inputs if start is inputs.start else replace(inputs, start=start)
+    settings, status, stopped, out = _settled(
+        axis, theta, settings, inputs, recorded, budget, fixed=fixed
+    )
+    if status:
+        at = place_at(out, stopped, inputs.signals)
+        said = failure(axis, theta, status, stopped, period, at)
+        raise EstimationError(said, code="loop-diverges")
+    if clocks is not None:
+        out = at_log_samples(axis, theta, out, clocks, recorded, settings.substeps)
+    logged = inputs.logged
+    return Simulation(
+        time=logged.period * _counted(len(out["position"])),
+        measured_position=measured_positions(out["position"], logged.noise, inputs.resolution),
+        recorded=logged.signals,
+        **out,
+    )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Loop:
-    """What one simulation is given, checked: where its law is evaluated, but for the last three.
-
-    `held` is whether no friction drives the axis from where it starts.
-    """
-
-    axis: GeneratedAxis
-    parameters: Array
-    reference: Array
-    noise: Array | None
-    injected: Array | None
-    start: LoopStart
-    held: bool
-    period: float
-    resolution: float
-    signals: tuple[Array, ...]
-    recorded: Array | None
-    clocks: TwoClocks | None
-    logged_noise: Array | None
-    logged_signals: tuple[Array, ...]
-    budget: StepBudget = field(default_factory=StepBudget)
-
-    def check_friction(self) -> None:
-        """Refuse parameters beyond their bounds, and friction that drives the axis."""
-        if refusal := bounds_refusal(self.axis, self.parameters):
-            raise UsageError(refusal)
-        if not self.held:
-            raise EstimationError(pushes(self.axis, self.parameters))
-
-    def simulated(self, substeps: int | None) -> Simulation:
-        """Run it, with as many steps as it needs unless they are given."""
-        if self.clocks is not None and self.axis.axis.response is not None:
-            raise UsageError(
-                f"the period is {self.clocks.log_period:g} s, the control law of axis "
-                f"{self.axis.axis.name!r} is evaluated every {self.clocks.law_period:g} s, and its "
-                f"drive has a {' and '.join(self.axis.axis.of_law_samples)}: between the "
-                "law's samples such a loop is not known. Give the law's period.",
-                code="clocks-and-response",
-            )
-        away = abs(self.start.position - self.reference[0])
-        settings = LoopSettings(
-            period=self.period,
-            resolution=self.resolution,
-            allowed=allowed_distance(self.reference.max() - self.reference.min(), away),
-            substeps=self._steps_at_start() if substeps is None else substeps,
-        )
-        settings, status, stopped, out = self._settled(settings, fixed=substeps is not None)
-        if STATUSES[status] == "out of range":
-            (wider,) = widened_distance(
-                self.axis,
-                self.parameters[None, :],
-                np.array([self.start.position]),
-                self.noise,
-                self.injected,
-                self.resolution,
-                first_values(self.recorded),
-            )
-            if wider > settings.allowed:
-                settings = replace(settings, allowed=float(wider))
-                _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
-        if status:
-            at = place_at(out, stopped, self.signals)
-            said = failure(self.axis, self.parameters, status, stopped, self.period, at)
-            raise EstimationError(said, code="loop-diverges")
-        period = self.period
-        if self.clocks is not None:
-            period = self.clocks.log_period
-            out = at_log_samples(self.axis, self.parameters, out, self.clocks, self.recorded)
-        return Simulation(
-            time=period * _counted(len(out["position"])),
-            direction_before=out.pop("before"),
-            measured_position=measured_positions(
-                out["position"], self.logged_noise, self.resolution
-            ),
-            recorded=self.logged_signals,
-            **out,
-        )
-
-    def _steps_at_start(self) -> int:
-        first = first_values(self.recorded)
-        return first_substeps(
-            self.axis,
-            self.parameters,
-            self.start.position,
-            self.period,
-            first,
-            len(self.reference),
-            self.budget.left,
-        )
-
-    def _settled(
-        self, settings: LoopSettings, *, fixed: bool
-    ) -> tuple[LoopSettings, int, int, dict[str, Array]]:
-        """Run until the steps are enough for wherever it went, unless they are fixed."""
-        while True:
-            left = self.budget.left
-            status, stopped, out = self._run(settings)
-            if fixed:
-                break
-            visited = {name: values[:stopped] if status else values for name, values in out.items()}
-            enough = further_substeps(
-                self.axis,
-                self.parameters,
-                settings.substeps,
-                visited,
-                self.period,
-                self.signals,
-                len(self.reference),
-                left,
-            )
-            if enough == settings.substeps:
-                break
-            settings = replace(settings, substeps=enough)
-        return settings, status, stopped, out
-
-    def _run(self, settings: LoopSettings) -> tuple[int, int, dict[str, Array]]:
-        """As `run_loop`."""
-        self.budget.left -= len(self.reference) * settings.substeps
-        inputs = (self.reference, self.noise, self.injected, self.start)
-        return run_loop(self.axis, self.parameters, settings, inputs, self.recorded)
-
-
-def run_loop(
+def _settled(
     axis: GeneratedAxis,
     parameters: Array,
     settings: LoopSettings,
-    inputs: tuple[Array, Array | None, Array | None, LoopStart],
+    inputs: LoopInputs,
+    recorded: Array | None,
+    budget: StepBudget,
+    *,
+    fixed: bool,
+) -> tuple[LoopSettings, int, int, dict[str, Array]]:
+    """Run until steps, unless they are fixed, and range are enough for wherever it went."""
+    samples = len(inputs.reference)
+    while True:
+        left = budget.left
+        budget.left -= samples * settings.substeps
+        status, stopped, out = _run(axis, parameters, settings, inputs, recorded)
+        if not fixed:
+            visited = {name: values[:stopped] if status else values for name, values in out.items()}
+            had = settings.substeps, visited, settings.period, inputs.signals
+            enough = further_substeps(axis, parameters, *had, samples, left)
+            if enough != settings.substeps:
+                settings = replace(settings, substeps=enough)
+                continue
+        if STATUSES[status] != "out of range":
+            break
+        (wider,) = widened_distance(
+            axis,
+            parameters[None, :],
+            np.array([inputs.start.position]),
+            inputs.noise,
+            inputs.injected,
+            settings.resolution,
+            inputs.first_signals,
+        )
+        if not wider > settings.allowed:
+            break
+        settings = replace(settings, allowed=float(wider))
+    return settings, status, stopped, out
+
+
+def _run(
+    axis: GeneratedAxis,
+    parameters: Array,
+    settings: LoopSettings,
+    inputs: LoopInputs,
     recorded: Array | None,
 ) -> tuple[int, int, dict[str, Array]]:
-    """Status, the sample it speaks of, and the signals: native, or in the virtual machine.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    parameters : (p,) array
-    settings : LoopSettings
-    inputs : tuple
-        Reference, noise or None and what is added to the control or None, (N,) each; the start.
-    recorded : (N, 2 s) array or None
-        Value and rate of each recorded signal.
-    """
+    """Status, the sample it speaks of, and the signals: native, or in the virtual machine."""
+    reference = np.ascontiguousarray(inputs.reference)
+    added = (inputs.noise, inputs.injected)
+    noise, injected = (v if v is None else np.ascontiguousarray(v) for v in added)
     library = axis.native.library()
     if library is None:
         axis.native.warn_once()
-        return VirtualLoop(axis.functions, parameters, settings).run(*inputs, recorded)
-    reference, noise, injected, start = inputs
-    return library.simulate(reference, noise, injected, parameters, start, settings, recorded)
-
-
-def _loop(
-    axis: GeneratedAxis,
-    theta: Array,
-    reference: Array,
-    period: float,
-    position_noise: ArrayLike | None,
-    injected: ArrayLike | None,
-    resolution: float,
-    signals: tuple[Array, ...],
-    *,
-    start: float | None,
-    start_velocity: float,
-    memory: ArrayLike | None,
-    clocks: TwoClocks | None,
-) -> _Loop:
-    """Check what a loop is given at its samples, but for bounds; take it to the law's clock."""
-    theta, ref = _vector(theta, "the parameters"), _vector(reference, "the reference")
-    noise = checked_signal(position_noise, ref, "the noise")
-    added = checked_signal(injected, ref, "the injected signal")
-    logged_noise, logged_signals = noise, signals
-    if clocks is not None:
-        ref, period = clocks.reference(ref), clocks.law_period
-        noise, added = (None if each is None else clocks.held(each) for each in (noise, added))
-        signals = at_law(axis, signals, clocks)
-        if start is not None and clocks.first:  # it is told of the first sample
-            start += start_velocity * clocks.first
-    off = 0.0 if noise is None else float(noise[0])
-    recorded = lines(axis, signals, period)
-    at_first = first_values(recorded)
-    first = single_start(
-        axis, theta, float(ref[0]), off, resolution, start, start_velocity, memory, at_first
-    )
-    held = check_inertia(axis, theta, first.position, at_first)
-    return _Loop(
-        axis=axis,
-        parameters=theta,
-        reference=ref,
-        noise=noise,
-        injected=added,
-        start=first,
-        held=held,
-        period=period,
-        resolution=resolution,
-        signals=signals,
-        recorded=recorded,
-        clocks=clocks,
-        logged_noise=logged_noise,
-        logged_signals=logged_signals,
+        loop = VirtualLoop(axis.functions, parameters, settings)
+        return loop.run(reference, noise, injected, inputs.start, recorded)
+    return library.simulate(
+        reference, noise, injected, parameters, inputs.start, settings, recorded
     )
 
 

@@ -63,20 +63,18 @@ def lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array |
     return lanes
 
 
-def wanted_names(signals: Sequence[str]) -> list[str]:
-    """The generated code's names of the signals."""
-    names = {"direction_before" if name == "before" else name: name for name in SIGNALS}
+def check_wanted(signals: Sequence[str]) -> None:
+    """Refuse what are no names of signals of a simulation."""
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
         raise UsageError(
             f"the wanted signals are {quoted(signals)}; give a list of names.", code="signals-type"
         )
-    if unknown := set(signals) - set(names):
+    if unknown := set(signals) - set(SIGNALS):
         raise UsageError(
-            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(names)}.",
+            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(SIGNALS)}.",
             code="unknown-signal",
         )
-    return [names[name] for name in signals]
 
 
 def aligned(values: ArrayLike, what: str) -> Array:

@@ -1,6 +1,7 @@
 """Where a simulated loop starts: its motion, and what its drive remembers."""
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -15,6 +16,7 @@ from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_real, real_array
 from axisid.support.user_values import quoted
 
+from .inputs import LoopInputs
 from .lane_arguments import axes_by_gains
 from .simulated import measured_positions
 
@@ -22,80 +24,79 @@ _STEPS = 20  # of Newton's method; a law that is linear in its memory takes one
 _CLOSE = 1e-14  # of the control
 
 
-def single_start(
-    axis: GeneratedAxis,
-    parameters: Array,
-    reference: float,
-    noise: float,
-    resolution: float,
-    start: float | None,
-    velocity: float,
-    memory: ArrayLike | None,
-    recorded: Array,
+def checked_start(
+    axis: GeneratedAxis, position: float, velocity: float, memory: ArrayLike | None
 ) -> LoopStart:
-    """Check where one simulation is to start, and find what balances.
+    """Where one simulation is to start, as `simulate` takes it.
 
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a control law.
-    parameters : (p,) array
-    reference : float
-        The first.
-    noise, resolution : float
-        Of the first measured position, and of the encoder.
-    start, velocity, memory
-        As `simulate` takes them.
-    recorded : (s,) array
-        The first of the recorded signals.
+    Raises
+    ------
+    UsageError
+        A value is no finite number, or the memory has another length.
     """
-    for value, what in ((start, "start"), (velocity, "start velocity")):
-        if not (value is None or (is_real(value) and math.isfinite(value))):
+    for value, what in ((position, "start"), (velocity, "start velocity")):
+        if not (is_real(value) and math.isfinite(value)):
             kind = "position" if what == "start" else "velocity"
             raise UsageError(
                 f"the {what} is {quoted(value)}; give a {kind}, or leave it out.",
                 code="simulation-start",
             )
-    position = float(reference if start is None else start)
-    remembered = _remembered(axis, memory, None)
-    if remembered is None and law_of(axis).balanced:
-        measured = float(measured_positions(position, noise, resolution))
-        remembered = balanced_memory(
-            axis, parameters, position, float(velocity), reference, measured, *recorded
-        )
-    return LoopStart(position=position, velocity=float(velocity), memory=remembered)
+    return LoopStart(
+        position=float(position),
+        velocity=float(velocity),
+        memory=_remembered(axis, memory, None),
+    )
+
+
+def checked_starts(
+    axis: GeneratedAxis,
+    position: ArrayLike,
+    velocity: ArrayLike | None,
+    memory: ArrayLike | None,
+    lanes: int,
+) -> LoopStart:
+    """The same of the lanes of a batch: (B,), memory (B, m)."""
+    moving = np.zeros(lanes) if velocity is None else velocity
+    return LoopStart(
+        position=_by_lane(position, lanes, "start", "position"),
+        velocity=_by_lane(moving, lanes, "start velocity", "velocity"),
+        memory=_remembered(axis, memory, lanes),
+    )
+
+
+def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
+    """Where one loop with parameters (p,) starts: in balance where its law says so."""
+    start, noise = inputs.start, inputs.noise
+    if start.memory is not None or not law_of(axis).balanced:
+        return start
+    off = 0.0 if noise is None else float(noise[0])
+    measured = float(measured_positions(start.position, off, inputs.resolution))
+    read = (float(inputs.reference[0]), measured, *map(float, inputs.first_signals))
+    motion = float(start.position), float(start.velocity)
+    return replace(start, memory=balanced_memory(axis, parameters, *motion, *read))
 
 
 def lane_starts(
-    axis: GeneratedAxis,
-    parameters: Array,
-    reference: Array,
-    noise: Array,
-    resolution: float,
-    start: ArrayLike | None,
-    velocity: ArrayLike | None,
-    memory: ArrayLike | None,
-    recorded: Array,
-    gains: Array | None = None,
+    axis: GeneratedAxis, parameters: Array, inputs: LoopInputs, gains: Array | None
 ) -> LoopStart:
-    """The same for the lanes of a batch: parameters (B, p), all others (B,), memory (B, m).
-
-    Recorded signals are (s,) or (s, B), gains of the law (B, g) where each lane has its own.
-    """
-    lanes = len(parameters)
-    first = np.broadcast_to(reference, lanes)
-    position = _by_lane(first if start is None else start, lanes, "start", "position")
-    still = np.zeros(lanes)
-    moving = _by_lane(still if velocity is None else velocity, lanes, "start velocity", "velocity")
-    remembered = _remembered(axis, memory, lanes)
-    if remembered is None and law_of(axis).balanced:
-        signals = [np.broadcast_to(values, lanes) for values in recorded]
-        measured = measured_positions(position, noise, resolution)
-        each = zip(parameters, position, moving, first, measured, *signals, strict=True)
-        owners = axes_by_gains(axis, gains, lanes)
-        pairs = zip(owners, each, strict=True)
-        remembered = np.array([balanced_memory(own, *lane) for own, lane in pairs])
-    return LoopStart(position=position, velocity=moving, memory=remembered)
+    """The same of lanes with parameters (B, p), and gains of the law (B, g) if they have own."""
+    lanes, start = len(parameters), inputs.start
+    memory = start.memory
+    if memory is not None:
+        memory = np.ascontiguousarray(np.broadcast_to(memory, (lanes, memory.shape[-1])))
+    starts = LoopStart(
+        position=np.ascontiguousarray(np.broadcast_to(start.position, lanes)),
+        velocity=np.ascontiguousarray(np.broadcast_to(start.velocity, lanes)),
+        memory=memory,
+    )
+    if memory is not None or not law_of(axis).balanced:
+        return starts
+    every, owners = replace(inputs, start=starts, log=None), axes_by_gains(axis, gains, lanes)
+    alone = (
+        loop_start(own, theta, every.lanes(lane))
+        for lane, (own, theta) in enumerate(zip(owners, parameters, strict=True))
+    )
+    return replace(starts, memory=np.array([each.memory for each in alone]))
 
 
 def law_of(axis: GeneratedAxis) -> ControlLaw:

@@ -115,11 +115,6 @@ def before(axis: GeneratedAxis, signals: Sequence[Array]) -> tuple[Array, ...]:
     )
 
 
-def first_values(recorded: Array | None) -> Array:
-    """The signals at the first sample, (s,) or (s, B), of what `lines` gives."""
-    return np.zeros(0) if recorded is None else recorded[0, ::2]
-
-
 def standing_in(axis: GeneratedAxis, recorded: Sequence[Array] | Array | None) -> list[Array]:
     """What is given of the signals, else 1 for each: where no record is at hand."""
     if recorded is None:

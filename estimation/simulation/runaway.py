@@ -57,22 +57,16 @@ def widened_distance(
         The first of the recorded signals.
     """
     measured = resolution if noise is None else np.maximum(np.ptp(noise, axis=0), resolution)
-    drive, added = axis.axis.drive, None
+    drive, controls, pushed = axis.axis.drive, _by_lane(axis, start, recorded), np.zeros(1)
     if injected is not None or drive.deadband or drive.quantisation:
         # Up to so much of a command is lost.
-        idle = drive.deadband + drive.quantisation / 2
-        added = idle + (0.0 if injected is None else np.abs(injected).max(axis=0))
-    pushed = 0.0 if added is None else _pushed(axis, start, np.asarray(added), recorded)
-    moved = np.maximum(_sag(axis, parameters, start, recorded) + pushed, measured)
-    return np.asarray(_RUNAWAY_RATIO * moved)
-
-
-def _pushed(axis: GeneratedAxis, start: Array, added: Array, recorded: Recorded) -> Array:
-    """Way from its reference on which the control answers to so much that is added to it, (B,)."""
-    controls = _by_lane(axis, start, recorded)
-    with np.errstate(all="ignore"):
-        way = np.where(added == 0, 0.0, added * _OFF / np.abs(controls[1] - controls[0]))
-    return np.asarray(np.where(np.isfinite(way), way, np.inf))
+        lost = drive.deadband + drive.quantisation / 2
+        added = np.asarray(lost + (0.0 if injected is None else np.abs(injected).max(axis=0)))
+        with np.errstate(all="ignore"):
+            way = np.where(added == 0, 0.0, added * _OFF / np.abs(controls[1] - controls[0]))
+        pushed = np.where(np.isfinite(way), way, np.inf)
+    sag = _sag(axis, parameters, start, recorded, controls)
+    return np.asarray(_RUNAWAY_RATIO * np.maximum(sag + pushed, measured))
 
 
 def _by_lane(axis: GeneratedAxis, start: Array, recorded: Recorded) -> Array:
@@ -82,12 +76,13 @@ def _by_lane(axis: GeneratedAxis, start: Array, recorded: Recorded) -> Array:
     return np.array([_controls(axis, *map(float, each)) for each in lanes]).T
 
 
-def _sag(axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorded) -> Array:
+def _sag(
+    axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorded, controls: Array
+) -> Array:
     """Way on which the loop, at rest on its reference, gives way to the load there, (B,).
 
     Infinite where the control does not answer to the distance from the reference.
     """
-    controls = _by_lane(axis, start, recorded)
     drive = axis.functions["drive_force"]
     signals = [np.broadcast_to(values, len(start)) for values in recorded]
     twice = [np.vstack([values, values]) for values in (start, *signals)]

@@ -6,20 +6,10 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
+from axisid.modeling.declaration import Response
 from axisid.support.arrays import Array, Exact
 
 from .recorded import before
-
-#: Signals of a loop that a `Simulation` and the rows of a regressor are made of.
-SIMULATED = (
-    "position",
-    "velocity",
-    "acceleration",
-    "force",
-    "control",
-    "direction",
-    "direction_before",
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -133,12 +123,13 @@ def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
         return s.force
     if response.holds_control:
         motion = s.position, s.velocity, s.direction
-        return axis.force_in_mode(_mean_control(axis, s), *motion, s.recorded)
+        mean = acting_along(_acting(axis, s, response), response).mean
+        return axis.force_in_mode(mean, *motion, s.recorded)
     position, velocity = s.position, s.velocity
     if response.by_motion:
         half = response.period / 2
         position, velocity = position + half * velocity, velocity + half * s.acceleration
-    made = drive_force(axis, _acting(axis, s), position, velocity, s.recorded)
+    made = drive_force(axis, _acting(axis, s, response), position, velocity, s.recorded)
     return acting_along(made, response, start=float(s.force[0])).mean
 
 
@@ -148,7 +139,8 @@ def force_before(axis: GeneratedAxis, simulation: Simulation, mean: Array) -> Ar
     if response is None or not response.holds_control:
         return _one_later(mean)
     motion = s.position, s.velocity, s.direction_before
-    return axis.force_in_mode(_one_later(_mean_control(axis, s)), *motion, s.recorded)
+    control = acting_along(_acting(axis, s, response), response).mean
+    return axis.force_in_mode(_one_later(control), *motion, s.recorded)
 
 
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
@@ -164,17 +156,8 @@ def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
     return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
 
 
-def _mean_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
-    """What acts of the controls in the mean from each sample to the next, (N,)."""
-    response = axis.axis.response
-    assert response is not None  # noqa: S101  # whoever asks has one
-    return acting_along(_acting(axis, simulation), response).mean
-
-
-def _acting(axis: GeneratedAxis, simulation: Simulation) -> Array:
+def _acting(axis: GeneratedAxis, simulation: Simulation, response: Response) -> Array:
     """The controls as the drive lets them act, before its delay and lag, (N,)."""
-    response = axis.axis.response
-    assert response is not None  # noqa: S101  # whoever asks has one
     return through_path(axis.axis.drive.path, simulation.control, response.period)
 
 

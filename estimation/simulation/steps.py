@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,24 +153,36 @@ def has_inertia(
 
     Recorded signals are (s,) or (s, B).
     """
-    return inertia_and_hold(axis, parameters, position, recorded)[0]
+    return at_rest(axis, parameters, position, recorded)[0]
 
 
-def inertia_and_hold(
+def at_rest(
     axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """As `has_inertia`; and which have no friction that drives the axis from rest there, (B,)."""
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Array]:
+    """What lanes with parameters (B, p) are at rest, (B,) each; recorded signals (s,) or (s, B).
+
+    Returns
+    -------
+    array of bool
+        As `has_inertia`.
+    array of bool
+        Which have no friction that drives the axis from there.
+    array
+        Rates of damping and stiffness, 0 where the loop looks for them on its way.
+    """
     native = _native_rest(axis, parameters, position, recorded)
     cases = _from_rest(axis, parameters, position, recorded) if native is None else native[0].T
+    if axis.has_sides:
+        rates = np.zeros((len(position), 1))
+    elif native is None or axis.states:  # the compiled start has no rates of internal states
+        rates = _rates_at_start(axis, parameters, position, recorded)
+    else:
+        rates = native[1]
     with np.errstate(invalid="ignore"):
-        has_mass, drives = _judged(*cases)
-        return has_mass & np.isfinite(parameters).all(axis=1), ~drives
-
-
-def _judged(push: Any, rest: Any, forward: Any, backward: Any) -> tuple[Any, Any]:
-    """Whether there is an inertia, and whether friction drives: of floats or of arrays of lanes."""
-    pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
-    return (pushed > 0) & (pushed < math.inf), forward - backward > rounding
+        push, rest, forward, backward = cases
+        pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
+        has_mass = (pushed > 0) & (pushed < np.inf) & np.isfinite(parameters).all(axis=1)
+        return has_mass, ~(forward - backward > rounding), rates.max(axis=1)
 
 
 def _native_rest(
@@ -212,7 +224,9 @@ def _often(values: Array, times: int) -> Array:
     return np.concatenate([values] * times)
 
 
-def no_inertia(axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded) -> str:
+def no_inertia(
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
+) -> str:
     """What to say of a parameter set that no motion starts with: it has no inertia, or no force."""
     endless = [
         f"{name} = {value}"
@@ -242,10 +256,11 @@ def has_constant_substeps(axis: GeneratedAxis) -> bool:
     return axis.uniform or axis.has_sides
 
 
-def _no_force(axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded) -> str:
+def _no_force(
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
+) -> str:
     """What to say of a force that is not finite at rest, or beyond any other; empty if it is."""
-    signals = [float(np.ravel(values)[0]) for values in standing_in(axis, recorded)]
-    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), signals)
+    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
     q = axis.axis.coordinate
     where = f"at rest at {q.name} = {position:g} {q.unit} with {axis.describe(parameters)}"
     endless = [term for term, force in forces if math.isnan(force)]
@@ -273,12 +288,8 @@ def substeps_at_start(
     The rates are the plant's damping and stiffness, and a continuous law's. For a uniform axis
     they are the same everywhere; for others see `substeps_along`.
     """
-    if axis.has_sides:
-        return np.ones(len(start), dtype=np.int64)
-    # The compiled start has no rates of internal states.
-    native = None if axis.states else _native_rest(axis, parameters, start, recorded)
-    rates = _rates_at_start(axis, parameters, start, recorded) if native is None else native[1]
-    return _steps(axis, rates.max(axis=1), np.zeros(len(start)), period)
+    rates = at_rest(axis, parameters, start, recorded)[2]
+    return steps_by_rate(axis, rates, period)
 
 
 def _rates_at_start(
@@ -318,7 +329,7 @@ def substeps_along(
     if not len(visited["position"]):
         return 1
     _, rates, passing = _demands(axis, parameters, visited, recorded)
-    return int(_steps(axis, rates.max(keepdims=True), passing.max(keepdims=True), period)[0])
+    return int(steps_by_rate(axis, rates.max(keepdims=True), period, float(passing.max()))[0])
 
 
 def _demands(
@@ -463,7 +474,9 @@ def most_substeps(samples: int, left: int = STEPS_IN_ALL) -> int:
     return int(min(2 ** (each.bit_length() - 1), MOST_SUBSTEPS))
 
 
-def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> NDArray[np.int64]:
+def steps_by_rate(
+    axis: GeneratedAxis, rates: Array, period: float, passing: Array | float = 0.0
+) -> NDArray[np.int64]:
     """Steps from rates, and from waves of the position that pass, rad/s: powers of 2.
 
     Powers of 2, so that many lanes fall into few groups; more than `MOST_SUBSTEPS` where even that
@@ -483,14 +496,16 @@ def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> 
 
 
 def check_inertia(
-    axis: GeneratedAxis, parameters: Array, position: float, recorded: Recorded
-) -> bool:
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: tuple[float, ...]
+) -> tuple[bool, float]:
     """Refuse parameters, (p,), with which no motion starts at a position.
 
     Returns
     -------
     bool
         Whether no friction drives the axis from rest there.
+    float
+        The rate of damping and stiffness, 0 where the loop looks for it on its way.
 
     Raises
     ------
@@ -499,71 +514,45 @@ def check_inertia(
     """
     if refusal := states_refusal(axis, parameters):
         raise EstimationError(refusal, code="state-values")
-    rest = _rest(axis, parameters.tobytes(), position, _kept(recorded))
-    if not rest.has_mass:
+    has_mass, held, rate = _rest(axis, parameters.tobytes(), position, recorded)
+    if not has_mass:
         raise EstimationError(no_inertia(axis, parameters, position, recorded), code="no-inertia")
-    return rest.held
-
-
-@dataclass(frozen=True, slots=True)
-class _Rest:
-    """What one parameter set says of a start: whether it has an inertia, and the friction holds.
-
-    `rate` is that of damping and stiffness, 0 where the loop looks for it on its way.
-    """
-
-    has_mass: bool
-    held: bool
-    rate: float
+    return held, rate
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def _rest(
-    axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...] | None
-) -> _Rest:
-    """Of one parameter set; a loop is often simulated again with other noise or reference."""
-    theta, at = np.frombuffer(parameters)[None, :], np.array([position])
-    signals = None if recorded is None else np.array(recorded)
-    native = _native_rest(axis, theta, at, signals)
-    cases = _from_rest(axis, theta, at, signals)[:, 0] if native is None else native[0][0]
-    has_mass, drives = _judged(*cases.tolist())
-    has_mass = has_mass and all(map(math.isfinite, theta[0].tolist()))
-    rate = 0.0
-    if has_mass and not axis.has_sides:
-        if native is None or axis.states:
-            rate = float(_rates_at_start(axis, theta, at, signals).max())
-        else:
-            rate = float(native[1].max())
-    return _Rest(has_mass, not drives, rate)
+    axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...]
+) -> tuple[bool, bool, float]:
+    """Whether one parameter set has an inertia, whether the friction holds, and the rate there.
 
-
-def _kept(recorded: Recorded) -> tuple[float, ...] | None:
-    """Recorded signals of one simulation, (s,), as what is remembered is found by."""
-    return None if recorded is None else tuple(float(np.ravel(value)[0]) for value in recorded)
+    A loop is often simulated again with other noise or reference.
+    """
+    lane = np.frombuffer(parameters)[None, :], np.array([position])
+    has_mass, held, rates = at_rest(axis, *lane, np.array(recorded))
+    return bool(has_mass[0]), bool(held[0]), float(rates[0])
 
 
 def first_substeps(
     axis: GeneratedAxis,
     parameters: Array,
-    position: float,
+    rate: float,
+    still: Place,
     period: float,
-    recorded: Recorded,
     samples: int,
     left: int,
 ) -> int:
-    """`substeps_at_start` of one simulation, no more than there may be, see `most_substeps`.
+    """Steps in a sample that a rate where one simulation starts asks for, see `most_substeps`.
 
     Raises
     ------
     EstimationError
         It would need more wherever it goes.
     """
-    rate = _rest(axis, parameters.tobytes(), position, _kept(recorded)).rate
     steps, most = 1, most_substeps(samples, left)
     if _by_rate(axis, rate, period) > 1:
-        steps = int(_steps(axis, np.array([rate]), np.zeros(1), period)[0])
+        steps = int(steps_by_rate(axis, np.array([rate]), period)[0])
     if steps > most and has_constant_substeps(axis):
-        still = ((position, 0.0), _kept(recorded) or ())
         said = too_stiff(axis, parameters, still, period, samples, left)
         raise EstimationError(said, code="too-stiff")
     return min(steps, most)

@@ -4,12 +4,13 @@ from __future__ import annotations  # as they are written, in what help() prints
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record
 from axisid.estimation.signals import about_samples
 from axisid.estimation.tables import Provenance
@@ -21,17 +22,15 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .closed_loop import (
-    checked_signal,
-    simulate,
-    simulate_sampled,
-)
+from .closed_loop import checked_signal, simulate_loop
+from .inputs import LoopInputs
 from .recorded import checked_signals
 from .simulated import (
     Simulation,
     logged_control,
     signals_about,
 )
+from .steps import check_loop
 from .two_clocks import TwoClocks, clocks_of
 
 _MOST_SAMPLES = 2e6
@@ -237,8 +236,47 @@ class TwinPlan:
         }
 
     def loop(self, noise: Callable[[int], Array]) -> Simulation:
-        """The closed loop under a noise of the measured position, drawn by its length."""
-        return self._simulated(noise) if self.clocks is None else self._sampled(noise, self.clocks)
+        """The closed loop under a noise of the measured position, drawn by its length.
+
+        Of a law with a clock of its own it is drawn for each evaluation, or for each sample where
+        these are more.
+        """
+        axis, clocks, commanded, period = self.axis, self.clocks, self.reference, self.period
+        resolution = self.experiment.resolution
+        check_loop(axis, self.truth.shape, commanded, period, resolution, None)
+        if clocks is not None and clocks.law_period < clocks.log_period:
+            drawn = noise(len(clocks.times))
+            logged = drawn[clocks.elapsed[0]]
+        else:
+            drawn = logged = noise(len(commanded))
+        added = self.added.get("reference")
+        inputs = LoopInputs(
+            reference=commanded if added is None else commanded + added,
+            period=period,
+            start=LoopStart(position=float(commanded[0])),
+            noise=checked_signal(logged, commanded, "the noise"),
+            injected=self.added.get("control"),
+            signals=checked_signals(axis, self.signals, len(commanded)),
+            resolution=resolution,
+        ).at_law(axis, clocks)
+        if clocks is not None:
+            inputs = replace(
+                inputs,
+                reference=self._commanded(clocks, added),
+                noise=inputs.noise if drawn is logged else drawn,
+            )
+            inputs = replace(inputs, start=LoopStart(position=float(inputs.reference[0])))
+        return simulate_loop(axis, self.truth, inputs, bounded=True)
+
+    def _commanded(self, clocks: TwoClocks, added: Array | None) -> Array:
+        """What a law with a clock of its own is to follow, at its evaluations."""
+        law = self.axis.axis.control
+        if law is not None and law.reference_between:
+            commanded = clocks.reference(self.reference)
+        else:
+            made = trajectory(self.experiment.moves, clocks.law_period)
+            commanded = made[np.minimum(np.arange(len(clocks.times)), len(made) - 1)]
+        return commanded if added is None else commanded + clocks.held(added)
 
     def record(
         self,
@@ -270,48 +308,6 @@ class TwinPlan:
             before = signals_about(self.axis, self.truth, loop)[1].acceleration
             return (loop.acceleration + before) / 2
         return about_samples(loop.acceleration, [0]) if axis.jumps else loop.acceleration
-
-    def _simulated(self, noise: Callable[[int], Array]) -> Simulation:
-        """The loop of a law that is evaluated at each sample."""
-        added = self.added.get("reference")
-        return simulate(
-            self.axis,
-            self.truth,
-            self.reference if added is None else self.reference + added,
-            self.period,
-            start=float(self.reference[0]),
-            position_noise=noise(len(self.reference)),
-            injected=self.added.get("control"),
-            signals=self.signals,
-            resolution=self.experiment.resolution,
-        )
-
-    def _sampled(self, noise: Callable[[int], Array], clocks: TwoClocks) -> Simulation:
-        """The loop of a law with a clock of its own."""
-        count, added = len(clocks.times), self.added.get("reference")
-        law = self.axis.axis.control
-        if law is not None and law.reference_between:
-            commanded = clocks.reference(self.reference)
-        else:
-            made = trajectory(self.experiment.moves, clocks.law_period)
-            commanded = made[np.minimum(np.arange(count), len(made) - 1)]
-        if clocks.law_period < clocks.log_period:
-            measured = noise(count)
-            logged = measured[clocks.elapsed[0]]
-        else:
-            logged = noise(clocks.samples)
-            measured = clocks.held(logged)
-        return simulate_sampled(
-            self.axis,
-            self.truth,
-            commanded if added is None else commanded + clocks.held(added),
-            clocks,
-            position_noise=measured,
-            logged_noise=logged,
-            injected=self.added.get("control"),
-            signals=checked_signals(self.axis, self.signals, clocks.samples),
-            resolution=self.experiment.resolution,
-        )
 
 
 def _counts(axis: Axis, experiment: Experiment) -> str:

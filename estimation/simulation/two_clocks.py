@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.records import is_same_period
+from axisid.estimation.records import at_times, is_same_period
 from axisid.modeling.declaration import ControlLaw
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
 
 # between periods of law and reference: 20 kHz logged at 50 Hz; a period in ms is 1000 times too
@@ -70,17 +70,9 @@ class TwoClocks:
         if self.between == "linear" or len(values) < _FEWEST_OF_A_SPLINE:
             return self.linear(values)
         if not (self._smooth and np.array_equal(self._smooth[0][0], values)):
-            self._smooth[:] = [(values.copy(), self._splined(values))]
+            smooth = at_times(self.times, np.arange(float(len(values))), values, "spline")
+            self._smooth[:] = [(values.copy(), frozen(smooth))]
         return self._smooth[0][1]
-
-    def _splined(self, values: Array) -> Array:
-        from scipy.interpolate import CubicSpline
-
-        samples = np.arange(len(values))
-        smooth = CubicSpline(samples, values)
-        found = np.asarray(smooth(np.clip(self.times, 0, samples[-1])), dtype=float)
-        found.flags.writeable = False
-        return found
 
     def linear(self, values: Array) -> Array:
         """What runs straight between the samples of the log, where the law is evaluated, (M,)."""

@@ -6,6 +6,12 @@ neighbours: what rounding or noise moves at one, it moves otherwise at the next.
 is then taken to be its deviation, the bias that is known of it (of the filter, and of noise where
 loops follow the record) and the step to its neighbours together; cut-offs at which half of the
 record predicts the motion of the other half worse than elsewhere are left out.
+
+An equation's error on rows that are held out says nothing between cut-offs, each of which filters
+what it is held against: noise that biases the parameters makes the rows no harder to explain. The
+position is the same for all. So the parameters of each half move the axis under the recorded
+control, in windows that each start where the record is, through the other half. What is known of
+the bias of filter and noise is taken off them.
 """
 
 import math
@@ -19,6 +25,8 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import tests_of_instruments
 from axisid.estimation.estimates import Estimate, Value, hausman, parted
 from axisid.estimation.identification import Identification
+from axisid.estimation.predictions import WindowPredictions
+from axisid.estimation.problems import Problem
 from axisid.estimation.thresholds import (
     MAX_RELATIVE_DEVIATION,
     MIN_FIRST_STAGE_F,
@@ -26,9 +34,10 @@ from axisid.estimation.thresholds import (
     MIN_SWEPT_CUTOFFS,
 )
 from axisid.support.arrays import Array
+from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.missing import Missing
 
-from .held_out_motion import held_out_motion
+from .held_out import contiguous_blocks, regression_rows
 
 _MAX_FILTER_BIAS = 1.0  # deviations, by filter and noise
 # of a known parameter's value, to the neighbouring cut-off; beyond, none is recommended without
@@ -39,6 +48,8 @@ _MAX_SWEEP_STEP = 0.1
 # eight times as much (`benchmarks/sweeps.py`)
 _MAX_HELD_OUT_MOTION = 2.0
 
+_HORIZON = 0.5  # s, of a window
+_HALVES = 2
 _LEAST = 1e-8  # relative error: one parameter that is about exact must not decide for all
 _STEADY = (
     "where deviations, the bias that is known and the steps to the neighbouring cut-offs are "
@@ -206,3 +217,60 @@ def _relative(value: Value) -> float:
 def _vagueness(errors: Array) -> float:
     """Geometric mean of relative errors (p,): one parameter about zero must not decide for all."""
     return float(np.mean(np.log(np.maximum(errors, _LEAST))))
+
+
+def held_out_motion(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:
+    """Errors of the position of each half, in the coordinate's unit, root mean square.
+
+    Parameters
+    ----------
+    results : sequence of (Identification, Estimate)
+        Of the same records.
+
+    Returns
+    -------
+    list of float
+        Infinite where an axis does not get through a window, NaN where it cannot be told: there is
+        no control or no position, or too few rows.
+    """
+    (first, estimate), *_ = results
+    data = first.problem.data
+    try:
+        predictions = WindowPredictions(
+            estimate.form, [d.axis for d in data], [d.record for d in data], _HORIZON
+        )
+    except (DataError, EstimationError, ModelError):
+        return [math.nan] * len(results)
+    return [_error(predictions, result.problem, each) for result, each in results]
+
+
+def _error(predictions: WindowPredictions, problem: Problem, estimate: Estimate) -> float:
+    gap = max(data.sampling.filter.memory for data in problem.data)
+    rows, squares = regression_rows(estimate), []
+    known = np.array([value.value - value.corrected for value in estimate.parameters.values()])
+    try:
+        halves = contiguous_blocks(len(rows.left), gap, len(estimate.theta), count=_HALVES)
+        for half in halves:
+            theta = rows.at(half.training).by_least_squares().theta
+            physical = estimate.form.physical(theta)[0] - known
+            predictions.settle(physical)
+            errors = predictions(physical[None]).errors[:, 0]
+            squares.append(errors[_within(predictions, problem, half.held_out)] ** 2)
+    except DataError:
+        return math.nan
+    except (EstimationError, ModelError):
+        return math.inf
+    found = float(np.sqrt(np.mean(np.concatenate(squares))))
+    return found if math.isfinite(found) else math.inf
+
+
+def _within(
+    predictions: WindowPredictions, problem: Problem, rows: NDArray[np.intp]
+) -> NDArray[np.bool_]:
+    """Which predicted samples are measurements and lie where the rows do."""
+    found, counted = [], predictions.counted > 0
+    for data, span, samples in zip(problem.data, problem.spans, predictions.samples, strict=True):
+        own = rows[(rows >= span.start) & (rows < span.stop)] - span.start
+        ends = data.row_numbers[own[[0, -1]]] if own.size else (0, -1)
+        found.append((samples >= ends[0]) & (samples <= ends[1]))
+    return np.concatenate(found) & counted

@@ -19,42 +19,37 @@ from .table import numbered
 #: Of an archive of NumPy's arrays: units by name, as JSON.
 UNITS_ENTRY = "axisid.units"
 
-_TURN = 2 * math.pi
-_DEGREE = math.pi / 180
-_LARGEST_POWER = 10**12  # of ten, below a factor that is a decimal number
-_MOST_PARTS = 1_000_000  # of a turn or of a minute
-
-
-#: Factor to SI, and the coherent unit, by symbol.
-_FACTORS: Mapping[str, tuple[float, str]] = {
+#: Factor to SI by symbol, with a power of pi, and the coherent unit.
+_FACTORS: Mapping[str, tuple[str, int, str]] = {
     **{
-        s: (f, "s") for s, f in (("s", 1.0), ("sec", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))
+        s: (f, 0, "s")
+        for s, f in (("s", "1"), ("sec", "1"), ("ms", "1e-3"), ("us", "1e-6"), ("ns", "1e-9"))
     },
-    **{s: (f, "s") for s, f in (("min", 60.0), ("h", 3600.0))},
-    **{
-        s: (f, "m") for s, f in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9))
-    },
-    **{s: (f, "m") for s, f in (("inch", 0.0254), ("km", 1e3))},
-    **{s: (f, "rad") for s, f in (("rad", 1.0), ("mrad", 1e-3), ("urad", 1e-6))},
-    **{s: (f * _DEGREE, "rad") for s, f in (("deg", 1.0), ("mdeg", 1e-3), ("°", 1.0))},
-    **{s: (f * _DEGREE, "rad") for s, f in (("arcmin", 1 / 60), ("arcsec", 1 / 3600))},
-    **dict.fromkeys(("rev", "turn", "turns"), (_TURN, "rad")),
-    **{s: (f, "N") for s, f in (("N", 1.0), ("mN", 1e-3), ("kN", 1e3), ("daN", 10.0))},
-    **{s: (f, "N m") for s, f in (("Nm", 1.0), ("mNm", 1e-3), ("Ncm", 1e-2), ("kNm", 1e3))},
-    **{s: (f, "N m") for s, f in (("Nmm", 1e-3), ("uNm", 1e-6))},
-    **{s: (f, "A") for s, f in (("A", 1.0), ("mA", 1e-3), ("uA", 1e-6), ("kA", 1e3))},
-    **{s: (f, "V") for s, f in (("V", 1.0), ("mV", 1e-3), ("uV", 1e-6), ("kV", 1e3))},
-    **{s: (f, "m/s") for s, f in (("mm/s", 1e-3), ("m/min", 1 / 60), ("mm/min", 1e-3 / 60))},
-    **{s: (f, "m/s") for s, f in (("cm/s", 1e-2), ("um/s", 1e-6))},
-    **{s: (f * _DEGREE, "rad/s") for s, f in (("deg/s", 1.0), ("°/s", 1.0))},
-    **{s: (f, "rad/s") for s, f in (("rpm", _TURN / 60), ("rev/s", _TURN), ("1/min", _TURN / 60))},
-    **{s: (f, "rad/s") for s, f in (("mrad/s", 1e-3), ("krpm", 1e3 * _TURN / 60))},
-    **{s: (f, "m/s^2") for s, f in (("mm/s^2", 1e-3), ("cm/s^2", 1e-2), ("g", 9.80665))},
-    **{s: (f * _DEGREE, "rad/s^2") for s, f in (("deg/s^2", 1.0), ("°/s^2", 1.0))},
-    **{s: (f, "rad/s^2") for s, f in (("mrad/s^2", 1e-3), ("rev/s^2", _TURN))},
-    **{s: (f, "Pa") for s, f in (("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("MPa", 1e6))},
-    **{s: (f, "Pa") for s, f in (("mbar", 1e2), ("bar", 1e5), ("psi", 6894.757293))},
-    "%": (1e-2, "1"),
+    **{s: (f, 0, "s") for s, f in (("min", "60"), ("h", "3600"))},
+    **{s: (f, 0, "m") for s, f in (("m", "1"), ("cm", "1e-2"), ("mm", "1e-3"), ("um", "1e-6"))},
+    **{s: (f, 0, "m") for s, f in (("nm", "1e-9"), ("inch", "0.0254"), ("km", "1e3"))},
+    **{s: (f, 0, "rad") for s, f in (("rad", "1"), ("mrad", "1e-3"), ("urad", "1e-6"))},
+    **{s: (f, 1, "rad") for s, f in (("deg", "1/180"), ("mdeg", "1/180000"), ("°", "1/180"))},
+    **{s: (f, 1, "rad") for s, f in (("arcmin", "1/10800"), ("arcsec", "1/648000"))},
+    **dict.fromkeys(("rev", "turn", "turns"), ("2", 1, "rad")),
+    **{s: (f, 0, "N") for s, f in (("N", "1"), ("mN", "1e-3"), ("kN", "1e3"), ("daN", "10"))},
+    **{s: (f, 0, "N m") for s, f in (("Nm", "1"), ("mNm", "1e-3"), ("Ncm", "1e-2"))},
+    **{s: (f, 0, "N m") for s, f in (("kNm", "1e3"), ("Nmm", "1e-3"), ("uNm", "1e-6"))},
+    **{s: (f, 0, "A") for s, f in (("A", "1"), ("mA", "1e-3"), ("uA", "1e-6"), ("kA", "1e3"))},
+    **{s: (f, 0, "V") for s, f in (("V", "1"), ("mV", "1e-3"), ("uV", "1e-6"), ("kV", "1e3"))},
+    **{s: (f, 0, "m/s") for s, f in (("mm/s", "1e-3"), ("m/min", "1/60"), ("mm/min", "1/60000"))},
+    **{s: (f, 0, "m/s") for s, f in (("cm/s", "1e-2"), ("um/s", "1e-6"))},
+    **{s: (f, 1, "rad/s") for s, f in (("deg/s", "1/180"), ("°/s", "1/180"))},
+    **{s: (f, 1, "rad/s") for s, f in (("rpm", "1/30"), ("rev/s", "2"), ("1/min", "1/30"))},
+    "mrad/s": ("1e-3", 0, "rad/s"),
+    "krpm": ("100/3", 1, "rad/s"),
+    **{s: (f, 0, "m/s^2") for s, f in (("mm/s^2", "1e-3"), ("cm/s^2", "1e-2"), ("g", "9.80665"))},
+    **{s: (f, 1, "rad/s^2") for s, f in (("deg/s^2", "1/180"), ("°/s^2", "1/180"))},
+    "mrad/s^2": ("1e-3", 0, "rad/s^2"),
+    "rev/s^2": ("2", 1, "rad/s^2"),
+    **{s: (f, 0, "Pa") for s, f in (("Pa", "1"), ("hPa", "1e2"), ("kPa", "1e3"), ("MPa", "1e6"))},
+    **{s: (f, 0, "Pa") for s, f in (("mbar", "1e2"), ("bar", "1e5"), ("psi", "6894.757293"))},
+    "%": ("1e-2", 0, "1"),
 }
 
 
@@ -113,23 +108,6 @@ COUNTS = frozenset(
 _NO_UNIT = frozenset(("-", "--", "none"))
 
 
-def label_unit(text: str) -> tuple[float, Unit] | None:
-    """Factor to SI and coherent unit of a text such as ``mm`` or ``N m``; None if unknown."""
-    plain = text.strip()
-    for letter, other in _SPELT.items():
-        plain = plain.replace(letter, other)
-    if "**" not in plain:
-        plain = plain.replace("*", " ")
-    plain = _NAMES.get(plain, _NAMES.get(plain.lower(), plain))
-    if plain in _FACTORS:
-        factor, coherent = _FACTORS[plain]
-        return factor, parse_unit(coherent)
-    try:
-        return 1.0, parse_unit(plain)
-    except ModelError:
-        return None
-
-
 class ExactUnit(NamedTuple):
     """A unit's factor to SI, a fraction times a power of pi, and its coherent unit."""
 
@@ -139,19 +117,27 @@ class ExactUnit(NamedTuple):
 
 
 def exact_unit(text: str) -> ExactUnit | None:
-    """What `label_unit` gives, before it is rounded."""
-    found = label_unit(text)
+    """What a text such as ``mm`` or ``N m`` means as a unit; None if it is not known."""
+    plain = text.strip()
+    for letter, other in _SPELT.items():
+        plain = plain.replace(letter, other)
+    if "**" not in plain:
+        plain = plain.replace("*", " ")
+    plain = _NAMES.get(plain, _NAMES.get(plain.lower(), plain))
+    factor, turns, coherent = _FACTORS.get(plain, ("1", 0, plain))
+    try:
+        return ExactUnit(Fraction(factor), turns, parse_unit(coherent))
+    except ModelError:
+        return None
+
+
+def label_unit(text: str) -> tuple[float, Unit] | None:
+    """The same with its factor as a floating point number."""
+    found = exact_unit(text)
     if found is None:
         return None
-    factor, unit = found
-    decimal = Fraction(repr(factor))
-    if _LARGEST_POWER % decimal.denominator == 0:
-        return ExactUnit(decimal, 0, unit)
-    for turns in (1, 0):  # parts of a turn, and of a minute
-        part = Fraction(factor / math.pi**turns).limit_denominator(_MOST_PARTS)
-        if math.isclose(float(part) * math.pi**turns, factor, rel_tol=1e-15):
-            return ExactUnit(part, turns, unit)
-    return ExactUnit(Fraction(factor), 0, unit)
+    factor, turns, unit = found
+    return math.pi**turns * factor.numerator / factor.denominator, unit
 
 
 def is_unit(text: str) -> bool:

@@ -1,10 +1,10 @@
 """What outputs tell: which parameters they show, and how errors are coloured.
 
-In: errors with their slopes. Out: `Unseen`, `Colour`, `Scattering`.
+In: errors with their slopes. Out: `Unseen`, `Autoregression`, `Scattering`.
 Knows nothing of how parameters are searched for.
 """
 
-from .colour import Colour as Colour, autoregression_of as autoregression_of
+from .colour import Autoregression as Autoregression, autoregression_of as autoregression_of
 from .uneven import (
     Scattering as Scattering,
     added as added,

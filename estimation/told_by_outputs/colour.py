@@ -21,130 +21,9 @@ _FEWEST = 20  # orders that are tried, whatever the period
 _ROWS_PER_ORDER = 10
 
 _OWN = 1e-6  # of each output's variance: what no other output and no past tells of it
+# of the variances, below which errors have forgotten what was; asked every so many lags
+_FORGOTTEN, _ASKED = 1e-12, 256
 _PATIENCE = 250  # orders beyond twice the best one, after which none longer is tried
-_WRAPPED = 2  # times a stretch, after which errors have forgotten what was
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Autoregression:
-    """``e_t = -a_1 e_{t-1} - ... + w_t``.
-
-    Attributes
-    ----------
-    coefficients : (p + 1,) array
-        ``1, a_1, ..., a_p``.
-    variance : float
-        Of w.
-    covariances : (p + 1,) array
-        ``c_0, ..., c_p`` of the errors, from which the coefficients follow.
-    """
-
-    coefficients: Array
-    variance: float
-    covariances: Array
-
-    @property
-    def order(self) -> int:
-        """How many errors before it count."""
-        return len(self.coefficients) - 1
-
-    @property
-    def innovations(self) -> Array:
-        """Variance of w as that of one output, (1,)."""
-        return np.array([self.variance])
-
-    def covariances_to(self, lags: int) -> Array:
-        """``c_0, ..., c_(lags - 1)`` of errors that follow it: ``c_k = -a_1 c_(k-1) - ...``."""
-        from scipy.signal import lfilter, lfiltic
-
-        known, a = self.covariances, self.coefficients
-        more = lags - len(known)
-        if more <= 0 or not self.order:
-            return np.concatenate([known, np.zeros(max(more, 0))])[:lags]
-        before = lfiltic([1.0], a, known[:0:-1])
-        later, _ = lfilter([1.0], a, np.zeros(more), zi=before)
-        return np.concatenate([known, later])
-
-    def coloured(self, columns: Array) -> Array:
-        """Covariance of what columns (n, k) of one stretch make of such errors, (k, k).
-
-        By the spectra of both, on a circle that is longer than twice the stretch: of lags beyond it
-        columns have no products.
-        """
-        from scipy.fft import next_fast_len, rfft
-
-        n = len(columns)
-        if not n:
-            return np.zeros((columns.shape[1], columns.shape[1]))
-        size = next_fast_len(2 * n - 1, real=True)
-        circle = np.zeros(size)
-        circle[:n] = self.covariances_to(n)
-        circle[size - n + 1 :] = circle[n - 1 : 0 : -1]
-        power = rfft(circle).real
-        power[1 : (size + 1) // 2] *= 2  # of frequencies below 0 too
-        spectra = rfft(columns, size, axis=0)
-        return np.asarray((spectra.conj().T @ (power[:, None] * spectra)).real / size)
-
-    def uncertainty(self, pieces: Sequence[Array], rows: int) -> float:
-        """Variance of what it makes of columns over its square, as it is found from so many errors.
-
-        The coefficients of an autoregression have the covariance ``variance / rows`` times the
-        inverse of that of as many errors [Ljung1999]_; the slopes by them are taken in the
-        frequency domain.
-
-        Parameters
-        ----------
-        pieces : sequence of (n,) array
-            The column in each stretch.
-        rows : int
-            Errors that it was found from.
-        """
-        from scipy.fft import irfft, next_fast_len, rfft
-        from scipy.linalg import solve_toeplitz
-
-        if not rows:
-            return np.inf
-        if not self.order or not self.variance > 0:
-            return 2 / rows
-        longest = max(map(len, pieces))
-        size = next_fast_len(longest + max(longest, self.order + 1), real=True)
-        power = sum((np.abs(rfft(piece, size)) ** 2 for piece in pieces), np.zeros(size // 2 + 1))
-        answer = rfft(self.coefficients, size)
-        power = power * self.variance / np.abs(answer) ** 2
-        slopes = -2 * irfft(power / answer.conj(), size)[1 : self.order + 1]
-        spread = self.variance / rows * solve_toeplitz(self.covariances[: self.order], slopes)
-        whole = float(irfft(power, size)[0])
-        return float(slopes @ spread) / whole**2 + 2 / rows if whole > 0 else 2 / rows
-
-
-def by_durbin(covariances: Array, rows: int) -> Autoregression:
-    """By Levinson's and Durbin's recursion, of the order that the criterion takes.
-
-    Parameters
-    ----------
-    covariances : (p + 1,) array
-    rows : int
-        From which they are found.
-    """
-    a, variance = np.array([1.0]), float(covariances[0])
-    best = Autoregression(coefficients=a, variance=variance, covariances=covariances[:1])
-    if not variance > 0:
-        return best
-    least = rows * np.log(variance)
-    for p in range(1, len(covariances)):
-        reflection = -float(a @ covariances[p:0:-1]) / variance
-        if not abs(reflection) < 1:
-            break
-        longer = np.append(a, 0.0)
-        a = longer + reflection * longer[::-1]
-        variance *= 1 - reflection**2
-        criterion = rows * np.log(variance) + 2 * p
-        if criterion < least:
-            least = criterion
-            best = Autoregression(
-                coefficients=a, variance=variance, covariances=covariances[: p + 1]
-            )
-    return best
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +89,7 @@ def _products(pieces: Sequence[Array], most: int) -> Array:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class VectorAutoregression:
+class Autoregression:
     """``e_t = -A_1 e_{t-1} - ... + w_t`` of m outputs, whose rows of a sample are neighbours.
 
     Attributes
@@ -220,7 +99,8 @@ class VectorAutoregression:
     variance : (m, m) array
         Of w.
     covariances : (p + 1, m, m) array
-        Of the errors with those so many samples before.
+        ``C_0, ..., C_p`` of the errors with those so many samples before, from which the
+        coefficients follow.
     """
 
     coefficients: Array
@@ -242,18 +122,45 @@ class VectorAutoregression:
         """How many."""
         return len(self.variance)
 
+    def covariances_to(self, lags: int) -> Array:
+        """``C_0, ..., C_(lags - 1)`` of errors that follow it: ``C_k = -A_1 C_(k-1) - ...``."""
+        m, p = self.outputs, self.order
+        found = np.zeros((lags, m, m))
+        found[: p + 1] = self.covariances[:lags]
+        before = -self.coefficients[:0:-1].transpose(1, 0, 2).reshape(m, p * m)
+        for k in range(p + 1, lags if p else 0):
+            if (
+                not k % _ASKED
+                and np.abs(found[k - p : k]).max() < _FORGOTTEN * np.abs(found[0]).max()
+            ):
+                break
+            found[k] = before @ found[k - p : k].reshape(p * m, m)
+        return found
+
     def coloured(self, columns: Array) -> Array:
-        """Covariance of what columns (m n, k) of one stretch make of such errors, (k, k)."""
-        size = self._size(len(columns))
-        seen = self._whitened(self._spectra(columns, size), size)
-        return _summed(seen.conj().transpose(0, 2, 1) @ (self.variance @ seen), size)
+        """Covariance of what columns (m n, k) of one stretch make of such errors, (k, k).
+
+        By the spectra of both, on a circle that is longer than twice the stretch: of lags beyond it
+        columns have no products.
+        """
+        from scipy.fft import next_fast_len, rfft
+
+        n = len(columns) // self.outputs
+        if not n:
+            return np.zeros((columns.shape[1], columns.shape[1]))
+        size = next_fast_len(2 * n - 1, real=True)
+        circle = np.zeros((size, self.outputs, self.outputs))
+        circle[:n] = self.covariances_to(n)
+        circle[size - n + 1 :] = circle[n - 1 : 0 : -1].transpose(0, 2, 1)
+        spectra = self._spectra(columns, size)
+        return _mean_product(spectra, rfft(circle, axis=0) @ spectra, size)
 
     def uncertainty(self, pieces: Sequence[Array], rows: int) -> float:
         """Variance of what it makes of columns over its square, as it is found from so many errors.
 
-        As of an autoregression of one output: the coefficients have the covariance of the inverse
-        of that of so many errors, times that of w [Ljung1999]_, and w's own covariance is sure as
-        that of so many normal ones is.
+        The coefficients have the covariance of the inverse of that of so many errors, times that of
+        w [Ljung1999]_, and w's own covariance is sure as that of so many normal ones is. The slopes
+        by them are taken in the frequency domain.
 
         Parameters
         ----------
@@ -262,17 +169,18 @@ class VectorAutoregression:
         rows : int
             Errors that it was found from.
         """
-        samples = max(rows // self.outputs, 1)
-        size = self._size(max(map(len, pieces)))
+        from scipy.fft import irfft, next_fast_len, rfft
+
+        samples, longest = max(rows // self.outputs, 1), max(map(len, pieces)) // self.outputs
+        size = next_fast_len(longest + max(longest, self.order + 1), real=True)
         spread, by_lag = np.zeros_like(self.variance), np.zeros_like(self.covariances)
-        answer = self._answer(size)
+        answer = np.linalg.inv(rfft(self.coefficients, size, axis=0))
         for piece in pieces:
-            seen = self._whitened(self._spectra(piece[:, None], size), size)[:, :, 0]
-            back = np.linalg.solve(answer, (seen @ self.variance)[:, :, None])[:, :, 0]
-            outer = np.einsum("wi,wj->wij", seen.conj(), seen)
-            spread = spread + _summed(outer, size)
-            crossed = np.einsum("wi,wj->wij", seen, back.conj())
-            by_lag -= 2 * _by_lag(crossed, size)[: self.order + 1]
+            seen = answer.conj().transpose(0, 2, 1) @ self._spectra(piece[:, None], size)
+            across = seen.transpose(0, 2, 1)
+            spread += _mean_product(across, across, size)
+            crossed = (answer @ self.variance @ seen).conj().transpose(0, 2, 1)
+            by_lag -= 2 * irfft(seen * crossed, size, axis=0)[: self.order + 1]
         whole = float(np.sum(spread * self.variance))
         if not whole > 0:
             return 2 / samples
@@ -294,33 +202,22 @@ class VectorAutoregression:
         wide = slopes.transpose(0, 2, 1).reshape(p * m, m)
         return float(np.sum(cho_solve(cho_factor(whole), wide) @ self.variance * wide))
 
-    def _size(self, rows: int) -> int:
-        from scipy.fft import next_fast_len
-
-        samples = rows // self.outputs
-        return int(next_fast_len((1 + _WRAPPED) * max(samples, self.order + 1), real=True))
-
-    def _spectra(self, columns: Array, size: int) -> Array:
+    def _spectra(self, columns: Array, size: int) -> NDArray[np.complex128]:
         """Of columns (m n, k), by frequency, (f, m, k)."""
         from scipy.fft import rfft
 
         own = columns.reshape(-1, self.outputs, columns.shape[1])
         return np.asarray(rfft(own, size, axis=0))
 
-    def _answer(self, size: int) -> Array:
-        """Of the autoregression by frequency, (f, m, m)."""
-        from scipy.fft import rfft
 
-        return np.asarray(rfft(self.coefficients, size, axis=0))
-
-    def _whitened(self, spectra: Array, size: int) -> Array:
-        """What columns make of w, by frequency."""
-        back = self._answer(size).conj().transpose(0, 2, 1)
-        return np.asarray(np.linalg.solve(back, spectra))
-
-
-#: An autoregression, of one output or of several.
-Colour = Autoregression | VectorAutoregression
+def _mean_product(one: NDArray[np.complex128], other: NDArray[np.complex128], size: int) -> Array:
+    """Mean over all frequencies of ``one^H other``, (k, l); (f, m, k) and (f, m, l) from 0 on."""
+    weights = np.full(len(one), 2 / size)  # of frequencies below 0 too
+    weights[0] = weights[size // 2 + size % 2 :] = 1 / size
+    left, right = (
+        each.reshape(-1, each.shape[2]) for each in (one, other * weights[:, None, None])
+    )
+    return np.asarray((left.conj().T @ right).real)
 
 
 def autoregression_of(
@@ -328,7 +225,7 @@ def autoregression_of(
     period: float,
     counted: Sequence[NDArray[np.bool_]] | None = None,
     outputs: int = 1,
-) -> Colour:
+) -> Autoregression:
     """The autoregression of errors by Yule and Walker, its order by Akaike's criterion.
 
     Parameters
@@ -344,16 +241,15 @@ def autoregression_of(
     """
     there = None if counted is None else [each[::outputs] for each in counted]
     found = _lag_covariances([each.reshape(-1, outputs) for each in pieces], period, there)
-    if outputs == 1:
-        return by_durbin(found.values[:, 0, 0], found.samples)
-    return _by_whittle(found.values, found.samples)
+    return by_whittle(found.values, found.samples)
 
 
-def _by_whittle(covariances: Array, samples: int) -> VectorAutoregression:
+def by_whittle(covariances: Array, samples: int) -> Autoregression:
     """By the recursion of Levinson for several outputs, of the order that the criterion takes.
 
-    [Whittle1963]_: autoregressions forwards and backwards make each other longer. Each output has
-    a part of its own, of a thousandth of its size, as one may be a function of the others.
+    [Whittle1963]_: autoregressions forwards and backwards make each other longer. Each of several
+    outputs has a part of its own, of a thousandth of its size, as one may be a function of the
+    others.
 
     Parameters
     ----------
@@ -362,10 +258,11 @@ def _by_whittle(covariances: Array, samples: int) -> VectorAutoregression:
         From which they are found.
     """
     own = covariances.copy()
-    own[0] = own[0] + np.diag(_OWN * np.diag(own[0]))
+    if len(own[0]) > 1:
+        own[0] = own[0] + np.diag(_OWN * np.diag(own[0]))
     unit = np.eye(len(own[0]))[None]
     ahead, behind, v, u = unit, unit, own[0], own[0]
-    best = VectorAutoregression(coefficients=unit, variance=v, covariances=own[:1])
+    best = Autoregression(coefficients=unit, variance=v, covariances=own[:1])
     if not np.all(np.diag(v) > 0):
         return best
     least = samples * np.linalg.slogdet(v)[1]
@@ -383,21 +280,9 @@ def _by_whittle(covariances: Array, samples: int) -> VectorAutoregression:
         criterion = samples * np.linalg.slogdet(v)[1] + 2 * p * v.size
         if criterion < least:
             least = criterion
-            best = VectorAutoregression(coefficients=ahead, variance=v, covariances=own[: p + 1])
+            best = Autoregression(coefficients=ahead, variance=v, covariances=own[: p + 1])
     return best
 
 
 def _symmetric(matrix: Array) -> Array:
     return np.asarray((matrix + matrix.T) / 2)
-
-
-def _by_lag(spectra: Array, size: int) -> Array:
-    """From values at the frequencies from 0 on to those at lags, (n, ...)."""
-    from scipy.fft import irfft
-
-    return np.asarray(irfft(spectra, size, axis=0))
-
-
-def _summed(spectra: Array, size: int) -> Array:
-    """Mean over all frequencies, of those from 0 on."""
-    return np.asarray(_by_lag(spectra, size)[0])

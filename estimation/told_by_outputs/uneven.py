@@ -17,7 +17,7 @@ from axisid.estimation.regression import Hac, score_products, widened
 from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array
 
-from .colour import Colour
+from .colour import Autoregression
 
 # s, over which errors are held against each other where friction remembers: measured, deviations
 # of a LuGre axis by half of it are 0.5 to 0.9 of their scatter, by all of it 0.6 to 1.0; twins
@@ -86,19 +86,19 @@ def uneven(
     whole = np.concatenate(scores)
     lags = min(round(_SCORES_ALIKE / period), len(whole) // _FEWEST_ROWS)
     long_run = Hac(lags).long_run(lambda most: score_products(whole, pieces, most), len(whole))
-    told = Scattering(matrix=long_run.covariance, freedom=long_run.freedom)
+    told = Scattering(matrix=long_run.matrix, freedom=long_run.freedom)
     return larger(told, columns, twins, spans)
 
 
 def by_colour(
-    columns: Array, model: Colour, spans: Sequence[slice], rows: int, taken: float
+    columns: Array, model: Autoregression, spans: Sequence[slice], rows: int, taken: float
 ) -> Scattering:
     """Of columns (n, k) and a record's errors that follow a model, as sure as that model is.
 
     Parameters
     ----------
     columns : (n, k) array
-    model : Colour
+    model : Autoregression
     spans : sequence of slice
         The record's stretches.
     rows : int

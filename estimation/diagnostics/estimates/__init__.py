@@ -4,14 +4,12 @@ In: estimates. Out: measured findings, each with a `Check`.
 Knows nothing of the recorded loop.
 """
 
-from .bounds import within_bounds as within_bounds
-from .drive_gain import gain_check as gain_check
 from .excitation import (
     Excitation as Excitation,
     excitation as excitation,
-    excitation_of_several as excitation_of_several,
+    precision as precision,
+    precision_check as precision_check,
 )
-from .fixed_values import fixed_check as fixed_check
 from .instruments import (
     InstrumentTests as InstrumentTests,
     Strength as Strength,
@@ -28,5 +26,10 @@ from .method import (
     moved_by_steps as moved_by_steps,
     prefers_instruments as prefers_instruments,
 )
-from .motion import precision as precision, precision_check as precision_check
-from .nominal import NOMINAL_VALUES as NOMINAL_VALUES, nominal_check as nominal_check
+from .parameters import (
+    NOMINAL_VALUES as NOMINAL_VALUES,
+    fixed_check as fixed_check,
+    gain_check as gain_check,
+    nominal_check as nominal_check,
+    within_bounds as within_bounds,
+)

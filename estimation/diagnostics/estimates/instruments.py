@@ -117,42 +117,30 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     """
     n, k = X.shape
     regressor, instruments = factor(X, names), factor(Z, names, "the simulated loop")
-    scale, basis = regressor.scale, instruments.basis.astype(float)
+    basis = instruments.basis.astype(float)
     fitted = basis @ (basis.T @ X)
     seen = factor(fitted, names, "the instruments together with the record")
     plain, projected = (np.sum(each.inverse**2, axis=1) for each in (regressor, seen))
-    explained, left = np.sum(fitted**2, axis=0), np.sum((X - fitted) ** 2, axis=0)
-    strengths = []
-    for j in range(k):
-        share = float(explained[j] / (explained[j] + left[j]))
-        shea = min(float(plain[j] / projected[j]), 1.0)
-        strengths.append(
-            Strength(
-                r_squared=share,
-                shea=shea,
-                f=_f(float(explained[j]), float(left[j]), k, n - k),
-                conditional_f=_conditional_f(X / scale, fitted / scale, basis, j),
-            )
+    explained, unseen = np.sum(fitted**2, axis=0), X - fitted
+    unexplained = np.sum(unseen**2, axis=0)
+    # Of each column what the others, by two-stage least squares, leave; they take k - 1 of the
+    # k instruments.
+    beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
+    is_exact = unexplained <= (_NOTHING * regressor.scale) ** 2
+    told = np.where(is_exact, 0.0, np.sum(beside**2, axis=0)) / (n - k)
+    with np.errstate(divide="ignore"):
+        columns = zip(
+            explained / (explained + unexplained),
+            np.minimum(plain / projected, 1.0),
+            explained / k / (unexplained / (n - k)),
+            1 / projected / told,
+            strict=True,
         )
-    product = (Z / np.linalg.norm(Z, axis=0)).T @ (X / scale)
+    product = (Z / np.linalg.norm(Z, axis=0)).T @ (X / regressor.scale)
     return InstrumentTests(
-        columns=tuple(strengths), condition_number=float(np.linalg.cond(product))
+        columns=tuple(
+            Strength(r_squared=float(r), shea=float(shea), f=float(f), conditional_f=float(c))
+            for r, shea, f, c in columns
+        ),
+        condition_number=float(np.linalg.cond(product)),
     )
-
-
-def _f(explained: float, left: float, instruments: int, dof: int) -> float:
-    return float("inf") if left <= 0 else explained / instruments / (left / dof)
-
-
-def _conditional_f(X: Array, fitted: Array, basis: Array, j: int) -> float:
-    """First stage of what the other columns, by two-stage least squares, leave of column j."""
-    n, k = X.shape
-    if np.linalg.norm(X[:, j] - fitted[:, j]) <= _NOTHING:
-        return float("inf")
-    others = np.arange(k) != j
-    weights = np.linalg.lstsq(fitted[:, others], X[:, j], rcond=None)[0]
-    left_over = X[:, j] - X[:, others] @ weights
-    explained = basis.T @ left_over
-    unexplained = left_over - basis @ explained
-    # k instruments, of which the other columns take k - 1.
-    return _f(float(explained @ explained), float(unexplained @ unexplained), 1, n - k)

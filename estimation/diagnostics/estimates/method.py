@@ -1,6 +1,6 @@
 """Which estimate is judged, and what the others say of it, as one check."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -66,9 +66,29 @@ def method_check(
     law_passed : bool or None
         Whether the recorded control is the declared law's; None where that cannot be checked.
     """
+    beside = next((pair for pair in LS_LESS_IV if pair in compared), "")
     made = (
-        _second_opinion(compared, estimates, levels, law_passed=law_passed),
-        _least_squares_beside(compared, estimates, levels),
+        _by_difference(
+            SECOND_OPINION,
+            compared,
+            estimates,
+            levels,
+            "idm-iv and didim, whose regressor has no noise and no filter's error, are one "
+            "estimate but for chance",
+            lambda moved, listed: (
+                f"idm-iv differs from didim, {listed}: "
+                f"{_whom(_vaguer(moved, estimates['idm-iv'], estimates['didim']), law_passed)}"
+            ),
+        ),
+        _by_difference(
+            beside,
+            compared,
+            estimates,
+            levels,
+            "least squares and instruments are one estimate but for chance",
+            lambda _, listed: f"least squares differs from the instruments, {listed}, by noise",
+            matters=False,  # as another estimate is judged
+        ),
         _least_squares_judged(judged, steps, levels),
     )
     found = [each for each in made if each is not None]
@@ -95,34 +115,38 @@ def _method(
     )
 
 
-def _by_test(status: Status, meaning: str, worst: HausmanTest, levels: Levels) -> Check:
-    source = _source(_HAUSMAN, levels)
-    return _method(status, meaning, worst.shift, source, worst.joint_p_value)
-
-
-def _second_opinion(
+def _by_difference(
+    pair: str,
     compared: Compared,
     estimates: Mapping[str, Estimate],
     levels: Levels,
+    same: str,
+    apart: Callable[[Mapping[str, HausmanTest], str], str],
     *,
-    law_passed: bool | None,
+    matters: bool = True,
 ) -> Check | None:
-    found = compared.get(SECOND_OPINION)
+    """Two estimates against each other, where they are compared.
+
+    What is said is `same`, or `apart` of what they part in and a list of it. It is no more than a
+    note where it does not matter.
+    """
+    found = compared.get(pair)
     if found is None or isinstance(found, Missing):
         return None
-    iv, didim = estimates["idm-iv"], estimates["didim"]
-    moved, worst = _moved(found, levels)
-    if moved:
-        said = (
-            f"idm-iv differs from didim, {_listed(moved, didim)}: "
-            f"{_whom(_vaguer(moved, iv, didim), law_passed=law_passed)}"
-        )
-        return _by_test(_weight(moved, iv, didim, levels), said, worst, levels)
-    said = (
-        "idm-iv and didim, whose regressor has no noise and no filter's error, are one estimate "
-        "but for chance"
+    one, other = (estimates[method] for method in pair.split(LESS))
+    moved = parted(found, levels.level)
+    large = matters and any(
+        _is_large(each.difference, one.parameters[name], other.parameters[name], levels)
+        for name, each in moved.items()
     )
-    return _by_test("pass", said, worst, levels)
+    worst = max((moved or found).values(), key=lambda each: each.shift)
+    return _method(
+        "fail" if large else "note" if moved else "pass",
+        apart(moved, _listed(moved, other)) if moved else same,
+        worst.shift,
+        _source(_HAUSMAN, levels),
+        worst.joint_p_value,
+    )
 
 
 def prefers_instruments(
@@ -143,7 +167,7 @@ def _vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> 
     ]
 
 
-def _whom(vaguer: Sequence[str], *, law_passed: bool | None) -> str:
+def _whom(vaguer: Sequence[str], law_passed: bool | None) -> str:
     """Which of the two a control law speaks for, on which DIDIM alone rests."""
     if law_passed and vaguer:
         return (
@@ -157,23 +181,6 @@ def _whom(vaguer: Sequence[str], *, law_passed: bool | None) -> str:
         )
     why = "could not be checked" if law_passed is None else "is not the declared one"
     return f"the control law {why}, on which didim rests, so believe the instruments"
-
-
-def _least_squares_beside(
-    compared: Compared, estimates: Mapping[str, Estimate], levels: Levels
-) -> Check | None:
-    """What noise does to least squares where instruments tell; another estimate is judged."""
-    pair = next((pair for pair in LS_LESS_IV if pair in compared), "")
-    found = compared.get(pair)
-    if found is None or isinstance(found, Missing):
-        return None
-    moved, worst = _moved(found, levels)
-    said = "least squares and instruments are one estimate but for chance"
-    if moved:
-        other = estimates[pair.split(LESS)[1]]
-        said = f"least squares differs from the instruments, {_listed(moved, other)}, by noise"
-    status: Status = "note" if moved else "pass"  # as another estimate is judged
-    return _by_test(status, said, worst, levels)
 
 
 def _least_squares_judged(
@@ -236,51 +243,27 @@ def forms_check(
 
     None where instruments tell what noise does, or one of the forms is not there.
     """
-    found = compared.get(FORMS)
-    if found is None or isinstance(found, Missing):
-        return found
-    direct, inverse = estimates["ddm-ls"], estimates["idm-ls"]
-    moved, worst = _moved(found, levels)
-    status = _weight(moved, direct, inverse, levels)
-    return Check(
-        name="inverse against direct",
-        status=status,
-        figure=worst.shift,
-        threshold=NOTICEABLE,
-        p_value=worst.joint_p_value,
-        source=_source(_HAUSMAN, levels),
-        meaning=f"ddm-ls differs from idm-ls, {_listed(moved, inverse)}: noise of the acceleration "
-        "makes an inertia by idm-ls too small, that of the force one by ddm-ls too large, and "
-        "without instruments nothing tells which"
-        if moved
-        else "least squares of the inverse and of the direct model are one estimate but for chance",
-        remedy=_BY_OPEN_LOOP if status == "fail" else None,
+    check = _by_difference(
+        FORMS,
+        compared,
+        estimates,
+        levels,
+        "least squares of the inverse and of the direct model are one estimate but for chance",
+        lambda _, listed: (
+            f"ddm-ls differs from idm-ls, {listed}: noise of the acceleration makes an inertia by "
+            "idm-ls too small, that of the force one by ddm-ls too large, and without instruments "
+            "nothing tells which"
+        ),
     )
+    if check is None:
+        found = compared.get(FORMS)
+        return found if isinstance(found, Missing) else None
+    remedy = _BY_OPEN_LOOP if check.status == "fail" else None
+    return replace(check, name="inverse against direct", remedy=remedy)
 
 
 def _source(said: str, levels: Levels) -> str:
     return said.format(level=100 * levels.level, share=100 * levels.least_share)
-
-
-def _moved(
-    found: Mapping[str, HausmanTest], levels: Levels
-) -> tuple[dict[str, HausmanTest], HausmanTest]:
-    """Parameters that two estimates part in, and the largest difference."""
-    moved = parted(found, levels.level)
-    return moved, max((moved or found).values(), key=lambda each: each.shift)
-
-
-def _weight(
-    moved: Mapping[str, HausmanTest], one: Estimate, other: Estimate, levels: Levels
-) -> Status:
-    """Whether a known parameter is another by more than either interval allows for."""
-    if not moved:
-        return "pass"
-    large = (
-        _is_large(each.difference, one.parameters[name], other.parameters[name], levels)
-        for name, each in moved.items()
-    )
-    return "fail" if any(large) else "note"
 
 
 def _is_large(difference: float, one: Value, other: Value, levels: Levels) -> bool:

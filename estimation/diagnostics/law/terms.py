@@ -11,7 +11,6 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import (
     LawTicks,
     as_logged,
-    between,
     control_along,
     law_ticks,
     limit_in_log,
@@ -20,7 +19,7 @@ from axisid.estimation.loops import (
     terms_along,
     two_clocks,
 )
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, at_times
 from axisid.estimation.signals import Prefilter, SampledFilter
 from axisid.estimation.thresholds import COMPARISON_CUTOFF, LIMIT_TOLERANCE, MAX_LIMIT_EXCESS
 from axisid.modeling.declaration import ControlLaw
@@ -132,9 +131,11 @@ def left_open_percent(axis: GeneratedAxis, record: Record, used: NDArray[np.bool
         return 0.0  # every position that the law read is in the log
     noise = position_noise(record.position) * np.random.default_rng(0).normal(size=len(ticks))
     undisturbed = control_along(axis, ticks, start)
+    every_second = record.position[::2]
+    drawn = at_times(clocks.times / 2, np.arange(float(len(every_second))), every_second, "spline")
     off = [
         control_along(axis, replace(ticks, position=position), start) - undisturbed
-        for position in (ticks.position + noise, between(record.position[::2], clocks.times / 2))
+        for position in (ticks.position + noise, drawn)
     ]
     control = np.asarray(record.control)
     by_noise, by_spline = (relative_error_percent(each[used], control[used]) for each in off)

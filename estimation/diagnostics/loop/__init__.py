@@ -11,6 +11,7 @@ from .alignment import (
     declared_lateness as declared_lateness,
     estimate_delay as estimate_delay,
 )
+from .column_comparison import ColumnComparison as ColumnComparison, likely_unit as likely_unit
 from .force import force_check as force_check, limit_check as limit_check
 from .in_time import (
     ForceTiming as ForceTiming,
@@ -19,7 +20,6 @@ from .in_time import (
     timing_remedy as timing_remedy,
 )
 from .measured_motion import (
-    MotionComparison as MotionComparison,
     compared_motion as compared_motion,
     compared_motions as compared_motions,
     motion_check as motion_check,

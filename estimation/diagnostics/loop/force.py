@@ -1,82 +1,31 @@
 """A force column beside a control: the two must belong together, and the control within limits."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter1d
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import (
     DriveAlong,
-    Neighbours,
-    Prefilter,
-    SampledFilter,
     acting_control,
     drive_force,
     recorded_signals,
 )
-from axisid.estimation.thresholds import (
-    COMPARISON_CUTOFF,
-    MAX_LIMIT_EXCESS,
-    MAX_SCALE_ERROR,
-    MIN_DISTANCE_FROM_NOISE,
-)
-from axisid.support.arrays import Array, covered, relative_error_percent
-from axisid.support.errors import EstimationError
+from axisid.estimation.thresholds import MAX_LIMIT_EXCESS, MIN_DISTANCE_FROM_NOISE
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.missing import Missing
 
-# Hz, up to which force and control are compared: far below any current loop's bandwidth
-MAX_FORCE_CUTOFF = 30.0
+from .column_comparison import ColumnComparison, LowPassed, unmasked
+
 _MAX_FORCE_DIFFERENCE = 20.0  # % between the recorded force and what the drive makes of the control
-_MAX_FORCE_OFFSET = 0.01  # constant between the two, by their root mean square
 _MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
 # of the samples, at which the control may be beyond the limit: spikes may be
 _MAX_LIMIT_EXCESS_SHARE = 1e-3
-# samples, by those in which the low-pass settles; fewer are compared without it
-MIN_SETTLING_TIMES = 10
 
 _NAME = "force against control"
-_OFTEN = 4  # rows in a period of the highest frequency that is left
 _LIMIT = "control against limit"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _ForceComparison:
-    """A force against a commanded one.
-
-    Attributes
-    ----------
-    apart : float
-        Percent of the commanded one.
-    scale, deviation : float
-        Factor between the two, and how well it is known.
-    lag : float
-        s.
-    offset, offset_deviation : float
-        What is constant between the two, in the force's unit; 0 where it cannot be told.
-    size : float
-        Root mean square of the commanded one.
-    """
-
-    apart: float
-    scale: float
-    deviation: float
-    lag: float
-    offset: float = 0.0
-    offset_deviation: float = 0.0
-    size: float = 0.0
-
-    @property
-    def is_shifted(self) -> bool:
-        """Whether a constant stands out of what else is between the two."""
-        least = max(
-            _MAX_FORCE_OFFSET * self.size,
-            MIN_DISTANCE_FROM_NOISE.value * self.offset_deviation,
-        )
-        return abs(self.offset) > least
 
 
 def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
@@ -89,13 +38,13 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
         if drive.is_gain
         else ("the drive", "what the drive makes of the control")
     )
-    found = _compared(axis, longest)
-    vague = float(np.hypot(found.deviation, drive.relative_sd * _factor_by_gain(axis, longest)))
-    allowed = max(MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value * vague)
-    scaled = abs(found.scale - 1) > allowed
-    near = bool(found.apart <= _MAX_FORCE_DIFFERENCE)
-    late = abs(found.lag) > _MAX_FORCE_LAG
-    good = near and not scaled and not late and not found.is_shifted
+    apart, found = _compared(axis, longest)
+    by_gain = drive.relative_sd * _factor_by_gain(axis, longest)
+    vague = float(np.hypot(found.factor_deviation, by_gain))
+    scaled, shifted = replace(found, factor_deviation=vague).scaled > 1, found.moved > 1
+    lag, near = found.delay * record.period, apart <= _MAX_FORCE_DIFFERENCE
+    late = abs(lag) > _MAX_FORCE_LAG
+    good = near and not (scaled or late or shifted)
     if good:
         meaning = f"the force column is what {maker} makes of the control"
     elif near and scaled:
@@ -104,14 +53,14 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
         meaning = _shifted(axis, found, maker)
     else:
         meaning = (
-            f"the force column is {found.scale:.3g} times what {maker} makes of the control, "
-            f"{1e3 * found.lag:.2g} ms later and {found.apart:.3g} % off it: check the column, its "
+            f"the force column is {found.factor:.3g} times what {maker} makes of the control, "
+            f"{1e3 * lag:.2g} ms later and {apart:.3g} % off it: check the column, its "
             f"unit and timing, and the {'gain' if drive.is_gain else 'drive'}"
         )
     return Check(
         name=_NAME,
         status=passed(good),
-        figure=found.apart if np.isfinite(found.apart) else None,
+        figure=apart if np.isfinite(apart) else None,
         threshold=_MAX_FORCE_DIFFERENCE,
         source=f"difference in percent of {of_maker}, in what is slow against a current "
         "loop; fails too for a lag beyond 5 ms, and where the factor between the two is off 1 by "
@@ -126,7 +75,7 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
     drive = axis.axis.drive
     if record.control is None or not np.isfinite(drive.limit):
         return None
-    size, most_excess = np.abs(record.control)[_unmasked(record)], MAX_LIMIT_EXCESS.value
+    size, most_excess = np.abs(record.control)[unmasked(record)], MAX_LIMIT_EXCESS.value
     if not size.size:
         return None
     beyond = size > (1 + most_excess) * drive.limit
@@ -154,23 +103,23 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
     )
 
 
-def _scaled(axis: GeneratedAxis, found: _ForceComparison, maker: str) -> str:
+def _scaled(axis: GeneratedAxis, found: ColumnComparison, maker: str) -> str:
     drive, q = axis.axis.drive, axis.axis.coordinate
     suspect = (
-        f"the gain, which would be {found.scale * drive.gain:.4g} {q.force_unit}/{drive.unit} for "
+        f"the gain, which would be {found.factor * drive.gain:.4g} {q.force_unit}/{drive.unit} for "
         f"{drive.gain:g}"
         if drive.is_gain
         else f"the drive ({drive.force_text(q)})"
     )
     return (
-        f"the force column is {found.scale:.4g} +- {max(found.deviation, 1e-4):.1g} times what "
-        f"{maker} makes of the control, and otherwise the same: every parameter is scaled by it. "
-        f"Check the force column's scale and {suspect}, or declare how well the gain is known "
+        f"the force column is {found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times "
+        f"what {maker} makes of the control, and otherwise the same: every parameter is scaled by "
+        f"it. Check the force column's scale and {suspect}, or declare how well the gain is known "
         "(relative_sd)"
     )
 
 
-def _shifted(axis: GeneratedAxis, found: _ForceComparison, maker: str) -> str:
+def _shifted(axis: GeneratedAxis, found: ColumnComparison, maker: str) -> str:
     unit = axis.axis.coordinate.force_unit
     return (
         f"the force column is {found.offset:+.4g} +- {found.offset_deviation:.1g} {unit} beside "
@@ -187,16 +136,17 @@ def _factor_by_gain(axis: GeneratedAxis, record: Record) -> float:
     control, velocity = _acting(axis, record), np.gradient(record.position, record.period)
     recorded = recorded_signals(axis, record.provenance.source, record.signals)
     motion = record.position, velocity, recorded
-    used = _unmasked(record)
+    used = unmasked(record)
     commanded = drive_force(axis, control, *motion)[used]
     slope = axis.force_by_gain(control, *motion)[used]
     return float(slope @ commanded / (commanded @ commanded))
 
 
-def _compared(axis: GeneratedAxis, record: Record) -> _ForceComparison:
-    """Both low-passed alike, so that what a current loop and its sensor do is no factor.
+def _compared(axis: GeneratedAxis, record: Record) -> tuple[float, ColumnComparison]:
+    """How far the two are apart in what is slow, percent, and what is between them.
 
-    The first two derivatives of the command stand for the loop's lag.
+    Both are low-passed, so that what a current loop and its sensor do is no factor; a few samples,
+    of which no factor can be told, are compared as they are.
     """
     force, control = np.asarray(record.force), _acting(axis, record)
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
@@ -206,51 +156,37 @@ def _compared(axis: GeneratedAxis, record: Record) -> _ForceComparison:
     )
     motion = record.position, velocity, np.gradient(velocity, record.period)
     commanded = drive.force(control, motion, recorded)
-    cutoff = min(COMPARISON_CUTOFF.value / record.period, MAX_FORCE_CUTOFF)
-    settle = round(1 / (cutoff * record.period))
-    used = minimum_filter1d(_unmasked(record), 2 * settle + 1, mode="constant", cval=0)
-    if used.sum() < MIN_SETTLING_TIMES * settle:
-        return _at_once(force, commanded)
-    smooth = SampledFilter(Prefilter(cutoff=cutoff), record.period)
-    rows = np.flatnonzero(used)[:: max(settle // _OFTEN, 1)]  # what is slow needs no more
-    slow, faster, fastest = (each[rows] for each in smooth.motion(commanded))
-    target = smooth.motion(force)[0][rows]
-    columns = np.column_stack([slow, faster, fastest, np.ones_like(slow)])
-    try:
-        names = ("factor", "lag", "second lag", "offset")
-        order = Neighbours.of(rows, max(settle // _OFTEN, 1))
-        fit = least_squares(target, factor(columns, names, neighbours=order))
-    except EstimationError:
-        return _at_once(force, commanded)
-    scale, behind = float(fit.theta[0]), float(fit.theta[1])
+    columns = LowPassed.of(record, commanded, force)
+    if isinstance(columns, Missing):
+        return relative_error_percent(force - commanded, commanded), _untold(commanded, force)
+    slow, target = columns.computed[columns.rows], columns.measured[columns.rows]
+    found = ColumnComparison.of(columns)
+    if isinstance(found, Missing):
+        found = _untold(slow, target)
     # What is left is no noise where the force is measured behind a gear: a factor that explains
     # no more than that is none.
-    left = float(np.linalg.norm(fit.residuals) / np.linalg.norm(slow))
-    statistical = np.sqrt(np.diag(Hac(2 * _OFTEN).matrix(fit)))
-    size = float(np.sqrt(np.mean(slow**2)))
-    unexplained = left / MIN_DISTANCE_FROM_NOISE.value
-    return _ForceComparison(
-        apart=relative_error_percent(target - slow, slow),
-        scale=scale,
-        deviation=max(float(statistical[0]), unexplained),
-        lag=-behind / scale if scale else 0.0,
-        offset=float(fit.theta[3]),
-        offset_deviation=max(float(statistical[3]), unexplained * size),
-        size=size,
+    unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
+    return relative_error_percent(target - slow, slow), replace(
+        found,
+        factor_deviation=max(found.factor_deviation, unexplained),
+        offset_deviation=max(found.offset_deviation, unexplained * found.size),
     )
 
 
-def _at_once(force: Array, commanded: Array) -> _ForceComparison:
-    """As they are; of a few samples no factor can be told."""
-    scale = float(commanded @ force / (commanded @ commanded))
-    apart = relative_error_percent(force - commanded, commanded)
-    return _ForceComparison(apart=apart, scale=scale, deviation=abs(scale - 1), lag=0.0)
+def _untold(commanded: Array, force: Array) -> ColumnComparison:
+    """A factor that nothing tells how well it is known, and neither a delay nor a constant."""
+    return ColumnComparison(
+        factor=float(commanded @ force / (commanded @ commanded)),
+        factor_deviation=np.inf,
+        delay=0.0,
+        delay_deviation=np.inf,
+        offset=0.0,
+        offset_deviation=np.inf,
+        size=0.0,
+        left_percent=0.0,
+    )
 
 
 def _acting(axis: GeneratedAxis, record: Record) -> Array:
     """The control of which the drive makes its force, of a record of one piece, (N,)."""
     return acting_control(axis, np.asarray(record.control), [0], record.period)
-
-
-def _unmasked(record: Record) -> NDArray[np.bool_]:
-    return ~covered(record.masked, len(record))

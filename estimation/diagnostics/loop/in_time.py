@@ -7,12 +7,10 @@ hold says; one that a logger writes as it is computed moves it whole samples lat
 
 from dataclasses import dataclass, replace
 
-from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics.law import LawCheck, check_law
-from axisid.estimation.records import Record
+from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MAX_DELAY_DEVIATION, MAX_DELAY_DISTANCE, MAX_MISALIGNMENT
 from axisid.modeling.declaration import ControlLaw
-from axisid.support.deferred import Deferred
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
@@ -31,15 +29,12 @@ class ForceTiming:
         Whole ones; negative where it acts before it is recorded.
     found, deviation : float
         As the motion shows it, samples.
-    law : Deferred
-        With the column moved by so many samples, which few ask for.
     """
 
     role: str
     samples: int
     found: float
     deviation: float
-    law: Deferred[LawCheck | Missing]
 
     @property
     def shift(self) -> Setting:
@@ -56,37 +51,25 @@ class ForceTiming:
         )
 
 
-def force_timing(
-    axis: GeneratedAxis, record: Record, profile: Alignment | Missing, held: float
-) -> ForceTiming | Missing:
+def force_timing(data: FilteredRecord, profile: Alignment | Missing) -> ForceTiming | Missing:
     """Whole samples between where a force is recorded and where it acts, or why they are unknown.
 
     Parameters
     ----------
-    axis : GeneratedAxis
-    record : Record
+    data : FilteredRecord
     profile : Alignment or Missing
-    held : float
-        The delay that the prefilter takes for the hold, samples.
     """
     if isinstance(profile, Missing):
         return profile
     if profile.deviation > MAX_DELAY_DEVIATION.value or profile.at_the_end:
         return Missing("the motion does not show when the force acts")
-    apart = profile.best - held
+    apart = profile.best - data.hold_delay
     samples = round(apart)
     margin = max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
     if abs(apart - samples) > min(margin, 0.5):
         return Missing(f"the force acts {apart:.2f} samples after it is recorded, no whole number")
-    role = "control" if record.force is None else "force"
-    moved = record.shifted(**{role: samples}) if samples else record
-    return ForceTiming(
-        role=role,
-        samples=samples,
-        found=apart,
-        deviation=profile.deviation,
-        law=Deferred(lambda: check_law(axis, moved)),
-    )
+    role = "control" if data.record.force is None else "force"
+    return ForceTiming(role=role, samples=samples, found=apart, deviation=profile.deviation)
 
 
 def law_in_time(
@@ -107,7 +90,7 @@ def law_in_time(
         remedy=Remedy.of(
             f"the log is to blame, as the control {timing.text}: move it there with ",
             timing.shift,
-            _and_delay(declared, timing.law.value),
+            _and_delay(declared, law, timing.samples),
         ),
     )
 
@@ -127,11 +110,13 @@ def _of_the_law(shift: int, delay: int, timing: ForceTiming) -> Remedy:
     )
 
 
-def timing_remedy(timing: ForceTiming | Missing, declared: ControlLaw | None) -> Remedy | None:
+def timing_remedy(
+    timing: ForceTiming | Missing, declared: ControlLaw | None, law: LawCheck | Missing
+) -> Remedy | None:
     """What to do about a force that acts whole samples after it is recorded."""
     if isinstance(timing, Missing) or not timing.samples:
         return None
-    of_law = None if timing.role == "force" else _and_delay(declared, timing.law.value)
+    of_law = None if timing.role == "force" else _and_delay(declared, law, timing.samples)
     return Remedy.of(
         f"Where the log writes the {timing.role} "
         f"{'before the drive applies it' if timing.samples > 0 else 'after it acted'}, move it "
@@ -141,9 +126,11 @@ def timing_remedy(timing: ForceTiming | Missing, declared: ControlLaw | None) ->
     )
 
 
-def _and_delay(declared: ControlLaw | None, moved: LawCheck | Missing) -> str:
-    """The delay of the law that goes with a control that was moved, where it is another one."""
-    if declared is None or declared.continuous or isinstance(moved, Missing) or not moved.delay:
+def _and_delay(declared: ControlLaw | None, law: LawCheck | Missing, samples: int) -> str:
+    """The delay of the law that goes with a control that is moved, where it is another one."""
+    if declared is None or declared.continuous or isinstance(law, Missing):
         return ""
-    delay = declared.delay + moved.delay
-    return f", and declare delay={delay}" if delay >= 0 else ""
+    more = law.delay + samples
+    is_in_law = law.passed or law.delay  # but for its time
+    known = is_in_law and more and declared.delay + more >= 0
+    return f", and declare delay={declared.delay + more}" if known else ""

@@ -10,10 +10,6 @@ from axisid.support.remedy import Note
 _MAX_CLOSE_SIMULATION_ERROR = 10.0  # %, below which nothing is said of the simulation
 
 NAME = "simulation"
-_CAUSES = (
-    "check the law, signs and units, or see whether the record is noise, or a motion that the "
-    "model does not have"
-)
 
 
 def following(preferred: Estimate, rest: float) -> Check | Missing:
@@ -32,8 +28,7 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
     if error is None:
         return Missing("the closed loop could not be simulated")
     good = error < MAX_SIMULATION_ERROR.value
-    left = f"the simulated loop leaves {error:.3g} % of the {preferred.form.left} unexplained; "
-    said = Note(_followed(error)) if good else Note.of(left, rests_first(rest) or _CAUSES)
+    said = Note(_followed(error)) if good else _lost(preferred, error, rest)
     return Check(
         name=NAME,
         status=passed(good),
@@ -50,3 +45,14 @@ def _followed(error: float) -> str:
     if error < _MAX_CLOSE_SIMULATION_ERROR:
         return "the simulated loop follows the record"
     return f"the simulated loop follows the record but for {error:.2g} %"
+
+
+def _lost(preferred: Estimate, error: float, rest: float) -> Note:
+    form, chains = preferred.form, preferred.inference.chains  # of one record
+    noise = "".join(f" ({chain.told(form.axis.axis)})" for chain in chains[:1])
+    return Note.of(
+        f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; ",
+        rests_first(rest)
+        or f"check the law, signs and units, or see whether the record is noise{noise}, or a "
+        "motion that the model does not have",
+    )

@@ -1,4 +1,7 @@
-"""Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised."""
+"""Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised.
+
+At its end may be what is no row: a line that was cut off as the logger stopped, or a footer.
+"""
 
 import csv
 from collections.abc import Sequence
@@ -7,19 +10,25 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.tables import Column, Samples, Table, loaded_column
+from axisid.estimation.tables import Column, Repair, Samples, Table, loaded_column
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.remedy import Remedy
+from axisid.support.remedy import Remedy, Setting
 
 from .dialect import Dialect, Line, is_comment, is_number, sniff
-from .tail import DROP_TAIL, complete_lines, is_cut, left_out
 from .time_stamps import NoStampsError, is_stamp, stamp_seconds
 from .twincat import is_twincat, read_twincat
 
 _MIN_ZERO_BYTE_SHARE = 0.3  # of every second byte is zero: UTF-16 without its mark
 
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
+
+_MAX_INCOMPLETE_LINES = 50  # unlike lines are an incomplete end; more are another table
+
+#: Leaves out what is no row at the end.
+_DROP_TAIL = Setting("tail", "drop")
+_SHOWN = 40  # characters
+_NEIGHBOURS = 20  # lines above the last whose last numbers tell how long it should be
 
 _BEGIN = "LabVIEW Measurement"
 _END = "***End_of_Header***"
@@ -273,7 +282,7 @@ def _tail_hint(lines: list[Line], number: int, dialect: Dialect) -> Remedy | Non
     """More to do about a line that is one of the last."""
     count = complete_lines(lines, dialect)
     ends = count < len(lines) and number >= lines[count][0]
-    return Remedy.of(", or leave the end of the log out with ", DROP_TAIL) if ends else None
+    return Remedy.of(", or leave the end of the log out with ", _DROP_TAIL) if ends else None
 
 
 def _refuse(where: str, why: str, advice: Remedy | None, *, comma: bool) -> Samples:
@@ -347,3 +356,69 @@ def _without_comments(body: Sequence[Line], separator: str, width: int) -> tuple
         kept = cells[:-1] if len(cells) == width + 1 else cells
         lines.append((number, separator.join(kept)))
     return lines, comments
+
+
+def complete_lines(lines: list[Line], dialect: Dialect, *, ended: bool = True) -> int:
+    """How many lines are rows before those at the end that are none; all if these are many.
+
+    Parameters
+    ----------
+    lines : list of (int, str)
+    dialect : Dialect
+    ended : bool
+        Whether the last line has its end; one that the logger was stopped in has not.
+    """
+    kinds = [_kind(cell, dialect) for cell in _cells_of(lines[0][1], dialect)]
+    early = _ends_early(lines, dialect) or (not ended and is_cut(lines, dialect))
+    first = len(lines) - 1 if early else len(lines)
+    for count in range(first, max(len(lines) - _MAX_INCOMPLETE_LINES, 1) - 1, -1):
+        cells = _cells_of(lines[count - 1][1], dialect)
+        alike = len(cells) == len(kinds) and all(
+            _kind(cell, dialect) == kind or not cell or kind == "text"
+            for cell, kind in zip(cells, kinds, strict=True)
+        )
+        if alike and any(cells):
+            return count
+    return len(lines)
+
+
+def _ends_early(lines: list[Line], dialect: Dialect) -> bool:
+    """Whether the last line lacks a cell that none of the lines before it lacks."""
+    *before, last = (_cells_of(line, dialect) for _, line in lines[-_MAX_INCOMPLETE_LINES:])
+    alike = [cells for cells in before if len(cells) == len(last)]
+    return bool(alike) and any(
+        not cell and all(others) for cell, *others in zip(last, *alike, strict=True)
+    )
+
+
+def is_cut(lines: list[Line], dialect: Dialect) -> bool:
+    """Whether the last number of a text without a last line end is shorter than all above it."""
+    rows = [_cells_of(line, dialect) for _, line in lines[-_NEIGHBOURS - 1 :]]
+    if len(rows) <= _NEIGHBOURS or any(len(row) != len(dialect.names) for row in rows):
+        return False  # cut off in another cell, which shows, or too few to tell
+    *above, last = (len(row[-1].lstrip("+-")) for row in rows)
+    return 0 < last < min(above)
+
+
+def left_out(lines: list[Line]) -> Repair:
+    """What is said of lines at the end that are left out."""
+    if not lines:
+        return Repair(kind="tail", count=0, text="no incomplete lines at the end")
+    number, line = lines[0]
+    what = "line" if len(lines) == 1 else "lines"
+    shown = line.strip() if len(line.strip()) <= _SHOWN else f"{line.strip()[:_SHOWN]}..."
+    text = f"{len(lines)} incomplete {what} at the end left out, from line {number}: {shown!r}"
+    return Repair(kind="tail", count=len(lines), text=text)
+
+
+def _cells_of(line: str, dialect: Dialect) -> list[str]:
+    try:
+        return dialect.cells(line)
+    except csv.Error:
+        return []
+
+
+def _kind(cell: str, dialect: Dialect) -> str:
+    if is_number(cell, comma=dialect.comma):
+        return "number"
+    return "stamp" if is_stamp(cell) else "text"

@@ -137,8 +137,11 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @bootstrap_option
 @levels_options
 @draws_option
+@click.option("--all", "every", is_flag=True, help="Print every method, side by side, with notes.")
 @click.option(
-    "--full", is_flag=True, help="Print intervals, correlations and every diagnostic's figures too."
+    "--full",
+    is_flag=True,
+    help="Print that, with intervals, correlations and every check's figures.",
 )
 @json_option("Write the result as JSON; - for standard output.")
 @click.option(
@@ -183,6 +186,7 @@ def identify(
     bootstrap: int,
     levels: dict[str, Any],
     draws: int | None,
+    every: bool,
     full: bool,
     json_file: str | None,
     fix: tuple[str, ...],
@@ -261,7 +265,9 @@ def identify(
         command=shlex.join(["axisid", *sys.argv[1:]]),
     )
     own = None if like is None else _place(inputs, result.records, like)
-    put_identification(result, json_file, others, draws or 0, outputs, full=full, like=own)
+    put_identification(
+        result, json_file, others, draws or 0, outputs, every=every, full=full, like=own
+    )
 
 
 def _place(inputs: Inputs, used: "Sequence[Record]", number: int) -> int:

@@ -22,11 +22,12 @@ def put_identification(
     draws: int,
     outputs: "Outputs",
     *,
+    every: bool,
     full: bool,
     like: int | None = None,
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
-    from axisid.estimation.diagnostics import joined
+    from axisid.estimation.checks import joined
     from axisid.estimation.studies import validate
     from axisid.presentation.text import missing_notes
     from axisid.presentation.views import as_blocks
@@ -42,7 +43,7 @@ def put_identification(
         document = (
             ()
             if json_file == "-"
-            else as_blocks(result, draws=draws, full=full, wording=as_options)
+            else as_blocks(result, draws=draws, every=every, full=full, wording=as_options)
         )
     refused: UsageError | None = None
     if json_file is not None and written is not None:

@@ -9,8 +9,6 @@ from axisid.estimation.signals import Prefilter
 from axisid.estimation.twins import Chain
 from axisid.support.errors import EstimationError
 
-_TOGETHER = 32  # twins that are simulated side by side
-
 
 def control_fits(axis: GeneratedAxis, noise: Chain, runs: int, seed: int) -> list[OutputFit]:
     """The fits of the twins that `monte_carlo` makes of a noise and a seed, where there is one.
@@ -33,11 +31,10 @@ def control_fits(axis: GeneratedAxis, noise: Chain, runs: int, seed: int) -> lis
         settings={},
     )
     found = []
-    for first in range(0, runs, _TOGETHER):
-        for _, twin in twins(plan, range(first, min(first + _TOGETHER, runs))):
-            if isinstance(twin, Record):
-                try:
-                    found.append(fit(axis, twin, output=CONTROL))
-                except EstimationError:  # counted as a twin without an estimate
-                    continue
+    for _, twin in twins(plan, range(runs)):
+        if isinstance(twin, Record):
+            try:
+                found.append(fit(axis, twin, output=CONTROL))
+            except EstimationError:  # counted as a twin without an estimate
+                continue
     return found

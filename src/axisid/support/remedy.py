@@ -203,6 +203,12 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
             call="summary({})",
             written=_number("draws"),
         ),
+        "all": Argument(
+            of="Identification.summary",
+            name="every",
+            call="summary({})",
+            written=lambda _: "every=True",
+        ),
         "method": Argument(of="compare", name="method", written=_text("method")),
         "skip-bad": Argument(of="identify", name="skip_bad", written=lambda _: "skip_bad=True"),
         "validate-like": Argument(of="validate", name="like", written=_number("like")),

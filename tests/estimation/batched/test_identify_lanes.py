@@ -8,15 +8,18 @@ import pytest
 
 from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
 from axisid.codegen import GeneratedAxis
+from axisid.codegen.native import Native
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
 from axisid.estimation.batched.block import Block
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation.twin import trajectory
+from axisid.support.arrays import covered
 
 TRUTH = np.array([100.2, 236.9, 24.8])
 PERIOD = 1e-3
 KEEP = Prefilter(cutoff=60.0, decimate=10, reversals="keep")
 PUBLISHED = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
+EVERY_ROW = Prefilter(cutoff=60.0, decimate=1, reversals="keep")
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +54,7 @@ def _agree(found: LaneEstimates, lane: int, alone: Estimate) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("prefilter", [None, KEEP, PUBLISHED], ids=["default", "keep", "published"])
+@pytest.mark.parametrize("prefilter", [None, KEEP, PUBLISHED, EVERY_ROW])
 def test_a_lane_is_what_identify_makes_of_its_record(
     axis: GeneratedAxis, lanes: RecordLanes, prefilter: Prefilter | None
 ) -> None:
@@ -62,37 +65,39 @@ def test_a_lane_is_what_identify_makes_of_its_record(
     _agree(found, lane, alone["idm-iv"])
 
 
-@pytest.mark.parametrize("prefilter", [None, PUBLISHED], ids=["default", "published"])
-def test_without_a_compiler_lanes_are_the_same(
-    axis: GeneratedAxis,
-    lanes: RecordLanes,
-    prefilter: Prefilter | None,
-    monkeypatch: pytest.MonkeyPatch,
+def test_without_a_compiler_lanes_are_identified_alone(
+    axis: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert axis.native.lanes() is not None
-    compiled = identify_lanes(axis, lanes, prefilter=prefilter)
-    monkeypatch.setattr(Block, "library", None)
-    plain = identify_lanes(axis, lanes, prefilter=prefilter)
-    assert plain.how == compiled.how == ("side by side",) * 3
+    compiled = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    monkeypatch.setattr(Native, "lanes", lambda _: None)
+    plain = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    assert compiled.how == ("side by side",) * 3
+    assert plain.how == ("alone",) * 3
     np.testing.assert_allclose(plain.values, compiled.values, rtol=1e-9)
     np.testing.assert_allclose(plain.deviations["hac"], compiled.deviations["hac"], rtol=1e-7)
 
 
-def test_reversals_and_what_is_left_without_them_are_the_same_without_a_compiler(
-    axis: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
+def test_reversals_and_what_is_left_without_them_are_those_of_a_record(
+    axis: GeneratedAxis, lanes: RecordLanes
 ) -> None:
     template = FilteredRecord.bind(axis, lanes.record(0), replace(Prefilter(), reversals="keep"))
     block = Block(axis=axis, lanes=lanes, template=template)
-    velocity = block.measured.motion[1].copy()
-    velocity[100:400, 1] = 0.0  # a rest
+    q, dq, ddq = block.motion
+    dq[100:400, 1] = 0.0  # a rest
     slow = np.array([0.0, 1e-3, 2e-2])
-    near = block.turns(velocity)
-    found = block.information(near, slow)
+    near = block.turns(block.motion)
     assert 0 < near[:, 0].sum() < near[:, 1].sum() < len(near)
-    monkeypatch.setattr(Block, "library", None)
-    assert np.array_equal(near, block.turns(velocity))
-    for compiled, plain in zip(found, block.information(near, slow), strict=True):
-        np.testing.assert_allclose(compiled, plain, rtol=1e-10, atol=1e-12 * np.abs(plain).max())
+    for lane, found in enumerate(zip(*block.information(near, slow), strict=True)):
+        own = tuple(np.ascontiguousarray(each[:, lane]) for each in (q, dq, ddq))
+        turns = covered(template.sampling.turns(own[1]), len(near))
+        assert np.array_equal(near[:, lane], turns)
+        columns, _ = axis.evaluate("idm_regressor", *own, np.sign(own[1]))
+        for products, chosen in zip(found, (np.abs(own[1]) > slow[lane], ~turns), strict=True):
+            some = columns[template.kept & chosen]
+            plain = some.T @ some
+            np.testing.assert_allclose(
+                products, plain, rtol=1e-10, atol=1e-12 * np.abs(plain).max()
+            )
 
 
 def test_a_lane_is_the_same_to_the_last_bit_in_any_company(

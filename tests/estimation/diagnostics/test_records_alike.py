@@ -1,7 +1,6 @@
 """Each record against the others, and checks of each joined to one of all."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from axisid import Identification, build, identify, leave_out
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.checks.check import Check
-from axisid.estimation.diagnostics.joined import joined
 from axisid.estimation.diagnostics.records_alike import (
     Alike,
     OwnColumns,
@@ -21,7 +19,7 @@ from axisid.estimation.diagnostics.records_alike import (
 from axisid.estimation.fitting.spread import Scores
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy, as_options
+from axisid.support.remedy import as_options
 from tests.axes.stage import generated, stage, stage_record
 
 METHOD = ["idm-iv"]
@@ -241,31 +239,3 @@ def test_few_windows_do_not_tell_what_is_chance(rng: np.random.Generator) -> Non
     J = rng.standard_normal((800, 2))
     found = _asked(J, rng.standard_normal(800), windows=4, by_windows=True)
     assert isinstance(found, Missing)
-
-
-PASSED = Check(name="lack of fit", status="pass", meaning="nothing", figure=1.0, threshold=2.0)
-FAILED = replace(PASSED, status="fail", meaning="there is one: ", remedy=Remedy.of("go on"))
-
-
-def test_the_worst_of_several_checks_is_told_with_its_record() -> None:
-    found = joined([PASSED, replace(FAILED, figure=9.0), replace(FAILED, figure=3.0)], "abc")
-    assert isinstance(found, Check)
-    assert (found.status, found.figure) == ("fail", 9.0)
-    assert str(found.note) == "b and c: there is one: go on"
-
-
-def test_other_records_that_fail_otherwise_are_named_too() -> None:
-    other = replace(FAILED, meaning="there are two", remedy=None)
-    found = joined([PASSED, replace(FAILED, figure=9.0), other], "abc")
-    assert isinstance(found, Check)
-    assert str(found.note) == "b: there is one: go on; it fails of c too"
-
-
-def test_what_passes_everywhere_passes_and_what_cannot_be_told_says_so() -> None:
-    assert joined([PASSED, PASSED], "ab") == PASSED
-    missing = Check.not_evaluated("lack of fit", Missing("there is none"))
-    half = joined([PASSED, missing], "ab")
-    assert isinstance(half, Check)
-    assert half.meaning == "nothing (not evaluated of b)"
-    assert joined([missing, None], "ab") == missing
-    assert joined([None, None], "ab") is None

@@ -24,7 +24,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 from axisid.elements import Drive
-from axisid.estimation.diagnostics.estimates.fixed_values import fixed_check
+from axisid.estimation.diagnostics.estimates import fixed_check
 from axisid.estimation.estimates.base_distance import BaseMap, Distance
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.estimates.physical import Physical, physical_parameters
@@ -365,7 +365,7 @@ def test_estimate_of_the_physical_parameters_has_no_others(
     result: Identification = identify(emps2015, twin, methods="idm-ls")
     assert result.physical == {}
     assert fixed_check(result["idm-ls"]) is None
-    assert "physical parameters  " not in result.summary()
+    assert "physical parameters  " not in result.summary(every=True)
 
 
 def test_all_methods_agree_and_the_summary_has_one_table(
@@ -375,7 +375,7 @@ def test_all_methods_agree_and_the_summary_has_one_table(
     assert set(result.physical) == set(result.estimates) == set(METHODS)
     inverse, direct = (result.physical[name].parameters["J"] for name in ("idm-iv", "ddm-iv"))
     assert inverse.value == pytest.approx(direct.value, rel=1e-5)
-    text = result.summary()
+    text = result.summary(every=True)
     assert text.count("\nphysical parameters") == 1
     words = " ".join(text.split())
     assert "and to m = 1.2 +- 0.01 kg, declared as known (minimum distance)" in words

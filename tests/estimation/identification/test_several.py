@@ -23,7 +23,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
-from axisid.estimation.diagnostics.estimates.drive_gain import gain_check
+from axisid.estimation.diagnostics.estimates import gain_check
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import (
@@ -128,7 +128,7 @@ def test_records_are_weighted_by_their_noise_which_pays(plain) -> None:  # type:
     worst = identify(plain, noisy, methods=METHOD)["idm-iv"].parameters["M"].sd
     alone = identify(plain, quiet, methods=METHOD)["idm-iv"].parameters["M"].sd
     assert result["idm-iv"].parameters["M"].sd < alone < worst
-    assert "weights" in result.summary()
+    assert "weights" in result.summary(every=True)
 
 
 @pytest.mark.slow
@@ -257,7 +257,7 @@ def test_records_that_cannot_be_used_are_named_all_at_once_and_can_be_skipped(pl
     result = identify(plain, [good[0], bad, good[1]], methods=METHOD, skip_bad=True)
     assert list(result.set_aside) == ["short"]
     assert _values(result) == _values(identify(plain, good, methods=METHOD))
-    assert "1 record: short" in result.summary()
+    assert "1 record: short" in result.summary(every=True)
     with pytest.raises(UsageError, match="2 of 2"):
         identify(plain, [bad, bad], methods=METHOD, skip_bad=True)
 
@@ -290,7 +290,7 @@ def test_a_gain_that_only_a_skipped_record_tells_is_told(
     assert GAIN not in result["idm-ls"].parameters
     ((_, note),) = result.set_aside.items()
     assert f"Without it drive_gain is not identified, as {why}" in str(note)
-    assert "the declared 35.15 believed" in " ".join(result.summary().split())
+    assert "the declared 35.15 believed" in " ".join(result.summary(every=True).split())
 
 
 def test_a_skipped_record_that_tells_nothing_of_its_own_is_only_named() -> None:
@@ -397,7 +397,7 @@ def test_a_record_without_motion_costs_no_estimate(
         reference=np.where(np.arange(samples) < samples - 10, 0.0, 1e-6),
     )
     result = by(plain, [three[1], still])
-    assert "nan" not in result.summary()
+    assert "nan" not in result.summary(every=True)
     assert not any("fault" in check.meaning for check in result.checks)
     assert json.dumps(result.to_dict(), allow_nan=False)
 

@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,8 @@ from axisid.estimation.lacking import Lack, lacking, scores_at
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from tests.refusals import refuses
+
+field: Any = import_module("field")
 
 AXIS = load_axis("emps2015")
 Q = AXIS.coordinate
@@ -163,6 +166,15 @@ def test_a_delay_is_found_and_said_by_one_check() -> None:
     failing = {check.name: str(check.note) for check in result.verdict if check.status == "fail"}
     assert "drive's delay" in failing["alignment"]
     assert "delay" not in failing.get("missing terms", "")
+
+
+@pytest.mark.slow
+def test_a_feed_forward_that_is_not_in_the_log_is_found() -> None:
+    case = field.wrong(1)["feed-forward out of the log; P-PI"]
+    (record,) = case.records(1, 1)
+    result = identify(case.axis, record, methods="didim")
+    (check,) = (each for each in result.verdict if each.name == "missing terms")
+    assert "feed-forward" in check.meaning
 
 
 @pytest.mark.parametrize("methods", [["idm-ls"], ["idm-iv"]])

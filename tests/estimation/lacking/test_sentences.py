@@ -21,7 +21,16 @@ from axisid.modeling.declaration import ELEMENTS, Drive
 _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
 
 #: Terms that advice has another cure for than an element.
-_OTHERS = ("inertia", "resonance", "delay", "dead band", "loss", "presliding", "backlash")
+_OTHERS = (
+    "inertia",
+    "resonance",
+    "delay",
+    "dead band",
+    "feed-forward",
+    "loss",
+    "presliding",
+    "backlash",
+)
 
 
 #: Of which no term says anything.

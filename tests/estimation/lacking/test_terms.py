@@ -30,6 +30,7 @@ def _along(frequency: float = 2.0) -> Along:
         acceleration=-(rate**2) * position,
         direction=np.sign(velocity),
         force=5 * velocity,
+        reference_acceleration=-(rate**2) * position,
         spans=[(0, 3000)],
         row_period=_PERIOD,
     )

@@ -16,9 +16,7 @@ from axisid.estimation import check_law
 from axisid.estimation.diagnostics.law.control_law import LawCheck
 from axisid.estimation.loops.clocks import two_clocks
 from axisid.estimation.regression.simulated_rows import LoopDataError, simulated_loops
-from axisid.estimation.simulation.closed_loop import (
-    simulate_estimate,
-)
+from axisid.estimation.simulation import LoopInputs, simulate_loop
 from axisid.estimation.simulation.simulated import (
     signals_about,
 )
@@ -72,14 +70,13 @@ def logged(
     time = period * np.arange(late, int((len(reference) - 2) * law.period / period))
     last = np.floor(time / law.period + 1e-6).astype(int)
     clocks = TwoClocks(samples=len(time) + late, log_period=period, law_period=law.period)
-    between = simulate_estimate(
-        axis,
-        THETA,
-        np.interp(time, law.period * np.arange(len(reference)), reference),
-        period,
-        start=LoopStart(position=float(reference[0]), memory=None),
-        clocks=replace(clocks, samples=len(time)),
+    inputs = LoopInputs(
+        reference=np.interp(time, law.period * np.arange(len(reference)), reference),
+        period=period,
+        start=LoopStart(position=float(reference[0])),
     )
+    of_law = inputs.at_law(axis, replace(clocks, samples=len(time)))
+    between = simulate_loop(axis, np.array(THETA), of_law)
     exact = np.allclose(last * law.period, time)
     return Record(
         time=time,
@@ -144,20 +141,14 @@ def test_any_two_clocks_follow_an_independent_integrator(ratio: float) -> None:
     clocks = TwoClocks(samples=count, log_period=LOG, law_period=law.period, between="linear")
     read = np.interp(clocks.times, np.arange(count), reference)
     assert np.array_equal(clocks.reference(reference), read)
-    loop = simulate_estimate(
-        stage(law),
-        THETA,
-        reference,
-        LOG,
-        start=LoopStart(position=0.0),
-        clocks=clocks,
-    )
+    axis = stage(law)
+    inputs = LoopInputs(reference=reference, period=LOG, start=LoopStart(position=0.0))
+    loop = simulate_loop(axis, np.array(THETA), inputs.at_law(axis, clocks))
     expected = by_events(read, law.period, LOG * np.arange(count))
     assert len(loop.time) == count
     # A cubic through a reversal in a slow law's period is not the motion there.
     assert np.abs(loop.position - expected).max() < (2e-9 if ratio > 1 else 2e-7)
     # Each row, just before and just after a sample, satisfies the model.
-    axis = stage(law)
     for s in (loop.signals, signals_about(axis, THETA, loop)[1]):
         row, known = axis.evaluate(
             "idm_regressor", s.position, s.velocity, s.acceleration, s.direction

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from axisid import Record, identify, twin_record
+from axisid import Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.support.errors import UsageError
 from benchmarks.machines import Machine, white
@@ -31,6 +31,24 @@ def test_sampling_that_jitters_is_known_and_taken_off() -> None:
     case = field.FIXED["PD, sampled with jitter of 5 %"]
     assert np.abs(errors(case, 3, "idm-iv", 0)).max() > 8
     assert np.abs(errors(case, 3, "idm-iv", 32)).max() < 4
+
+
+@pytest.mark.slow
+def test_noise_that_is_half_of_the_simulated_force_is_taken_off() -> None:
+    """Where the control is the law's, and twins leave as much of their force."""
+    case = field.wrong(1)["sampled with jitter of 20 %; stage"]
+    assert np.abs(errors(case, 2, "didim", 0)).max() > 8
+    assert np.abs(errors(case, 2, "didim", 32)).max() < 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [5e-3, 2e-2])
+def test_what_another_delay_leaves_of_the_force_is_no_noise(delay: float) -> None:
+    axis = load_axis("emps2015")
+    late = build(replace(axis, drive=replace(axis.drive, delay=delay)))
+    estimate = identify(late, twin_record(build(axis)), methods="idm-ls")["idm-ls"]
+    assert not estimate.inference.chains
+    assert "does not follow" in estimate.covariance_names["hac"]
 
 
 def test_jitter_of_the_log_alone_is_taken_off_least_squares(

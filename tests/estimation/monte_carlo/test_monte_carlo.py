@@ -1,6 +1,7 @@
 """Many twins: the same numbers whoever runs them, and what they tell of a method."""
 
 import pickle
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
@@ -11,7 +12,6 @@ import pytest
 from axisid import build, fix, identify, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Chain, MonteCarlo
-from axisid.estimation.monte_carlo import spread
 from axisid.estimation.monte_carlo.figures import Share
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
@@ -19,6 +19,7 @@ from axisid.estimation.monte_carlo.runs import (
     BlockNumbers,
     Estimand,
     FailedRun,
+    block_numbers,
     joined,
 )
 from axisid.estimation.monte_carlo.twins import DrawnChain, twins
@@ -351,14 +352,14 @@ def test_what_is_done_is_kept_when_a_study_is_interrupted() -> None:
 
 
 def test_what_is_done_is_kept_whatever_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = spread.block_numbers
+    module = sys.modules["axisid.estimation.monte_carlo.monte_carlo"]
 
-    def failing(plan: Any, start: int, stop: int, threads: int | None = None) -> BlockNumbers:
-        if start:
+    def failing(plan: Any, block: range, threads: int | None = None) -> BlockNumbers:
+        if block.start:
             raise MemoryError
-        return whole(plan, start, stop, threads)
+        return block_numbers(plan, block, threads)
 
-    monkeypatch.setattr(spread, "block_numbers", failing)
+    monkeypatch.setattr(module, "block_numbers", failing)
     kept: list[MonteCarlo] = []
     with refuses("monte-carlo-worker"):
         study(2, "idm-ls", block=1, keep=kept.append)

@@ -1,63 +1,53 @@
-"""Slopes by a time of the drive are those of the loops that have it."""
+"""Errors by a time of the drive are those of the loops that have it."""
 
-from types import SimpleNamespace
-from typing import Any, cast
+from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from axisid.estimation.predictions import TimedPredictions
-from axisid.estimation.predictions.added_slopes import Motion
-from axisid.estimation.predictions.lanes import Lanes
+from axisid import Record, build, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.parameters import FormByTime
+from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
+from axisid.estimation.regression import InverseForm
+from axisid.modeling.quantities import Parameter
 
-
-def _motion(record: int, period: float, count: int = 200) -> Motion:
-    time = period * np.arange(count)
-    return Motion(
-        record=record,
-        time=time,
-        velocity=9 * np.cos(9 * time),
-        control=np.sin(20 * time),
-    )
+THETA = np.array([100.2, 236.9, 24.8])
+LATER, STEP = 2e-5, 5e-5
 
 
-def _slopes(motions: tuple[Motion, ...], time: float, name: str) -> Any:
-    """By the time, of outputs that are the command at the drive."""
-    none = Lanes(errors=np.zeros((sum(len(m.time) for m in motions), 1)), failures={})
-
-    class Direct(SimpleNamespace):
-        def __call__(self, _: Any) -> Lanes:
-            return none
-
-    of_model = Direct(
-        spans=(),
-        samples=(),
-        units=("N",),
-        step=0.0,
-        measured=none.errors[:, 0],
-        counted=np.ones(len(none.errors)),
-        settle=lambda _: None,
-        motions=lambda _: motions,
-        slopes_by_added=lambda _, added: np.concatenate(added),
-    )
-    timed = TimedPredictions(cast(Any, of_model), time, name)
-    return timed(np.array([[0.0, time + 1.0]])).errors[:, 0]
+def _late(axis: GeneratedAxis, name: str, time: float) -> GeneratedAxis:
+    drive = axis.declared.drive.with_time(name, time)
+    return build(replace(axis.declared, drive=drive))
 
 
-def test_each_record_has_its_own_period() -> None:
-    motions = _motion(0, 1e-3), _motion(1, 2e-3)
-    found = np.split(_slopes(motions, 0.0, "delay"), 2)
-    for motion, slopes in zip(motions, found, strict=True):
-        np.testing.assert_allclose(slopes[1:], -20 * np.cos(20 * motion.time[1:]), atol=0.5)
+@pytest.mark.parametrize("name", ["lag", "delay"])
+@pytest.mark.parametrize("output", ["control", "open-loop"])
+def test_errors_are_a_straight_line_of_the_time(
+    emps2015: GeneratedAxis, output: str, name: str
+) -> None:
+    record = twin_record(emps2015).windowed((None, 0.4))
+    form = InverseForm(emps2015)
+    time = Parameter(name, "s", lower=0.0)
 
+    def of(axis: GeneratedAxis, form: InverseForm, records: list[Record]) -> Predictions:
+        axes = [axis] * len(records)
+        if output == "open-loop":
+            return WindowPredictions(form, axes, records, 0.1)
+        return LoopPredictions(form, axes, records, output)
 
-def test_a_lag_takes_the_way_of_what_it_made_of_the_command() -> None:
-    motion, lag = _motion(0, 1e-3, 2000), 0.02
-
-    def behind(lag: float) -> Any:
-        stays, force = np.exp(-1e-3 / lag), [0.0]
-        for u in motion.control:
-            force.append(stays * force[-1] + (1 - stays) * u)
-        return np.array(force)
-
-    expected = -np.diff(behind(lag)) / 1e-3
-    np.testing.assert_allclose(_slopes((motion,), lag, "lag"), expected, atol=1e-9)
+    every_other = {name: values[::2] for name, values in record.channels().items()}
+    slow = Record(**every_other, sample_period=2e-3)
+    records = [record, slow] if output == "open-loop" else [record]
+    now, late = (_late(emps2015, name, 4e-4 + more) for more in (0.0, LATER))
+    with_time = FormByTime(emps2015, of_model=form, time=time)
+    timed = of(now, with_time, records)
+    step = of(_late(emps2015, name, 4e-4 + STEP), with_time, records)
+    other, here = of(late, form, records), of(now, form, records)
+    timed.follow_time(step, np.append(THETA, 4e-4), 4e-4, STEP)
+    for each in (other, here):
+        each.settle(THETA)
+    found = timed(np.append(THETA, 4e-4 + LATER)[None, :]).errors[:, 0]
+    expected = other(THETA[None, :]).errors[:, 0]
+    before = here(THETA[None, :]).errors[:, 0]
+    assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected - before)

@@ -12,7 +12,6 @@ from statsmodels.stats.sandwich_covariance import S_hac_simple
 from axisid.estimation.regression.covariance import (
     Classical,
     Hac,
-    LongRun,
     PublishedCovariance,
     Robust,
     correlation,
@@ -20,6 +19,7 @@ from axisid.estimation.regression.covariance import (
     score_products,
 )
 from axisid.estimation.regression.linear import (
+    Applied,
     Solution,
     factor,
     instrumental_variables,
@@ -97,11 +97,18 @@ def test_hac_without_lags_is_robust(data: tuple[np.ndarray, ...]) -> None:
     assert np.array_equal(Hac(0).matrix(by_ls(data)), Robust().matrix(by_ls(data)))
 
 
-def long_run(scores: np.ndarray, hac: Hac | None = None, missing: float = 0.0) -> LongRun:
+def long_run(scores: np.ndarray, hac: Hac | None = None, missing: float = 0.0) -> Applied:
     """Of scores (n, k), of which a part is missing."""
     kept = np.random.default_rng(0).random(len(scores)) >= missing
     order = Neighbours.consecutive(len(scores))[kept]
     return (hac or Hac()).long_run(partial(score_products, scores[kept], order), int(kept.sum()))
+
+
+def whitened(scores: np.ndarray, hac: Hac | None = None) -> tuple[int, np.ndarray]:
+    """Lags that count of scores (n, k), and their autoregression."""
+    products = partial(score_products, scores, Neighbours.consecutive(len(scores)))
+    white, colour, _ = (hac or Hac()).whitened(products, len(scores))
+    return len(white) - 1, colour
 
 
 def autoregressive(rng: np.random.Generator, rows: int, kept: float) -> np.ndarray:
@@ -112,8 +119,8 @@ def test_lags_follow_the_correlation_of_the_residuals(rng: np.random.Generator) 
     plain = Hac(prewhitened=False)
     white = rng.normal(size=(3000, 1))
     coloured = np.convolve(white[:, 0], np.exp(-np.arange(100) / 20.0), "same")[:, None]
-    assert long_run(white, plain).lags < 30 < long_run(coloured, plain).lags
-    assert long_run(coloured).lags < 20  # the autoregression has most of it
+    assert whitened(white, plain)[0] < 30 < whitened(coloured, plain)[0]
+    assert whitened(coloured)[0] < 20  # the autoregression has most of it
 
 
 @pytest.mark.parametrize("kept", [-0.5, 0.3, 0.9])
@@ -127,25 +134,26 @@ def test_long_run_of_an_autoregression_is_what_theory_says(
     rng: np.random.Generator, kept: float
 ) -> None:
     rows = 200_000
-    found = long_run(autoregressive(rng, rows, kept))
-    assert found.colour == pytest.approx([kept], abs=0.01)
-    assert found.covariance[0, 0] / rows == pytest.approx(1 / (1 - kept) ** 2, rel=0.06)
+    scores = autoregressive(rng, rows, kept)
+    assert whitened(scores)[1] == pytest.approx([kept], abs=0.01)
+    assert long_run(scores).matrix[0, 0] / rows == pytest.approx(1 / (1 - kept) ** 2, rel=0.06)
 
 
 def test_whitened_products_are_those_of_whitened_scores(rng: np.random.Generator) -> None:
     scores = np.cumsum(rng.normal(size=(300, 2)), axis=0)
-    found = long_run(scores, Hac(4, prewhitened=True))
+    hac = Hac(4, prewhitened=True)
+    found, (_, colour) = long_run(scores, hac), whitened(scores, hac)
     padded = np.vstack([np.zeros((1, 2)), scores, np.zeros((1, 2))])
-    white = padded[1:] - found.colour * padded[:-1]
-    assert max(found.colour) == 0.97  # it would else recolour without end
+    white = padded[1:] - colour * padded[:-1]
+    assert max(colour) == 0.97  # it would else recolour without end
     expected = sum(
         (1 - abs(lag) / 5)
         * white[max(lag, 0) : len(white) + min(lag, 0)].T
         @ white[max(-lag, 0) : len(white) + min(-lag, 0)]
         for lag in range(-4, 5)
     )
-    gain = 1 / (1 - found.colour)
-    assert found.covariance == pytest.approx(expected * np.outer(gain, gain), rel=1e-9)
+    gain = 1 / (1 - colour)
+    assert found.matrix == pytest.approx(expected * np.outer(gain, gain), rel=1e-9)
 
 
 def test_rows_that_are_missing_count_as_scores_of_zero(rng: np.random.Generator) -> None:
@@ -153,7 +161,7 @@ def test_rows_that_are_missing_count_as_scores_of_zero(rng: np.random.Generator)
     there = np.random.default_rng(0).random(4000) >= 0.3
     zeros = long_run(np.where(there[:, None], scores, 0.0), Hac(6, prewhitened=True))
     found = long_run(scores, Hac(6, prewhitened=True), missing=0.3)
-    assert found.covariance == pytest.approx(zeros.covariance, rel=1e-9)
+    assert found.matrix == pytest.approx(zeros.matrix, rel=1e-9)
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.6, 0.9])
@@ -162,7 +170,7 @@ def test_freedom_is_that_of_the_scatter_of_the_variance(kept: float) -> None:
     found = [
         long_run(autoregressive(rng, 1000, kept), Hac(3, prewhitened=True)) for _ in range(600)
     ]
-    variances = np.array([each.covariance[0, 0] for each in found])
+    variances = np.array([each.matrix[0, 0] for each in found])
     scatter = 2 * variances.mean() ** 2 / variances.var()
     assert np.median([each.freedom[0] for each in found]) == pytest.approx(scatter, rel=0.35)
 

@@ -10,9 +10,10 @@ import pytest
 from axisid import DataError, Prefilter, UsageError, build, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.signals.signals import paired_with_force
+from axisid.estimation.signals import FilteredRecord, about_samples
 from tests.refusals import refuses
+
+SIGNALS = ("position", "velocity", "acceleration", "force", "direction")
 
 
 @pytest.fixture(scope="module")
@@ -28,11 +29,13 @@ def test_signals_are_those_of_the_filter_itself(
     data = FilteredRecord.bind(emps2015, record, Prefilter(reversals=reversals, hold=hold))  # type: ignore[arg-type]
     force = emps2015.axis.drive.gain * record.control
     motion = data.sampling.filter.motion(record.position)
-    anew = paired_with_force(motion, force, [0], delay=0.5 if data.prefilter.hold == "zoh" else 0.0)
-    for name in ("position", "velocity", "acceleration", "force", "direction"):
-        np.testing.assert_array_equal(getattr(data.signals, name), getattr(anew, name))
+    if data.prefilter.hold == "zoh":
+        force = about_samples(force, [0])
+    wanted = (*motion, force, np.sign(motion[1]))
+    for name, values in zip(SIGNALS, wanted, strict=True):
+        np.testing.assert_array_equal(getattr(data.signals, name), values)
     np.testing.assert_array_equal(
-        data.reduce(data.signals.velocity), data.sampling.reduce(anew.velocity)
+        data.reduce(data.signals.velocity), data.sampling.reduce(motion[1])
     )
     assert len(data.row_numbers) == len(data.weights) == len(data.reduce(data.signals.force))
 

@@ -122,7 +122,7 @@ def test_rows_and_signals_stay_together_and_what_is_silent_enters_none(
     result = identify(emps2015, twin, data.prefilter)
     assert len(result["idm-iv"].rows) == len(result["idm-iv"].y)
     excluded = data.sampling.excluded_samples
-    assert f"{excluded} samples near reversals" in " ".join(result.summary().split())
+    assert f"{excluded} samples near reversals" in " ".join(result.summary(every=True).split())
     assert result.to_dict()["prefilter"]["silent"] == excluded
 
 

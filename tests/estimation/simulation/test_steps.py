@@ -26,8 +26,13 @@ from axisid.codegen.lowering import LoopStart
 from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, cascade_pd, gain
 from axisid.elements import coulomb, end_stop, stribeck, viscous
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation import StepBudget, most_substeps, simulate_estimate
-from axisid.estimation.simulation.steps import inertia_and_hold, substeps_at_start
+from axisid.estimation.simulation import (
+    LoopInputs,
+    StepBudget,
+    most_substeps,
+    simulate_loop,
+)
+from axisid.estimation.simulation.steps import at_rest, substeps_at_start
 from tests.axes.bodies import body, q, rotor, turn
 from tests.axes.lagging import lagging
 from tests.axes.remembering import bristle
@@ -191,13 +196,12 @@ def test_compiled_start_judges_as_the_functions_themselves(declared: Axis) -> No
         motion = (start, still, still + force, still + direction, *signals.T)
         (wanted,) = axis.evaluate("direct_dynamics", *motion, sets)
         assert np.array_equal(got[:, case], wanted[:, 0], equal_nan=True)
-    inertias, steps = (
-        [judge(each, sets, start, *period, signals.T) for each in (axis, virtual)]
-        for judge, period in ((inertia_and_hold, ()), (substeps_at_start, (1e-2,)))
-    )
-    assert all(map(np.array_equal, *inertias))
+    (has_mass, held, _), there = (at_rest(each, sets, start, signals.T) for each in (axis, virtual))
+    assert np.array_equal(has_mass, there[0])
+    assert np.array_equal(held, there[1])
+    steps = [substeps_at_start(each, sets, start, 1e-2, signals.T) for each in (axis, virtual)]
     assert np.array_equal(*steps)
-    assert 0 < inertias[0][0].sum() < lanes
+    assert 0 < has_mass.sum() < lanes
 
 
 INERTIA = Parameter("J", "kg m^2", nominal=2.0)
@@ -316,22 +320,24 @@ def test_what_takes_more_steps_than_a_simulation_has_is_refused_by_its_term(term
 
 @pytest.mark.slow
 def test_simulations_of_one_search_share_their_steps_and_the_last_is_refused_by_its_term() -> None:
-    axis, start = wavy(sympy.sin(5e4 * q.symbol / LENGTH)), LoopStart(position=0.0)
+    axis = wavy(sympy.sin(5e4 * q.symbol / LENGTH))
+    inputs = LoopInputs(reference=SINE, period=PERIOD, start=LoopStart(position=0.0))
     budget = StepBudget(left=200 * len(SINE))
-    simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start, budget=budget)
+    simulate_loop(axis, axis.nominal, inputs, budget=budget)
     assert 64 * len(SINE) > budget.left > 0
     said = r"the term p\*sin\(50000.0\*q/x0\) .* than 64 steps .* other simulations of its search"
     with pytest.raises(EstimationError, match=said):
-        simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start, budget=budget)
-    simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start)
+        simulate_loop(axis, axis.nominal, inputs, budget=budget)
+    simulate_loop(axis, axis.nominal, inputs)
 
 
 @pytest.mark.slow
 def test_a_simulation_may_take_the_steps_that_are_left_when_it_begins() -> None:
-    axis, start = wavy(sympy.sin(5e4 * q.symbol / LENGTH)), LoopStart(position=0.0)
+    axis = wavy(sympy.sin(5e4 * q.symbol / LENGTH))
+    inputs = LoopInputs(reference=SINE, period=PERIOD, start=LoopStart(position=0.0))
     budget = StepBudget(left=128 * len(SINE))
-    found = simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start, budget=budget)
-    alone = simulate_estimate(axis, axis.nominal, SINE, PERIOD, start=start)
+    found = simulate_loop(axis, axis.nominal, inputs, budget=budget)
+    alone = simulate_loop(axis, axis.nominal, inputs)
     np.testing.assert_array_equal(found.position, alone.position)
 
 

@@ -14,9 +14,16 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.lowering import SIGNALS, LoopStart
 from axisid.estimation import check_law, simulate_batch
 from axisid.estimation.diagnostics.law.control_law import LawCheck
-from axisid.estimation.simulation import SIMULATED, TwoClocks, signals_about, twin_plan
+from axisid.estimation.simulation import (
+    LoopInputs,
+    TwoClocks,
+    settled_substeps,
+    signals_about,
+    twin_plan,
+)
 from axisid.estimation.simulation.between import at_log_samples
 from axisid.estimation.simulation.recorded import lines
 from axisid.modeling import Experiment, back_and_forth
@@ -100,10 +107,15 @@ def test_just_before_an_evaluation_an_axis_is_where_it_is_found_then(
     loop = simulate(plan.axis, plan.truth, plan.reference[rows], period, signals=recorded)
     count = len(loop.time) - 2
     clocks = TwoClocks(samples=count, log_period=period, law_period=period, first=-0.9999 * period)
-    names = {"direction_before": "before"}
-    signals = {names.get(each, each): getattr(loop, each) for each in SIMULATED}
+    signals = {each: getattr(loop, each) for each in SIGNALS}
     held = lines(plan.axis, loop.recorded, period)
-    between = at_log_samples(plan.axis, plan.truth, signals, clocks, held)
+    start = LoopStart(position=float(plan.reference[0]))
+    inputs = LoopInputs(
+        reference=plan.reference[rows], period=period, start=start, signals=loop.recorded
+    )
+    substeps = settled_substeps(plan.axis, plan.truth, inputs)
+    assert substeps is not None
+    between = at_log_samples(plan.axis, plan.truth, signals, clocks, held, substeps)
     left = 1e-4 * period * loop.velocity[1 : count + 1]
     assert np.ptp(loop.position) > 0
     assert np.allclose(between["position"] + left, loop.position[1 : count + 1], rtol=0, atol=1e-9)

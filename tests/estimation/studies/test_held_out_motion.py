@@ -8,7 +8,7 @@ import pytest
 
 from axisid import Record, build, sweep
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.studies.held_out_motion import held_out_motion
+from axisid.estimation.studies.recommendation import held_out_motion
 
 
 @pytest.mark.slow

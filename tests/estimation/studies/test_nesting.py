@@ -7,11 +7,11 @@ import pytest
 import statsmodels.api as sm
 
 from axisid.estimation.regression import joint_p
-from axisid.estimation.regression.covariance import Hac
+from axisid.estimation.regression.covariance import Classical, Hac
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.studies.candidate import criteria
 from axisid.estimation.studies.held_out import Rows
-from axisid.estimation.studies.nesting import embedding, f_test, nested_tests, wald_test
+from axisid.estimation.studies.nesting import embedding, nested_tests, wald_test
 
 N = 300
 
@@ -45,7 +45,9 @@ def test_criteria_and_f_are_those_of_statsmodels(data: tuple[np.ndarray, np.ndar
     assert found.bic == pytest.approx(full.bic, rel=1e-10)
     f, p, restrictions = full.compare_f_test(part)
     assert restrictions == 2
-    assert f_test(rows(X[:, :2], y).solved(), rows(X, y).solved()) == pytest.approx((f, p))
+    how = embedding(rows(X[:, :2], y), rows(X, y))
+    assert how is not None
+    assert wald_test(rows(X, y).solved(), how, Classical()) == pytest.approx((f, p))
 
 
 def test_robust_wald_is_that_of_statsmodels(data: tuple[np.ndarray, np.ndarray]) -> None:
@@ -132,7 +134,9 @@ def test_only_next_richer_models_are_tested_and_equal_ones_are_told(
 def test_a_perfect_fit_is_rejected_against(rng: np.random.Generator) -> None:
     X = rng.normal(size=(50, 2))
     y = X @ [1.0, 2.0]
-    statistic, p = f_test(rows(X[:, :1], y).solved(), rows(X, y).solved())
+    how = embedding(rows(X[:, :1], y), rows(X, y))
+    assert how is not None
+    statistic, p = wald_test(rows(X, y).solved(), how, Classical())
     assert statistic > 1e20
     assert p == 0
 

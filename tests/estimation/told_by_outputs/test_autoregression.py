@@ -8,7 +8,7 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from axisid.estimation.told_by_outputs import autoregression_of
-from axisid.estimation.told_by_outputs.colour import by_durbin
+from axisid.estimation.told_by_outputs.colour import by_whittle
 
 
 @pytest.mark.parametrize("rows", [0, 1, 2, 3, 50, 501])
@@ -16,10 +16,11 @@ def test_the_covariance_of_columns_is_that_of_the_whole_matrix(rows: int) -> Non
     random = np.random.default_rng(5)
     errors = np.convolve(random.normal(size=2000), [1.0, 0.8, 0.3])[:2000]
     products = [errors[: len(errors) - k] @ errors[k:] for k in range(20)]
-    model = by_durbin(np.array(products) / len(errors), len(errors))
+    covariances = np.array(products)[:, None, None] / len(errors)
+    model = by_whittle(covariances, len(errors))
     assert model.order
     columns = random.normal(size=(rows, 3))
-    whole = toeplitz(model.covariances_to(rows))
+    whole = toeplitz(model.covariances_to(rows)[:, 0, 0])
     found = model.coloured(columns)
     np.testing.assert_allclose(
         found, columns.T @ whole @ columns, rtol=0, atol=1e-11 * np.abs(found).max(initial=0.0)
@@ -31,9 +32,9 @@ def test_an_order_beyond_short_stretches_has_its_uncertainty(rng: np.random.Gene
     model = autoregression_of(pieces, 1e-4)
     longer = replace(
         model,
-        coefficients=np.r_[1.0, -0.5, np.zeros(78)],
-        covariances=0.5 ** np.arange(80.0) / 0.75,
-        variance=1.0,
+        coefficients=np.r_[1.0, -0.5, np.zeros(78)][:, None, None],
+        covariances=0.5 ** np.arange(80.0)[:, None, None] / 0.75,
+        variance=np.eye(1),
     )
     assert longer.order > 2 * max(map(len, pieces))
     assert np.isfinite(longer.uncertainty(pieces, 6000))

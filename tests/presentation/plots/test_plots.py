@@ -323,8 +323,9 @@ def test_a_series_of_unequal_columns_is_refused() -> None:
 
 def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
     html = result._repr_html_()
-    value = result["idm-iv"].parameters["M"]
-    assert f"{value.value:.4f} ± {value.sd_hac:.4f}" in html
+    value = result.preferred.parameters["M"]
+    assert f"{value.corrected:.3f}" in html
+    assert f"{value.interval[0]:.3f} to {value.interval[1]:.3f}" in html
     failed = [check for check in result.verdict if check.status == "fail"]
     assert html.count("✗") == len(failed)
     hostile = replace(result.record.provenance, source="<script>alert(1)</script>")

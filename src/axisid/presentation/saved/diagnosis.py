@@ -15,7 +15,7 @@ from axisid.estimation.diagnostics.estimates import (
     Strength,
 )
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment, MotionComparison
+from axisid.estimation.diagnostics.loop import Alignment, ColumnComparison
 from axisid.estimation.estimates import HausmanTest
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.regression import ResidualTests
@@ -77,7 +77,7 @@ def _of_record(
         "verdict": tuple(map(read_check, written.verdict)),
         "lack_of_fit": _lack_of_fit(written.lack_of_fit) if written.lack_of_fit else None,
         "motions": {
-            role: read_as(MotionComparison, each)
+            role: read_as(ColumnComparison, each)
             for role, each in (written.measured_motion or {}).items()
         },
     }

@@ -282,17 +282,17 @@ class SavedIdentification(ByMethod, Uncached, Presentable):
         found = {method: _physical(estimate) for method, estimate in self.estimates.items()}
         return PhysicalByMethod((m, each) for m, each in found.items() if each is not None)
 
-    def summary(self, draws: int = 0, *, full: bool = False) -> str:
+    def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:
         """The same text as `Identification.summary`, of what the file holds.
 
         Parameters
         ----------
         draws : int
             As many as were drawn when the file was written, for their table; 0 for none.
-        full : bool
-            Add intervals, correlations and every diagnostic with its figures.
+        every, full : bool
+            As there.
         """
-        return str(view_of("as_text", self, draws=draws, full=full))
+        return str(view_of("as_text", self, draws=draws, every=every, full=full))
 
     def part(self, number: int) -> "SavedIdentification | SavedPart":
         """The result as one of several records has it, by its number from 1; see `SavedPart`.

@@ -53,11 +53,12 @@ def saved_document(
     saved: SavedIdentification,
     draws: int = 0,
     *,
+    every: bool = False,
     full: bool = False,
     wording: Wording = as_arguments,
 ) -> Document:
     """Heading, tables, verdict and notes; see `SavedIdentification.summary`."""
-    return identification_document(_live(saved), draws, full=full, wording=wording)
+    return identification_document(_live(saved), draws, every=every, full=full, wording=wording)
 
 
 def saved_estimate_document(estimate: SavedEstimate) -> Document:

@@ -6,7 +6,7 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.diagnostics.estimates import InstrumentTests
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment, MotionComparison
+from axisid.estimation.diagnostics.loop import Alignment, ColumnComparison
 from axisid.estimation.estimates import COVARIANCES, Estimate, Value
 from axisid.presentation.blocks import (
     Column,
@@ -183,7 +183,7 @@ def _alignment(preferred: Estimate, alignment: Alignment | Missing, wording: Wor
     )
 
 
-def _motions(found: Mapping[str, MotionComparison | Missing]) -> Document:
+def _motions(found: Mapping[str, ColumnComparison | Missing]) -> Document:
     """Measured velocity and acceleration beside what is differentiated; none without them."""
     rows = [
         (

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import KINDS, Check, lines_of
@@ -19,6 +20,8 @@ from axisid.presentation.blocks import (
     Document,
     Heading,
     Notes,
+    Paragraph,
+    Sentence,
     Status,
     Table,
     text_columns,
@@ -26,7 +29,7 @@ from axisid.presentation.blocks import (
 from axisid.presentation.formulas import decimals
 from axisid.support.number_text import range_text
 from axisid.support.real_numbers import is_nothing
-from axisid.support.remedy import Note, Wording, as_arguments, as_options, worded
+from axisid.support.remedy import Note, Setting, Wording, as_arguments, as_options, worded
 
 from .details import checks_table, details_document
 from .estimate import iterations, places, quantity
@@ -52,13 +55,17 @@ def identification_document(
     result: Identification,
     draws: int = 0,
     *,
+    every: bool = False,
     full: bool = False,
     wording: Wording = as_arguments,
 ) -> Document:
-    """Heading, one table for each model form, physical parameters, and numbered notes.
+    """The judged estimate on one screen; or every method's, with numbered notes.
 
     See `Identification.summary`.
     """
+    drawn = () if is_nothing(draws) else (draws_table(result.estimates, draws),)
+    if not (every or full):
+        return (*_screen(result, wording), *drawn)
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
     recorded = signals_text(result.axis.axis)
     made = f"{_rows_text(result)}{recorded} Generated code {result.axis.signature[:12]}."
@@ -80,9 +87,88 @@ def identification_document(
         *((records_table(result),) if result.of_records else ()),
         verdict_block(diagnosis.verdict, wording),
         Notes(tuple(notes)),
-        *((draws_table(result.estimates, draws),) if not is_nothing(draws) else ()),
+        *drawn,
         *(details_document(result.estimates, diagnosis, wording) if full else ()),
     )
+
+
+def _screen(result: Identification, wording: Wording) -> Document:
+    """Heading, the judged estimate, the verdict without what it only notes, and of what rows."""
+    diagnosis = result.diagnosis
+    noted = [check.line for check in by_weight(diagnosis.verdict) if check.status == "note"]
+    missing = missing_notes({**result.skipped, **result.failed}, wording, diagnosis.verdict)
+    remarks = shared_remarks([_judged(result)], wording)
+    verdict = verdict_block(diagnosis.verdict, wording)
+    more = f"notes on {', '.join(dict.fromkeys(noted))} and " * bool(noted)
+    return (
+        _heading(result, wording),
+        _judged_table(result),
+        *((records_table(result),) if result.of_records else ()),
+        replace(verdict, judged=tuple(e for e in verdict.judged if e.status != "note")),
+        Paragraph(
+            sentences=(
+                *(Sentence(text=each) for each in (*remarks, *missing)),
+                Sentence(
+                    text=f"{_rows_in_short(result)} See {more}every method "
+                    f"with {wording([Setting('all')])}."
+                ),
+            )
+        ),
+    )
+
+
+def _judged(result: Identification) -> Estimate:
+    return result.estimates[result.diagnosis.preferred]
+
+
+def _rows_in_short(result: Identification) -> str:
+    """Of what rows an estimate is, and what its deviations are."""
+    judged, sampling = _judged(result), result.data.sampling
+    name = judged.covariance_names[judged.chosen]
+    without = re.search(r", by no twins: [^;]*", name)
+    twins = re.search(r", as \d+ twins", name)
+    noise = f"{twins[0]} of the record scatter" if twins else without[0] if without else ""
+    gain = judged.gain_relative_sd
+    return (
+        f"{len(judged.y)} rows, low-passed at {sampling.prefilter.cutoff:g} Hz; sd "
+        f"{name.partition(',')[0]}{noise}."
+        + f" The gain's own {100 * gain:.3g} % is in no sd."
+        * bool(gain)
+    )
+
+
+def _judged_table(result: Identification) -> Table:
+    """The values to believe: each the centre of its interval, less what filter and noise move."""
+    judged, plain = _judged(result), result.estimates.get("idm-ls")
+    bands = result.diagnosis.bands.get(judged.method, {})
+    physical = result.physical.get(judged.method)
+    more = {} if physical is None or not physical.shows_more else dict(physical.parameters)
+    beside = {} if plain is None or plain is judged else plain.parameters
+    values = {**judged.parameters, **more}
+    if all(low <= beside[n].value <= high for n in beside for low, high in [values[n].interval]):
+        beside = {}
+    rows = []
+    for name, value in values.items():
+        digits, band = decimals(value.deviation), bands.get(name)
+        low, high = value.interval
+        remarks = [f"{value.value:.{digits}f} with bias"] * value.is_shifted
+        if band is not None and band.exceeds:
+            remarks.append(f"{range_text(*band.interval, ' to ')} over moves")
+        other = [f"{beside[name].value:.{digits}f}" if name in beside else ""] * bool(beside)
+        rows.append(
+            (
+                name,
+                value.unit,
+                f"{value.corrected:.{digits}f}",
+                f"{value.deviation:.{digits}f}",
+                f"{low:.{digits}f} to {high:.{digits}f}",
+                *other,
+                ", ".join(remarks),
+            )
+        )
+    heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if beside else [])]
+    last = Column("remark", align="left")
+    return Table(columns=(*text_columns(["", "unit", *heads]), last), rows=tuple(rows), labels=2)
 
 
 def _judged_note(diagnosis: Diagnosis, estimates: Sequence[Estimate]) -> list[str]:

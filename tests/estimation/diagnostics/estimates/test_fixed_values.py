@@ -5,7 +5,7 @@ import pytest
 from axisid import Record, fix, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks.check import Check
-from axisid.estimation.diagnostics.estimates.fixed_values import fixed_check
+from axisid.estimation.diagnostics.estimates import fixed_check
 from axisid.estimation.estimates import Estimate
 
 

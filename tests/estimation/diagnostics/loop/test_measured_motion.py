@@ -9,7 +9,7 @@ from axisid import Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.loop import (
-    MotionComparison,
+    ColumnComparison,
     compared_motion,
     compared_motions,
     motion_check,
@@ -26,9 +26,9 @@ def right(emps: GeneratedAxis) -> Record:
     return twin_record(emps, seed=3, velocity_noise=0.01 * SIZE, acceleration_noise=0.05)
 
 
-def compared(record: _Record, role: str = "velocity") -> MotionComparison:
+def compared(record: _Record, role: str = "velocity") -> ColumnComparison:
     found = compared_motion(record, role)
-    assert isinstance(found, MotionComparison)
+    assert isinstance(found, ColumnComparison)
     return found
 
 

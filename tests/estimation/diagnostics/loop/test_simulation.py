@@ -5,10 +5,12 @@ from typing import cast
 
 import pytest
 
+from axisid import load_axis
 from axisid.estimation.checks.check import Check
 from axisid.estimation.diagnostics.loop.simulation import following
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
+from axisid.estimation.twins import Chain
 from axisid.support.missing import Missing
 
 MOST = MAX_SIMULATION_ERROR.value
@@ -20,7 +22,8 @@ def judged(error: float | None, simulated: Missing | None = None) -> Estimate:
         SimpleNamespace(
             simulation_error_percent=error,
             simulated=simulated,
-            form=SimpleNamespace(left="force"),
+            form=SimpleNamespace(left="force", axis=SimpleNamespace(axis=load_axis("emps2015"))),
+            inference=SimpleNamespace(chains=(Chain(jitter=2e-4),)),
         ),
     )
 
@@ -45,6 +48,10 @@ def test_a_loop_follows_if_it_explains_three_quarters_of_the_power(
 def test_a_loop_that_follows_roughly_is_told_with_its_error() -> None:
     assert "but for 12 %" in str(found(12.0).note)
     assert "%" not in str(found(9.9).note)
+
+
+def test_a_loop_that_does_not_follow_is_told_with_the_noise_that_the_record_has() -> None:
+    assert "jitter of the sampling" in str(found(80.0).note)
 
 
 def test_rests_are_the_first_cause_of_a_loop_that_does_not_follow() -> None:

@@ -9,7 +9,7 @@ import pytest
 from axisid import DataError, Record, read_record
 from axisid.estimation import Repairs
 from axisid.estimation.logs.text.dialect import sniff
-from axisid.estimation.logs.text.tail import is_cut
+from axisid.estimation.logs.text.reader import is_cut
 from axisid.support.remedy import Setting
 
 FORMATS: dict[str, Callable[[float], str]] = {
