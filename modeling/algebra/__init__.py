@@ -9,6 +9,7 @@ from .continuity import jumping_node as jumping_node
 from .derivative import slope as slope
 from .exponential import joined_exponential as joined_exponential
 from .independence import (
+    MOST_ROOTS as MOST_ROOTS,
     exact as exact,
     intercept as intercept,
     where_zero as where_zero,

@@ -21,10 +21,14 @@ from axisid.support.errors import ModelError
 
 from .echelon import Row, meant
 
+_SCALES = 1.0, 0.5  # the largest value of a function, and its median, over which it is compared
+_NEAR, _FAR = 0.5, 3  # powers of ten by which the numbers of a motion are larger or smaller than 1
 _SPARE = 2  # motions more than functions
 _TRIES = 8  # for each motion at which all functions are real
 _ROUNDS = 4
-_TARGETS, _MOST_TARGETED = 4, 300  # motions at which one argument is small, and at which any is
+#: Sides and powers of ten of the numbers that each argument is to be,
+_TARGETS = ((-1, -5, -1), (1, -5, -1), (-1, -1, 1), (1, -1, 1))
+_MOST_TARGETED = 300  # and motions at which any is one.
 _SECANTS, _FURTHEST = 25, 1e9
 _MOST_WORK = 3_000_000  # nodes evaluated
 _MOST_FUNCTIONS = 200
@@ -96,13 +100,13 @@ def independent(
         )
     motions = _Motions(functions, velocity, values, positive)
     found = motions.general(len(functions) + _SPARE)
-    table = _Table(found, len(functions))
+    table = _table(found, len(functions))
     for _ in range(_ROUNDS):
         rank = len(table.rows)
         if found and rank == len(functions):
             break
         found += motions.targeted()
-        table = _Table(found, len(functions))
+        table = _table(found, len(functions))
         if len(table.rows) == rank:
             break
     if not found:
@@ -113,15 +117,19 @@ def independent(
     return table.weights()
 
 
+def _table(values: Sequence[Sequence[_Value]], width: int) -> "_Table":
+    """That of most rows: what is independent in one order of steps may be lost in another."""
+    return max((_Table(values, width, rank) for rank in _SCALES), key=lambda table: len(table.rows))
+
+
 class _Table:
     """Values of functions, one row for each motion, reduced to those of independent ones."""
 
-    def __init__(self, values: Sequence[Sequence[_Value]], width: int) -> None:
+    def __init__(self, values: Sequence[Sequence[_Value]], width: int, rank: float) -> None:
         self._width = width
         rows = [{j: entry for j, entry in enumerate(row) if entry.size > _NONE} for row in values]
-        self._scales = [
-            max((row[j].bits for row in rows if j in row), default=0) for j in range(width)
-        ]
+        sizes = [sorted(row[j].bits for row in rows if j in row) or [0] for j in range(width)]
+        self._scales = [column[round(rank * (len(column) - 1))] for column in sizes]
         self.rows: dict[int, _Row] = {}  # by the column that each leads
         while lead := self._next(rows):
             i, j = lead
@@ -223,29 +231,34 @@ class _Motions:
         self._random = random.Random(1)  # noqa: S311  # the same motions each time
         self._left = _MOST_WORK
 
-    def general(self, count: int) -> list[list[_Value]]:
+    def general(self, count: int, span: float = _FAR) -> list[list[_Value]]:
         """Values at a number of motions, or fewer if the functions are hardly anywhere real."""
         found: list[list[_Value]] = []
         for _ in range(_TRIES * count):
             if len(found) == count:
                 break
-            found += self._values_at(self._point())
+            found += self._values_at(self._point(span))
         return found
 
     def targeted(self) -> list[list[_Value]]:
-        """Values at motions at which what functions bend by is neither too large nor too small."""
+        """Values at motions at which what functions bend by is neither too large nor too small.
+
+        Beside an exponential that is far out, nothing else shows: some motions are all near 1.
+        """
         places = [
             (argument, symbol)
             for argument in _arguments(self._nodes)
             for symbol in self._moved
             if symbol in argument.free_symbols - self._positive
         ]
-        chosen = _TARGETS * places
+        chosen = [(*place, *target) for place in places for target in _TARGETS]
         if len(chosen) > _MOST_TARGETED:
             chosen = self._random.sample(chosen, _MOST_TARGETED)
-        found = self.general(len(self._functions) + _SPARE)
-        for argument, symbol in chosen:
-            point = self._solved(argument, symbol)
+        count = len(self._functions) + _SPARE
+        found = self.general(count) + self.general(count, _NEAR)
+        for argument, symbol, side, least, most in chosen:
+            target = side * numbers.mpf(10) ** self._random.uniform(least, most)
+            point = self._solved(argument, symbol, target)
             found += [] if point is None else self._values_at(point)
         return found
 
@@ -264,13 +277,13 @@ class _Motions:
         except CANNOT:
             return []
 
-    def _point(self) -> _Point:
-        """Numbers of sizes from a thousandth to a thousand; those that are positive are near 1."""
+    def _point(self, span: float = _FAR) -> _Point:
+        """Numbers of all sizes within powers of ten; those that are positive are near 1."""
         draw = self._random.uniform
         point = {
             s: numbers.mpf(draw(0.3, 1.7))
             if s in self._positive
-            else self._random.choice((-1, 1)) * numbers.mpf(10) ** draw(-3, 3)
+            else self._random.choice((-1, 1)) * numbers.mpf(10) ** draw(-span, span)
             for s in self._moved
         }
         return {**point, **self._values}
@@ -278,9 +291,8 @@ class _Motions:
     def _directed(self, point: _Point) -> _Point:
         return {**point, DIRECTION: numbers.sign(point[self._velocity])}
 
-    def _solved(self, argument: sympy.Expr, symbol: sympy.Symbol) -> _Point | None:
-        """A motion at which an argument is about some small number, by the secant method."""
-        target = self._random.choice((-1, 1)) * numbers.mpf(10) ** self._random.uniform(-5, 1)
+    def _solved(self, argument: sympy.Expr, symbol: sympy.Symbol, target: Any) -> _Point | None:
+        """A motion at which an argument is about some number, by the secant method."""
         point = self._point()
         here, there = point[symbol], point[symbol] * numbers.mpf(9) / 8
         try:

@@ -14,6 +14,7 @@ import sympy
 
 from axisid.modeling.algebra import (
     CANNOT,
+    MOST_ROOTS,
     Polynomial,
     TooManyProductsError,
     exact,
@@ -37,7 +38,7 @@ Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
 _PLACES, _STEPS = 101, (37, 59)  # a prime, and how two points walk through its fractions
 _MOST = 3  # motions that determine a direction in symbols
 _NEAR = 1e-9
-_MOST_NODES, _MOST_SYMBOLS, _MOST_ROOTS = 150, 8, 12  # of weights that are written as quotients
+_MOST_NODES, _MOST_SYMBOLS = 150, 8  # of weights that are written as quotients
 
 
 def null_space(
@@ -220,7 +221,7 @@ def _is_tame(*weights: sympy.Expr) -> bool:
     return (
         len(nodes) <= _MOST_NODES
         and len(symbols) <= _MOST_SYMBOLS
-        and all(power.q <= _MOST_ROOTS and abs(power.p) <= _MOST_ROOTS for power in powers)
+        and all(power.q <= MOST_ROOTS and abs(power.p) <= MOST_ROOTS for power in powers)
     )
 
 
