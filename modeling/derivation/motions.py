@@ -6,7 +6,7 @@ show: on both sides of each kink, within each bell, where no hyperbolic tangent 
 """
 
 import random
-from collections.abc import Mapping, Sequence, Set as AbstractSet
+from collections.abc import Iterable, Mapping, Sequence, Set as AbstractSet
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -30,7 +30,7 @@ _ROUNDS = 4
 _TARGETS = ((-1, -5, -1), (1, -5, -1), (-1, -1, 1), (1, -1, 1))
 _MOST_TARGETED = 300  # and motions at which any is one.
 _SECANTS, _FURTHEST = 25, 1e9
-_MOST_WORK = 3_000_000  # nodes evaluated
+_MOST_WORK = 1_000_000  # nodes evaluated, and numbers of the table
 _MOST_FUNCTIONS = 200
 #: Binary digits of a value beside those of what was added up: what decimals leave when they are
 #: rounded, less than any leave, and what is left of nothing.
@@ -98,87 +98,125 @@ def independent(
             "record tells apart; declare what enters together as one parameter.",
             code="too-many-terms",
         )
-    motions = _Motions(functions, velocity, values, positive)
-    found = motions.general(len(functions) + _SPARE)
-    table = _table(found, len(functions))
+    motions, width = _Motions(functions, velocity, values, positive), len(functions)
+    found = motions.general(width + _SPARE)
+    table, holds = _table(found, width, motions), False
     for _ in range(_ROUNDS):
-        rank = len(table.rows)
-        if found and rank == len(functions):
+        if holds or (motions.real and table.rank == width):
             break
+        rank = table.rank
         found += motions.targeted()
-        table = _table(found, len(functions))
-        if len(table.rows) == rank:
-            break
-    if not found:
+        table = _table(found, width, motions)
+        further = motions.general(width, _NEAR) + motions.general(width)
+        holds = table.rank == rank and table.holds_at(further)
+        found += further
+    if not motions.real:
         raise ModelError(
             "the equation of motion has no finite real value at any motion.", code="no-real-number"
         )
-    table.check()
+    if table.rank < width and (table.doubtful or not holds):
+        raise ModelError(
+            "what parameters do to the force differs by less than 1e-25 of its size, which no "
+            "record shows and no rounding of decimals leaves; declare what does nearly the "
+            "same as one parameter.",
+            code="nearly-dependent",
+        )
     return table.weights()
 
 
-def _table(values: Sequence[Sequence[_Value]], width: int) -> "_Table":
+def _table(values: Sequence[Sequence[_Value]], width: int, motions: "_Motions") -> "_Table":
     """That of most rows: what is independent in one order of steps may be lost in another."""
-    return max((_Table(values, width, rank) for rank in _SCALES), key=lambda table: len(table.rows))
+    tables = (_Table(values, width, rank, motions) for rank in _SCALES)
+    return max(tables, key=lambda table: table.rank)
 
 
 class _Table:
     """Values of functions, one row for each motion, reduced to those of independent ones."""
 
-    def __init__(self, values: Sequence[Sequence[_Value]], width: int, rank: float) -> None:
+    def __init__(
+        self, values: Sequence[Sequence[_Value]], width: int, rank: float, motions: "_Motions"
+    ) -> None:
         self._width = width
         rows = [{j: entry for j, entry in enumerate(row) if entry.size > _NONE} for row in values]
         sizes = [sorted(row[j].bits for row in rows if j in row) or [0] for j in range(width)]
         self._scales = [column[round(rank * (len(column) - 1))] for column in sizes]
-        self.rows: dict[int, _Row] = {}  # by the column that each leads
-        while lead := self._next(rows):
-            i, j = lead
-            best = rows.pop(i)
-            rows = [_less(row, best, j) for row in rows]
-            self.rows[j] = best
-        self._doubtful = [
-            e for row in rows for e in row.values() if _EXACT < e.certainty < _DOUBTFUL
-        ]
+        self._rows: dict[int, _Row] = {}  # by the column that each leads
+        leads = {i: lead for i, row in enumerate(rows) if (lead := self._lead(row))}
+        while leads:
+            i = max(leads, key=lambda i: (leads[i], i))
+            j, best = leads.pop(i)[2], rows[i]
+            rows[i] = {}
+            self._rows[j] = best
+            for k, row in enumerate(rows):
+                if j in row:
+                    motions.work(len(best))
+                    rows[k] = _less(row, best, j)
+                    leads.pop(k, None)
+                    if lead := self._lead(rows[k]):
+                        leads[k] = lead
+        self.doubtful = any(_EXACT < e.certainty < _DOUBTFUL for row in rows for e in row.values())
 
-    def _next(self, rows: Sequence[_Row]) -> tuple[int, int] | None:
-        """Row and column of the value that leads next.
+    @property
+    def rank(self) -> int:
+        """How many functions are independent."""
+        return len(self._rows)
+
+    def _lead(self, row: _Row) -> tuple[int, int, int] | None:
+        """Column of the value by which a row may lead, after how well it does.
 
         Of it least is lost; and it is largest beside the others of its row, which it moves least.
         """
-        found = []
-        for i, row in enumerate(rows):
-            sizes = sorted((x.size - self._scales[j] for j, x in row.items()), reverse=True)
-            for j, x in row.items():
-                if x.certainty > _ROUNDING:
-                    others = sizes[sizes[0] == x.size - self._scales[j] :][:1] or [_NONE]
-                    ahead = x.bits - self._scales[j] - others[0]
-                    found.append((x.certainty // 8, ahead, i, j))
-        return max(found)[2:] if found else None
-
-    def check(self) -> None:
-        """Refuse functions that differ by less than any rounding, but do."""
-        if self._doubtful:
-            raise ModelError(
-                "what parameters do to the force differs by less than 1e-25 of its size, which no "
-                "record shows and no rounding of decimals leaves; declare what does nearly the "
-                "same as one parameter.",
-                code="nearly-dependent",
+        sizes = {j: x.size - self._scales[j] for j, x in row.items()}
+        first, second = (*sorted(sizes.values(), reverse=True)[:2], _NONE, _NONE)[:2]
+        found = [
+            (
+                x.certainty // 8,
+                x.bits - self._scales[j] - (second if sizes[j] == first else first),
+                j,
             )
+            for j, x in row.items()
+            if x.certainty > _ROUNDING
+        ]
+        return max(found, default=None)
 
     def weights(self) -> list[Row]:
         """The functions by independent ones."""
-        if len(self.rows) == self._width:
-            return [[Fraction(i == j) for j in range(self._width)] for i in range(self._width)]
+        return [
+            [_weight(row[k], row[j]) if k in row else Fraction(0) for k in range(self._width)]
+            for j, row in self._reduced().items()
+        ]
+
+    def holds_at(self, values: Sequence[Sequence[_Value]]) -> bool:
+        """Whether all functions are these sums of the independent ones at further motions."""
+        reduced = self._reduced()
+        return all(
+            _is_sum(
+                row[k], [(row[j], lead[j], lead[k]) for j, lead in reduced.items() if k in lead]
+            )
+            for row in values
+            for k in range(self._width)
+        )
+
+    def _reduced(self) -> dict[int, _Row]:
+        """The rows by the columns that they lead, without these columns in others."""
         done: dict[int, _Row] = {}
-        for j, row in reversed(self.rows.items()):
+        for j, row in reversed(self._rows.items()):
             left = dict(row)
             for k, lead in done.items():
                 left = _less(left, lead, k)
             done[j] = left
-        return [
-            [_weight(row[k], row[j]) if k in row else Fraction(0) for k in range(self._width)]
-            for j, row in done.items()
-        ]
+        return done
+
+
+def _is_sum(value: _Value, terms: Iterable[tuple[_Value, _Value, _Value]]) -> bool:
+    """Whether a value is that of terms ``x / y * z``, up to rounding."""
+    total, size = libmp.mpf_neg(value.number), value.size
+    for x, y, z in terms:
+        if z.certainty > _ROUNDING:
+            share = libmp.mpf_div(z.number, y.number, _PRECISION)
+            term = libmp.mpf_mul(x.number, share, _PRECISION)
+            total, size = libmp.mpf_add(total, term, _PRECISION), max(size, _bits(term))
+    return total == libmp.fzero or _bits(total) <= size + _ROUNDING
 
 
 def _less(row: _Row, lead: _Row, j: int) -> _Row:
@@ -230,6 +268,7 @@ class _Motions:
         self._moved = sorted(moved, key=str)
         self._random = random.Random(1)  # noqa: S311  # the same motions each time
         self._left = _MOST_WORK
+        self.real = False  # whether the functions have been so at any motion
 
     def general(self, count: int, span: float = _FAR) -> list[list[_Value]]:
         """Values at a number of motions, or fewer if the functions are hardly anywhere real."""
@@ -245,34 +284,38 @@ class _Motions:
 
         Beside an exponential that is far out, nothing else shows: some motions are all near 1.
         """
+        count = len(self._functions) + _SPARE
+        found = self.general(count) + self.general(count, _NEAR)
         places = [
-            (argument, symbol)
+            (argument, symbol, *target)
             for argument in _arguments(self._nodes)
             for symbol in self._moved
             if symbol in argument.free_symbols - self._positive
+            for target in _TARGETS
         ]
-        chosen = [(*place, *target) for place in places for target in _TARGETS]
-        if len(chosen) > _MOST_TARGETED:
-            chosen = self._random.sample(chosen, _MOST_TARGETED)
-        count = len(self._functions) + _SPARE
-        found = self.general(count) + self.general(count, _NEAR)
-        for argument, symbol, side, least, most in chosen:
-            target = side * numbers.mpf(10) ** self._random.uniform(least, most)
-            point = self._solved(argument, symbol, target)
+        if len(places) > _MOST_TARGETED:
+            places = self._random.sample(places, _MOST_TARGETED)
+        for place in places:
+            point = self._solved(*place)
             found += [] if point is None else self._values_at(point)
         return found
 
-    def _values_at(self, point: _Point) -> list[list[_Value]]:
-        """One row of values, or none where one of them is not real."""
-        self._left -= len(self._nodes)
+    def work(self, nodes: int) -> None:
+        """Count what is worked out, and refuse more than allowed."""
+        self._left -= nodes
         if self._left < 0:
             raise ModelError(
                 "the equation of motion has too many terms to find what a record tells apart; "
                 "write less of it.",
                 code="too-many-terms",
             )
+
+    def _values_at(self, point: _Point) -> list[list[_Value]]:
+        """One row of values, or none where one of them is not real."""
+        self.work(len(self._nodes))
         try:
             found = values_at(self._functions, self._directed(point))
+            self.real = True
             return [[_Value(x._mpf_, _bits(x._mpf_), _bits(size._mpf_)) for x, size in found]]
         except CANNOT:
             return []
@@ -291,8 +334,11 @@ class _Motions:
     def _directed(self, point: _Point) -> _Point:
         return {**point, DIRECTION: numbers.sign(point[self._velocity])}
 
-    def _solved(self, argument: sympy.Expr, symbol: sympy.Symbol, target: Any) -> _Point | None:
+    def _solved(
+        self, argument: sympy.Expr, symbol: sympy.Symbol, side: int, least: int, most: int
+    ) -> _Point | None:
         """A motion at which an argument is about some number, by the secant method."""
+        target = side * numbers.mpf(10) ** self._random.uniform(least, most)
         point = self._point()
         here, there = point[symbol], point[symbol] * numbers.mpf(9) / 8
         try:

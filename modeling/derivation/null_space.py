@@ -129,7 +129,8 @@ def unidentifiable_directions(
     Its columns have parameters in them, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
     functions of the motion. They are compared where numbers stand for the parameters, at more than
     one point, as two may be alike at one by accident; the directions found hold at every point.
-    For a linear axis base parameters tell what is hidden.
+    For a linear axis base parameters tell what is hidden. Columns that are too many, or of which it
+    is not certain to many digits that they depend on each other, count as independent.
 
     Parameters
     ----------
@@ -144,8 +145,15 @@ def unidentifiable_directions(
     columns = {p.symbol: c for p, c in zip(parameters, regressor.columns, strict=True)}
     found: list[tuple[Point, tuple[Direction, ...]]] = []
     for point in generic_points(parameters):
-        with contextlib.suppress(ModelError):
-            found.append((point, _independent_of_motion(columns, coordinate.velocity, point)))
+        try:
+            directions = _independent_of_motion(columns, coordinate.velocity, point)
+        except ModelError as error:
+            if error.code == "too-many-terms":
+                return ()
+            continue
+        if not directions:
+            return ()
+        found.append((point, directions))
     if not found:
         return ()
     best, directions = min(found, key=lambda pair: len(pair[1]))
