@@ -100,34 +100,37 @@ def independent(
         )
     motions, width = _Motions(functions, velocity, values, positive), len(functions)
     found = motions.general(width + _SPARE)
-    table, holds = _table(found, width, motions), False
+    tables, held = _tables(found, width, motions), False
     for _ in range(_ROUNDS):
-        if holds or (motions.real and table.rank == width):
+        if held or (motions.real and tables[0].rank == width):
             break
-        rank = table.rank
+        rank = tables[0].rank
         found += motions.targeted()
-        table = _table(found, width, motions)
+        tables = _tables(found, width, motions)
         further = motions.general(width, _NEAR) + motions.general(width)
-        holds = table.rank == rank and table.holds_at(further)
+        holding = [table for table in tables if table.holds_at(further)]
+        held = bool(holding) and tables[0].rank == rank
+        tables = holding or tables
         found += further
     if not motions.real:
         raise ModelError(
             "the equation of motion has no finite real value at any motion.", code="no-real-number"
         )
-    if table.rank < width and (table.doubtful or not holds):
+    if tables[0].rank < width and (tables[0].doubtful or not held):
         raise ModelError(
             "what parameters do to the force differs by less than 1e-25 of its size, which no "
             "record shows and no rounding of decimals leaves; declare what does nearly the "
             "same as one parameter.",
             code="nearly-dependent",
         )
-    return table.weights()
+    return tables[0].weights()
 
 
-def _table(values: Sequence[Sequence[_Value]], width: int, motions: "_Motions") -> "_Table":
-    """That of most rows: what is independent in one order of steps may be lost in another."""
-    tables = (_Table(values, width, rank, motions) for rank in _SCALES)
-    return max(tables, key=lambda table: table.rank)
+def _tables(values: Sequence[Sequence[_Value]], width: int, motions: "_Motions") -> list["_Table"]:
+    """Those of most rows: what is independent in one order of steps may be lost in another."""
+    tables = [_Table(values, width, rank, motions) for rank in _SCALES]
+    most = max(table.rank for table in tables)
+    return [table for table in tables if table.rank == most]
 
 
 class _Table:
