@@ -201,9 +201,13 @@ def _in_parameters(
     with contextlib.suppress(sympy.PolynomialError, *CANNOT):
         closed = _from_motions([exact(columns[p]) for p in direction], coordinate)
         values = [float(value_at(weight, point)) for weight in closed]
-        if any(values) and all(
-            math.isclose(value, weight * values[-1], rel_tol=_NEAR)
-            for value, weight in zip(values, map(float, direction.values()), strict=True)
+        if (
+            any(values)
+            and not any(w.has(sympy.Heaviside) for w in closed)
+            and all(
+                math.isclose(value, weight * values[-1], rel_tol=_NEAR)
+                for value, weight in zip(values, map(float, direction.values()), strict=True)
+            )
         ):
             return _direction(dict(zip(direction, closed, strict=True)))
     return weights

@@ -112,6 +112,13 @@ def test_what_is_admitted_is_derived_and_shown_in_time(name: str) -> None:
             assert "Inverse regressor" in page
 
 
+def test_a_force_of_many_terms_is_derived_at_once() -> None:
+    factors = sympy.Mul(*(sin(i * x) + v for i in range(1, 30)))
+    for declared in (axis(C[0] * factors), energy_of_hinges(6)):
+        with within(4_000_000):
+            assert derive(declared).axis is declared
+
+
 REFUSED = {
     "more terms than allowed": (
         lambda: axis(

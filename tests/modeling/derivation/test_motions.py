@@ -21,6 +21,7 @@ from sympy import (
     log,
     sign,
     sin,
+    sinh,
     sqrt,
     tanh,
 )
@@ -167,6 +168,15 @@ RANKS = {
     "a power by its terms": (((q - 900) ** 8, *POWERS), 9),
     "many pieces": ((*(piece(And(q > i, q < i + 1)) for i in range(20)), ONE), 21),
     "exponentials": ((exp(9 * q), exp(18 * q), exp(-9 * q), ONE, cosh(9 * q)), 4),
+    "a modulus and a hinge": ((q, q**2, q * Max(0, q - 1), q * Abs(q - 1)), 3),
+    "a sum and what grows far beyond it": (
+        (cos(q) ** 2, cos(q) ** 2 / 3 - sinh(q) * cosh(q), sinh(q) * cosh(q), Abs(q - 1)),
+        3,
+    ),
+    "what grows and what falls": (
+        (3 * exp(-2 * dq**2) * sinh(q), dq * Abs(dq) + q**3 * sinh(q), exp(-3 * dq**2) * D),
+        3,
+    ),
     "a phase": ((sin(1000 * q), cos(1000 * q), sin(1000 * q + 0.5)), 2),
 }
 
