@@ -8,7 +8,6 @@ from scipy.stats import binom
 from axisid.estimation.thresholds import FLEET_LEVEL
 from axisid.fleets import Fleet, FleetRow
 from axisid.fleets.outliers import groups_of
-from axisid.populations import Usual
 from axisid.populations.robust_scatter import robust_scatter
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
@@ -36,7 +35,6 @@ def test_units_do_not_matter() -> None:
 
 def test_the_scatter_between_logs_is_without_that_of_their_estimates() -> None:
     (group,) = groups_of(rows_of(400, 1))
-    assert isinstance(group.usual, Usual)
     expected = np.sqrt(np.diag(BETWEEN))
     np.testing.assert_allclose(np.sqrt(np.diag(group.usual.between)), expected, rtol=0.15)
 
@@ -88,7 +86,6 @@ def test_a_log_whose_values_are_beyond_all_sense_hides_nothing_of_the_others(siz
     rows = rows_of(20, 1)
     for moved in (np.array([size, 200.0, 20.0]), np.full(3, size)):
         (group,) = groups_of([*rows, row_of("huge", moved)])
-        assert isinstance(group.usual, Usual)
         np.testing.assert_allclose(group.usual.centre, CENTRE, rtol=0.05)
         assert [each.name for each in group.outliers] == (["huge"] if size < 1e100 else [])
 

@@ -1,6 +1,5 @@
 """What is of another kind than a function takes: a sentence says what to give."""
 
-import inspect
 import json
 import math
 from collections.abc import Callable
@@ -139,50 +138,6 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
 
 
 Q, FV = axisid.Coordinate("q"), axisid.Parameter("Fv", "N/(m/s)")
-
-#: Calls of every function of `axisid.elements` that takes a coordinate, with something else.
-ELEMENTS: dict[str, Callable[[Any], object]] = {
-    **{
-        name: lambda q, name=name: getattr(elements, name)(FV, q)  # type: ignore[misc]
-        for name in ("viscous", "coulomb", "quadratic", "spring", "cubic_spring")
-    },
-    **{
-        name: lambda q, name=name: getattr(elements, name)(FV, FV, q)  # type: ignore[misc]
-        for name in (
-            "asymmetric_viscous",
-            "asymmetric_coulomb",
-            "gravity_moment",
-            "load_dependent",
-        )
-    },
-    "stribeck": lambda q: elements.stribeck(FV, q, velocity=0.1),
-    "periodic_coulomb": lambda q: elements.periodic_coulomb(FV, FV, q, period=0.1),
-    "cogging": lambda q: elements.cogging(FV, FV, q, period=0.1),
-    "back_emf": lambda q: elements.back_emf(FV, q, kt=0.1, resistance=1.0),
-    "motor_inertia": lambda q: elements.motor_inertia(FV, q, ratio=3.0),
-    "dahl": lambda q: elements.dahl(FV, q, coulomb=FV),
-    "lugre": lambda q: elements.lugre(FV, FV, q, coulomb=FV, static=FV, velocity=0.1),
-    "maxwell_slip": lambda q: elements.maxwell_slip(FV, FV, q),
-    "end_stop": lambda q: elements.end_stop(q, lower=0, upper=1, stiffness=1e3),
-}
-
-
-@pytest.mark.parametrize("other", ["x", FV], ids=type)
-@pytest.mark.parametrize("name", ELEMENTS)
-def test_an_element_of_no_coordinate_is_told(name: str, other: object) -> None:
-    with refuses("coordinate-type") as refused:
-        ELEMENTS[name](other)
-    assert len(str(refused.value)) < 200
-
-
-def test_every_element_of_a_coordinate_is_among_them() -> None:
-    taking = {
-        name
-        for name, function in vars(elements).items()
-        if inspect.isfunction(function) and "coordinate" in inspect.signature(function).parameters
-    }
-    assert taking == set(ELEMENTS)
-
 
 #: What declares an axis, with the sentence about what is no part of it.
 DECLARED: dict[str, tuple[Callable[[], object], str]] = {

@@ -2,14 +2,13 @@
 
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import Record, load_axis, read_record
+from axisid import Record, read_record
 from axisid.estimation import Repairs
 from tests.refusals import refuses
 
@@ -174,11 +173,3 @@ def test_messages_without_an_effort_are_told_and_counted(tmp_path: Path) -> None
         read_record(file, columns=COLUMNS)
     record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
     assert "force 4" in record.provenance.repairs[0].text
-
-
-def test_time_column_that_the_axis_declares_gives_way_to_the_bags_clock(tmp_path: Path) -> None:
-    axis = replace(load_axis("pendulum"), columns={"time": "t", "position": "q", "control": "u"})
-    record = read_record(written_bag(tmp_path, 2), axis, columns=COLUMNS)
-    assert record.time == pytest.approx(T, abs=1e-12)
-    told = "no column 't' for the time, the file's own clocks are taken"
-    assert told in record.provenance.assumed

@@ -114,7 +114,6 @@ def test_a_loop_that_starts_in_motion_follows_an_independent_integrator(velocity
 def test_lanes_start_each_in_its_own_way(name: str) -> None:
     axis = build(AXES[name])
     law = axis.axis.control
-    assert law is not None
     remembered = len(law.memory) + law.delay
     rng = np.random.default_rng(3)
     lanes = 35
@@ -200,7 +199,6 @@ def test_a_twin_behind_an_encoder_starts_in_balance() -> None:
             ),
         )
     )
-    assert twin.control is not None
     assert twin.control[0] == pytest.approx(300.0 / 35.15, rel=1e-12)
 
 
@@ -255,7 +253,6 @@ def test_a_toml_file_declares_a_memory_in_balance(tmp_path: Path) -> None:
     file = tmp_path / "lift.toml"
     file.write_text(text)
     axis = load_axis(file)
-    assert axis.control is not None
     assert axis.control.memory[0].start == BALANCED
     loop = simulate(axis, [2.0, 3.0], np.zeros(50), 1e-3)
     assert np.all(loop.position == 0)

@@ -127,7 +127,6 @@ def test_nothing_comes_from_outside(result: Identification, swept: Sweep) -> Non
 @pytest.mark.slow
 def test_the_policy_lets_only_the_pages_own_script_and_style_run(page: Page) -> None:
     policy = next(a["content"] for a in page.tags("meta") if "http-equiv" in a)
-    assert policy is not None
     assert policy.startswith("default-src 'none'")
     for text in (page.texts["script"][1], page.texts["style"][0]):
         digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
@@ -338,8 +337,6 @@ def test_json_on_standard_output_stays_json(run: Run, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_second_record_and_draws_are_in_the_page(run: Run, tmp_path: Path, twin: Record) -> None:
     log, report = tmp_path / "log.csv", tmp_path / "report.html"
-    assert twin.reference is not None
-    assert twin.control is not None
     table = np.column_stack([twin.time, twin.position, twin.reference, twin.control])
     header = "time,position,reference,control"
     np.savetxt(log, table, delimiter=",", header=header, comments="")
