@@ -13,15 +13,10 @@ import pytest
 import axisid
 from axisid import (
     Identification,
-    ModelError,
     Record,
     UsageError,
-    control,
-    elements,
-    load_axis,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.control import REFERENCE, ControlLaw
 from tests.refusals import refuses
 
 _HUGE: Any = 10**400  # beyond floating point
@@ -43,47 +38,14 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         lambda g: axisid.load_result(g.result),
         "the result is an Identification; give the file",
     ),
-    "columns as text": (
-        lambda _: axisid.read_record("log.csv", columns="position=q"),  # type: ignore[arg-type]
-        "the columns are 'position=q'; give names by role",
-    ),
-    "repairs as dictionary": (
-        lambda _: axisid.read_record("log.csv", repairs={"gaps": "split"}),  # type: ignore[arg-type]
-        r"the repairs are \{'gaps': 'split'\}; give axisid.estimation.Repairs",
-    ),
-    "an axis by name": (
-        lambda _: axisid.read_record("log.csv", "emps"),  # type: ignore[arg-type]
-        "the axis is 'emps'; give an Axis",
-    ),
-    "a name to build": (lambda _: axisid.build("emps"), "the axis is 'emps'; give an Axis"),  # type: ignore[arg-type]
     "a built axis to fix": (
         lambda g: axisid.fix(g.axis, M=3.0),
         "the axis is a GeneratedAxis; give an Axis",
-    ),
-    "an array as record": (
-        lambda g: axisid.identify(g.axis, np.ones((9, 3))),  # type: ignore[arg-type]
-        "the record is a ndarray; read one",
-    ),
-    "a file to validate on": (
-        lambda g: axisid.validate(g.result, "log.csv"),  # type: ignore[arg-type]
-        "the record is 'log.csv'; read one",
     ),
     "a number as method": (lambda g: g.result[3], "the result has no 3; choose from idm-ls"),
     "one axis to compare": (
         lambda g: axisid.compare(g.axis, g.record),
         "1 candidate cannot be compared; give two axes or more",
-    ),
-    "no record to sweep": (
-        lambda g: axisid.sweep(g.axis, 3, [40.0]),  # type: ignore[arg-type]
-        "the record is 3; read one",
-    ),
-    "a text as dead zone": (
-        lambda g: axisid.export(g.result, "c", dead_zone="0.1"),  # type: ignore[arg-type]
-        "the dead zone is '0.1'; give a speed",
-    ),
-    "a list as covariance": (
-        lambda g: axisid.identify(g.axis, g.record, covariance=[]),  # type: ignore[arg-type]
-        r"no covariance \[\]; choose from",
     ),
     "a list as figure": (lambda g: g.result.plot([]), r"has no figure \[\]; choose from record"),
     "a list as parameter": (
@@ -94,17 +56,9 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         lambda g: g.result.summary(draws=np.ones(3)),
         r"the draws are array\(\[1., 1., 1.\]\); give a whole number",
     ),
-    "a name as ladder": (
-        lambda _: axisid.friction_ladder("emps"),  # type: ignore[arg-type]
-        "the axis is 'emps'; give an Axis",
-    ),
     "a period that is no number": (
         lambda _: axisid.Prefilter.suited(math.nan),
         "the sampling period is nan; give a positive number",
-    ),
-    "an array as hold": (
-        lambda _: axisid.Prefilter(hold=np.ones(3)),  # type: ignore[arg-type]
-        r"the hold is array\(.*; give raw or zoh",
     ),
     "a cut-off beyond floating point": (
         lambda _: axisid.Prefilter(cutoff=_HUGE),
@@ -130,53 +84,7 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         ),
         "the resolution is a whole number of 400 digits; give 0 or more",
     ),
-    "a text as seed": (
-        lambda g: axisid.twin_record(g.axis, seed="x"),  # type: ignore[arg-type]
-        "the seed is 'x'; give a whole number",
-    ),
 }
-
-
-Q, FV = axisid.Coordinate("q"), axisid.Parameter("Fv", "N/(m/s)")
-
-#: What declares an axis, with the sentence about what is no part of it.
-DECLARED: dict[str, tuple[Callable[[], object], str]] = {
-    "a harmonic that is a truth value": (
-        lambda: elements.cogging(FV, FV, Q, period=0.1, harmonic=True),
-        "the harmonic is True; give a whole number",
-    ),
-    "an axis as amount": (
-        lambda: elements.offset(load_axis("emps")),  # type: ignore[arg-type]
-        "an amount of an element is an Axis; give a number",
-    ),
-    "a name as coordinate": (
-        lambda: axisid.newton(
-            "a", coordinate="q", parameters=(), inertia=FV, resistance=(), drive=None
-        ),  # type: ignore[arg-type]
-        "the coordinate is 'q'; give a Coordinate",
-    ),
-    "gains as list": (
-        lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, gains=["kp"]),  # type: ignore[arg-type]
-        r"the gains are \['kp'\]; give numbers by name",
-    ),
-    "numbers as memory": (
-        lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, memory=[3]),  # type: ignore[arg-type]
-        r"the memory is \[3\]; give a tuple of Memory",
-    ),
-    "a number as gain": (lambda: control.gain(3), "a gain is named 3; give a text"),  # type: ignore[arg-type]
-    "a list as truth": (
-        lambda: axisid.modeling.Experiment(moves=(), truth=[1.0]),  # type: ignore[arg-type]
-        r"the truth of an experiment is \[1.0\]; give numbers",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", DECLARED)
-def test_what_is_no_part_of_a_declaration_is_told(name: str) -> None:
-    call, said = DECLARED[name]
-    with pytest.raises(ModelError, match=said) as refused:
-        call()
-    assert len(str(refused.value)) < 200
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5], ids=str)

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from axisid import ModelError, Record, build, identify, load_axis, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
@@ -80,51 +79,6 @@ def logged(
         control=loop.control[last] if exact else between.control,
         sample_period=period,
     )
-
-
-def by_events(reference: np.ndarray, period: float, times: np.ndarray) -> np.ndarray:
-    """Positions of the stage under its P-PI law at any times, by DOP853 with located crossings."""
-    mass, damping, friction, load = THETA
-    position = last = float(reference[0])
-    velocity, total = 0.0, load / 35.15
-    out = np.empty(len(times))
-    for k, r in enumerate(reference):
-        error = 40.0 * (r - position) - (position - last) / period
-        force = 35.15 * np.clip(150.0 * error + total, -100.0, 100.0)
-        last, total, now = position, total + 4000.0 * period * error, 0.0
-        inside = np.flatnonzero((times >= k * period - 1e-12) & (times < (k + 1) * period - 1e-12))
-        out[inside] = position
-
-        def stops(_: float, x: np.ndarray) -> float:
-            return float(x[1])
-
-        stops.terminal = True  # type: ignore[attr-defined]
-        while now < period - 1e-13:
-            push = force - load
-            if velocity == 0 and abs(push) <= friction:
-                break
-            s = np.sign(velocity) if velocity else np.sign(push)
-            stops.direction = -s  # type: ignore[attr-defined]
-            solution = solve_ivp(
-                lambda _, x, s=s, push=push: (x[1], (push - damping * x[1] - friction * s) / mass),
-                (now, period),
-                (position, velocity),
-                method="DOP853",
-                rtol=1e-11,
-                atol=1e-13,
-                events=stops,
-                dense_output=True,
-            )
-            for i in inside:
-                since = times[i] - k * period
-                if now <= since <= solution.t[-1]:
-                    out[i] = solution.sol(since)[0]
-            position, velocity = map(float, solution.y[:, -1])
-            velocity = 0.0 if solution.status == 1 else velocity
-            now = float(solution.t[-1])
-            if velocity == 0:
-                out[inside[times[inside] - k * period > now]] = position
-    return out
 
 
 @pytest.mark.parametrize("between", ["linear", "held"])

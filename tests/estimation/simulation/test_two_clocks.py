@@ -27,8 +27,8 @@ from axisid.estimation.simulation.between import at_log_samples
 from axisid.estimation.simulation.recorded import lines
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.recorded import PERIOD_S, recorded_axis
-from tests.estimation.loops.test_two_clocks import LOG, by_events, cascade, cascade_p_pi, stage
-from tests.estimation.simulation.test_loop_start import THETA
+from tests.estimation.loops.test_two_clocks import LOG, cascade, cascade_p_pi, stage
+from tests.estimation.simulation.test_loop_start import THETA, by_events
 
 WAVE = 0.01 * np.sin(2 * np.pi * 6 * LOG * np.arange(160))
 TRUTH = dict(zip(("M", "Fv", "Fc", "F0"), THETA, strict=True))
