@@ -9,14 +9,9 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.simulation.simulated import (
-    Simulation,
-    signals_about,
-)
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration.experiment import Move, back_and_forth
 from tests.axes.bodies import body
-from tests.estimation.exact_axis import ExactAxis, closed_loop
 from tests.refusals import refuses
 
 PERIOD = 1e-3
@@ -40,28 +35,6 @@ MOTIONS = {
     "0.1 Hz, 5 mm stick-slip": sine(0.1, 5e-3, 10.0),
     "5 Hz, 2 mm reversals": sine(5.0, 2e-3, 2.0),
 }
-
-
-def check_rows(axis: GeneratedAxis, loop: Simulation, theta: np.ndarray) -> None:
-    """Force, motion and friction direction satisfy the model at every sample."""
-    for s in (loop.signals, signals_about(axis, theta, loop)[1]):
-        row, known = axis.evaluate(
-            "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
-        )
-        error = np.abs(row @ theta + known[:, 0] - s.force)
-        assert error.max() < 1e-10 * np.abs(s.force).max()
-        assert np.abs(s.direction).max() <= 1
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_position_is_within_a_nanometre_of_the_closed_form(
-    emps2015: GeneratedAxis, motion: str
-) -> None:
-    loop = simulate(emps2015, TRUTH, MOTIONS[motion], PERIOD)
-    position, force = closed_loop(ExactAxis(*TRUTH), MOTIONS[motion], 160.18, 243.45, 35.15, PERIOD)
-    assert np.abs(loop.position - position).max() < 1e-9
-    assert np.abs(loop.force - force).max() < 1e-3
-    check_rows(emps2015, loop, TRUTH)
 
 
 def test_noise_enters_through_the_measured_position(

@@ -102,9 +102,10 @@ def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
     assert np.array_equal(loop.direction[sliding], np.sign(loop.velocity[sliding]))
 
 
+@pytest.mark.parametrize("offset", [0.0, -7.0])
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_offset_axis_is_within_a_nanometre_of_the_closed_form(motion: str) -> None:
-    theta = np.array([100.2, 236.9, 24.8, -7.0])
+def test_position_is_within_a_nanometre_of_the_closed_form(motion: str, offset: float) -> None:
+    theta = np.array([100.2, 236.9, 24.8, offset])
     loop = simulate(built("offset"), theta, MOTIONS[motion], PERIOD)
     position, force = closed_loop(ExactAxis(*theta), MOTIONS[motion], 160.18, 243.45, 35.15, PERIOD)
     assert np.abs(loop.position - position).max() < 1e-9

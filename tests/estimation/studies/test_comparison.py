@@ -375,9 +375,7 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: Record) -> Path
     text = AXIS.format(name="stage", parameters="(M, Fv, Fc)", resistance=both)
     (tmp_path / "b.py").write_text(text)
     (tmp_path / "c.py").write_text(text.replace("stage", "third").replace("gain=35.15", "gain=7"))
-    channels = np.column_stack([twin.time, twin.position, twin.reference, twin.control])
-    header = "time,position,reference,control"
-    np.savetxt(tmp_path / "log.csv", channels, delimiter=",", header=header, comments="")
+    twin.write(tmp_path / "log.csv", load_axis("emps2015"))
     return tmp_path
 
 

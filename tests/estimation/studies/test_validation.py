@@ -109,9 +109,7 @@ def test_samples_that_the_estimates_were_made_from_are_told(emps2015: GeneratedA
 def test_windows_of_one_file_are_known_by_their_times(
     emps2015: GeneratedAxis, tmp_path: Path
 ) -> None:
-    columns, log = twin_record(emps2015).channels(), tmp_path / "log.csv"
-    table = np.column_stack([*columns.values()])
-    np.savetxt(log, table, delimiter=",", header=",".join(columns), comments="")
+    log = twin_record(emps2015).write(tmp_path / "log.csv", emps2015)
     first, second, other = (
         read_record(log, emps2015, windows=[w]) for w in [(None, 4), (3, None), (4, None)]
     )
@@ -191,19 +189,13 @@ def test_what_the_filter_leaves_open_suits_the_second_record(emps2015: Generated
     assert found == pytest.approx(as_raw.equation_error_percent, rel=1e-12)
 
 
-def write_csv(file: Path, record: Record) -> None:
-    columns = np.column_stack([record.time, record.position, record.reference, record.control])
-    np.savetxt(file, columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.17g")
-
-
 @pytest.mark.slow
 def test_command_line_prints_and_writes_the_validation(
     emps2015: GeneratedAxis, tmp_path: Path
 ) -> None:
     file, out = tmp_path / "second.csv", tmp_path / "result.json"
-    write_csv(file, twin_record(emps2015, seed=3))
-    names = "time=t,position=q,reference=r,control=u"
-    arguments = ["identify", "emps2015", "--columns", names, "--validate", str(file)]
+    twin_record(emps2015, seed=3).write(file, emps2015)
+    arguments = ["identify", "emps2015", "--validate", str(file)]
     done = CliRunner().invoke(cli, [*arguments, "--json", str(out)])
     assert done.exit_code == 0, done.output
     assert "validation" in re.findall(r"^pass +(.*)", done.output, re.MULTILINE)[0]
@@ -211,16 +203,15 @@ def test_command_line_prints_and_writes_the_validation(
     assert [m["method"] for m in methods] == ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv", "didim"]
     assert all(m["tracking_error_percent"] > 0 for m in methods)
     assert CliRunner().invoke(cli, [*arguments, "--json", str(file)]).exit_code == 2
-    assert file.read_text().startswith("t,q,r,u")
+    assert file.read_text().startswith("# axisid.record")
 
 
 def test_a_failed_validation_is_a_line_of_the_verdict_and_of_the_file(
     emps2015: GeneratedAxis, twin: Record, tmp_path: Path
 ) -> None:
     file, out = tmp_path / "second.csv", tmp_path / "result.json"
-    write_csv(file, replace(twin, control=1.3 * np.asarray(twin.control)))
-    names = "time=t,position=q,reference=r,control=u"
-    arguments = ["identify", "emps2015", "--columns", names, "--method", "idm-iv"]
+    replace(twin, control=1.3 * twin.control).write(file, emps2015)
+    arguments = ["identify", "emps2015", "--method", "idm-iv"]
     done = CliRunner().invoke(cli, [*arguments, "--validate", str(file), "--json", str(out)])
     assert re.search(
         r"^verdict +Believe .* with care; to look at: validation", done.output, re.MULTILINE
