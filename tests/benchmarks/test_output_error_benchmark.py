@@ -1,10 +1,7 @@
 """The study of DIDIM beside instruments, in small: what it says of right laws and of wrong ones."""
 
-import json
-import subprocess
-import sys
+from collections.abc import Callable
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -50,12 +47,10 @@ def test_didim_is_unbiased_and_more_precise_than_instruments() -> None:
 
 
 @pytest.mark.slow
-def test_a_wrong_law_moves_didim_and_not_instruments(root: Path) -> None:
-    command = [sys.executable, "benchmarks/output_error.py", "--json", "-", "--runs", "6"]
-    told = subprocess.run(
-        [*command, "--only", "kp +5 %"], cwd=root, capture_output=True, text=True, check=True
-    )
-    written = json.loads(told.stdout)
+def test_a_wrong_law_moves_didim_and_not_instruments(
+    figures: Callable[..., dict[str, Any]],
+) -> None:
+    written = figures("output_error", "--runs", "6", "--only", "kp +5 %")
     shares = written["cases"]["kp +5 %"]
     iv, didim = (shares["methods"][method]["bias_percent"] for method in ("idm-iv", "didim"))
     assert didim["Fv"] > 1.0 > 0.6 > abs(iv["Fv"])

@@ -1,5 +1,8 @@
 """Which logs stand out: those that differ by more than scatter and deviations explain."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -8,7 +11,6 @@ from scipy.stats import binom
 from axisid.estimation.thresholds import FLEET_LEVEL
 from axisid.fleets import Fleet, FleetRow
 from axisid.fleets.outliers import groups_of
-from axisid.populations import Usual
 from axisid.populations.robust_scatter import robust_scatter
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
@@ -36,15 +38,36 @@ def test_units_do_not_matter() -> None:
 
 def test_the_scatter_between_logs_is_without_that_of_their_estimates() -> None:
     (group,) = groups_of(rows_of(400, 1))
-    assert isinstance(group.usual, Usual)
     expected = np.sqrt(np.diag(BETWEEN))
     np.testing.assert_allclose(np.sqrt(np.diag(group.usual.between)), expected, rtol=0.15)
 
 
-@pytest.mark.parametrize("logs", [20, 60])
-def test_right_fleets_have_an_outlier_no_more_often_than_the_level_says(logs: int) -> None:
+def _values(row: FleetRow) -> Array:
+    return np.array([value.value for value in row.parameters.values()])
+
+
+def repeated(machines: int, logs: int, seed: int, apart: Array | None = None) -> list[FleetRow]:
+    """Several logs of each machine."""
+    rng = np.random.default_rng(seed)
+    return [
+        replace(
+            row_of(f"{row.name}-{day}", rng.multivariate_normal(_values(row), WITHIN)), serial=s
+        )
+        for s, row in ((row.name, row) for row in rows_of(machines, seed, apart))
+        for day in range(logs)
+    ]
+
+
+@pytest.mark.parametrize(
+    "fleet_of",
+    [partial(rows_of, 20), partial(rows_of, 60), partial(repeated, 20, 4)],
+    ids=["20 logs", "60 logs", "4 logs of each of 20 machines"],
+)
+def test_right_fleets_have_an_outlier_no_more_often_than_the_level_says(
+    fleet_of: Callable[[int], list[FleetRow]],
+) -> None:
     runs = 40
-    found = sum(bool(groups_of(rows_of(logs, seed))[0].outliers) for seed in range(runs))
+    found = sum(bool(groups_of(fleet_of(seed))[0].outliers) for seed in range(runs))
     assert found <= binom.ppf(0.999, runs, FLEET_LEVEL.value)
 
 
@@ -70,10 +93,6 @@ def test_a_quarter_of_the_logs_that_lie_together_do_not_hide_one_another() -> No
     assert {each.name for each in found.outliers} == others
 
 
-def _values(row: FleetRow) -> Array:
-    return np.array([value.value for value in row.parameters.values()])
-
-
 def test_a_log_whose_values_are_not_finite_is_told_and_left_out() -> None:
     rows = rows_of(20, 1)
     odd = row_of("odd", np.array([np.nan, 200.0, 20.0]))
@@ -88,7 +107,6 @@ def test_a_log_whose_values_are_beyond_all_sense_hides_nothing_of_the_others(siz
     rows = rows_of(20, 1)
     for moved in (np.array([size, 200.0, 20.0]), np.full(3, size)):
         (group,) = groups_of([*rows, row_of("huge", moved)])
-        assert isinstance(group.usual, Usual)
         np.testing.assert_allclose(group.usual.centre, CENTRE, rtol=0.05)
         assert [each.name for each in group.outliers] == (["huge"] if size < 1e100 else [])
 
@@ -99,36 +117,19 @@ def test_values_in_a_plane_tell_nothing_though_one_is_far() -> None:
     assert isinstance(group.usual, Missing)
 
 
-def test_of_few_logs_nothing_is_usual() -> None:
-    (group,) = groups_of(rows_of(8, 1))
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (rows_of(8, 1), "8 logs are too few to tell which stand out; 15 do"),
+        (repeated(3, 12, 1), "36 logs of 3 machines are too few"),
+    ],
+    ids=["logs", "machines"],
+)
+def test_of_few_logs_or_machines_nothing_is_usual(rows: list[FleetRow], said: str) -> None:
+    (group,) = groups_of(rows)
     assert isinstance(group.usual, Missing)
-    assert "8 logs are too few to tell which stand out; 15 do" in group.usual.reason
+    assert said in group.usual.reason
     assert group.outliers == ()
-
-
-def repeated(machines: int, logs: int, seed: int, apart: Array | None = None) -> list[FleetRow]:
-    """Several logs of each machine."""
-    rng = np.random.default_rng(seed)
-    return [
-        replace(
-            row_of(f"{row.name}-{day}", rng.multivariate_normal(_values(row), WITHIN)), serial=s
-        )
-        for s, row in ((row.name, row) for row in rows_of(machines, seed, apart))
-        for day in range(logs)
-    ]
-
-
-def test_logs_of_few_machines_tell_nothing_of_how_machines_scatter() -> None:
-    (group,) = groups_of(repeated(3, 12, 1))
-    assert isinstance(group.usual, Missing)
-    assert "36 logs of 3 machines are too few" in group.usual.reason
-    assert group.outliers == ()
-
-
-def test_machines_with_several_logs_each_stand_out_no_more_often_than_the_level_says() -> None:
-    runs = 40
-    found = sum(bool(groups_of(repeated(20, 4, seed))[0].outliers) for seed in range(runs))
-    assert found <= binom.ppf(0.999, runs, FLEET_LEVEL.value)
 
 
 def test_a_machine_that_differs_is_named_by_all_its_logs() -> None:

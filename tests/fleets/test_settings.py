@@ -1,13 +1,9 @@
 """What the result of a log depends on."""
 
 from pathlib import Path
-from typing import Any
 
-import pytest
-
-from axisid import FleetItem, fleet
+from axisid import FleetItem
 from axisid.fleets.settings import Settings
-from tests.refusals import refuses
 
 AXIS = (
     "from dataclasses import replace\nfrom axisid import load_axis\naxis = load_axis('emps2015')\n"
@@ -28,19 +24,3 @@ def test_whether_compiled_code_runs_is_an_option_too(tmp_path: Path) -> None:
     item = FleetItem(log="a.csv", axis="emps2015")
     keys = {Settings(folder="", native=native).key(item, "") for native in (False, True)}
     assert len(keys) == 2
-
-
-@pytest.mark.parametrize(
-    ("given", "code"),
-    [
-        ({"logs": 3}, "fleet-logs"),
-        ({"out": None}, "fleet-folder"),
-        ({"fixed": 3}, "fleet-setting"),
-    ],
-)
-def test_what_is_of_no_kind_that_it_can_be_is_refused_before_any_log(
-    tmp_path: Path, given: dict[str, Any], code: str
-) -> None:
-    with refuses(code):
-        fleet(**{"logs": ["a.csv"], "axis": "emps2015", "out": tmp_path / "out", **given})
-    assert not [*tmp_path.iterdir()]

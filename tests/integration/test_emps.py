@@ -58,8 +58,6 @@ def test_recovered_control_law_reproduces_the_recorded_control(
     """To 0.24 % of its norm: the law, its velocity filter and its gains are the drive's."""
     law = emps.functions["control_law"]
     reference, position = emps_record.reference, emps_record.position
-    assert reference is not None
-    assert emps_record.control is not None
     before = np.concatenate([position[:1], position[:1], position[:-2]])
     last = np.concatenate([position[:1], position[:-1]])
     arguments = [reference, position, np.zeros_like(position)]
@@ -70,8 +68,6 @@ def test_recovered_control_law_reproduces_the_recorded_control(
 
 def test_simulated_loop_follows_the_machine(emps: GeneratedAxis, emps_record: Record) -> None:
     """Errors in percent of the measured signals' norms, filtered at 100 Hz; the force is not."""
-    assert emps_record.reference is not None
-    assert emps_record.control is not None
     theta = np.array([95.1089, 203.5034, 20.3935, -3.1648])
     loop = simulate(emps, theta, emps_record.reference, 1e-3, start=emps_record.position[0])
     q, dq, ddq = SampledFilter(Prefilter(cutoff=100.0), 1e-3).motion(emps_record.position)
@@ -98,7 +94,6 @@ def test_half_a_sample_of_the_hold_is_seen_in_viscous_friction(
     aligned: float,
 ) -> None:
     """Noise-free simulation with Fv = 236.9 along the record's reference."""
-    assert emps_record.reference is not None
     theta = np.array([100.2, 236.9, 24.8, 0.0])
     loop = simulate(emps, theta, emps_record.reference, 1e-3)
     record = Record(

@@ -88,13 +88,6 @@ def test_what_is_held_out_is_not_fitted(study: ModuleType) -> None:
         assert total == pytest.approx(24.84, abs=0.01)
 
 
-def test_figures_of_the_document_are_there_and_small() -> None:
-    figures = re.findall(r"\]\((figures/\w+\.png)\)", DOCUMENT)
-    assert len(figures) == 3
-    for figure in figures:
-        assert 10_000 < (ROOT / "docs" / figure).stat().st_size < 150_000
-
-
 @pytest.mark.slow
 def test_document_has_the_held_out_errors_of_the_first_rungs(study: ModuleType, data: Any) -> None:
     starts: list[list[Any]] = [["nominal"]] * 4

@@ -54,7 +54,6 @@ def test_intervals_are_of_use(name: str) -> None:
 @pytest.mark.parametrize("name", LIBRARY)
 def test_twins_stay_within_what_their_drive_can_do(name: str) -> None:
     axis, record = load_axis(name), twin_record(load_axis(name))
-    assert record.control is not None
     assert np.abs(record.control).max() < 0.9 * axis.drive.limit
 
 
@@ -64,7 +63,6 @@ def test_axes_with_an_inertia_of_the_position_do_without_the_direct_model(name: 
     assert set(result.skipped) == {"ddm-ls", "ddm-iv"}
     assert "depends on q" in result.skipped["ddm-iv"].text
     error = result["idm-iv"].simulation_error_percent
-    assert error is not None
     assert error < 10
 
 

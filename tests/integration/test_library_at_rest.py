@@ -16,8 +16,6 @@ DRAWS = 3
 def test_twin_that_rests_for_seconds_is_simulated_near_its_true_parameters(name: str) -> None:
     axis = build(load_axis(name))
     experiment, law = axis.axis.experiment, axis.axis.control
-    assert experiment is not None
-    assert law is not None
     moves = trajectory(experiment.moves, law.period)
     reference = np.concatenate([moves, np.full(round(SECONDS / law.period), moves[-1])])
     truth = np.array([experiment.truth.get(p.name, p.nominal) for p in axis.axis.parameters])

@@ -1,20 +1,15 @@
 """An axis never seen before: declared here, generated, simulated, identified."""
 
-import pathlib
-from collections.abc import Callable
-
-import numpy as np
 import pytest
 import sympy
 
-from axisid import Coordinate, Parameter, Prefilter, build, identify, lagrange, newton, twin_record
+from axisid import Coordinate, Parameter, Prefilter, identify, lagrange, newton, twin_record
 from axisid.control import (
     MEASURED_POSITION,
     PERIOD,
     REFERENCE,
     ControlLaw,
     Memory,
-    cascade_pd,
     cascade_pd_averaged,
     gain,
 )
@@ -84,72 +79,10 @@ def test_unseen_axis_is_identified_from_its_twin_within_one_percent(axis: Axis) 
     result = identify(
         axis, twin_record(axis), Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(30, 30))
     )
-    assert axis.experiment is not None
     truth = [axis.experiment.truth[p.name] for p in axis.parameters]
     assert set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv", "didim"}
     for method in ("idm-ls", "idm-iv", "ddm-iv"):
         assert result[method].physical == pytest.approx(truth, rel=0.01), method
-
-
-AXIS_FILE = """\
-from axisid import Coordinate, Parameter, newton
-from axisid.control import cascade_pd
-from axisid.elements import Drive, coulomb, viscous
-
-x = Coordinate("x", unit="m")
-m = Parameter("m", "kg", nominal=5.0)
-b = Parameter("b", "N/(m/s)")
-c = Parameter("c", "N")
-
-axis = newton(
-    "stage",
-    coordinate=x,
-    parameters=(m, b, c),
-    inertia=m,
-    resistance=(viscous(b, x), coulomb(c, x)),
-    drive=Drive(gain=18.0, unit="A"),
-    control=cascade_pd(kp=50.0, kv=60.0, period=1e-3),
-)
-"""
-
-
-@pytest.mark.slow
-def test_axis_file_and_log_from_the_command_line(
-    run: Callable[..., tuple[int, str, str]], tmp_path: pathlib.Path
-) -> None:
-    (tmp_path / "my_axis.py").write_text(AXIS_FILE)
-    namespace: dict[str, object] = {}
-    exec(AXIS_FILE, namespace)
-    declared = namespace["axis"]
-    assert isinstance(declared, Axis)
-    twin = twin_record(_with_experiment(declared))
-    assert twin.reference is not None
-    assert twin.control is not None
-    table = np.column_stack([twin.time, twin.reference, twin.position, twin.control])
-    log = tmp_path / "log.csv"
-    np.savetxt(log, table, delimiter=",", header="t,ref,pos,cmd", comments="")
-    code, out, err = run(
-        "identify",
-        tmp_path / "my_axis.py",
-        log,
-        "--columns",
-        "time=t,reference=ref,position=pos,control=cmd",
-        "--hold",
-        "zoh",
-    )
-    assert (code, err) == (0, "")
-    row = next(line for line in out.splitlines() if line.startswith("m "))
-    assert float(row.split()[2]) == pytest.approx(6.2, rel=0.01)
-
-
-def _with_experiment(axis: Axis) -> Axis:
-    from dataclasses import replace
-
-    experiment = Experiment(
-        moves=back_and_forth(speeds=(0.1, 0.3), acceleration=4.0, seconds=0.5, repeat=3),
-        truth={"m": 6.2, "b": 14.0, "c": 7.5},
-    )
-    return replace(axis, experiment=experiment)
 
 
 @pytest.mark.slow
@@ -163,30 +96,3 @@ def test_axis_without_law_is_identified_by_least_squares_and_says_what_it_left_o
     assert "no control law" in result.skipped["idm-iv"].text
     assert result["idm-ls"].simulation_error_percent is None
     assert "without idm-iv, ddm-iv, didim" in result.summary()
-
-
-@pytest.mark.slow
-def test_crank_is_identified_by_the_inverse_model_only() -> None:
-    phi = Coordinate("phi", unit="rad")
-    j0 = Parameter("j0", "kg m^2", nominal=0.1)
-    j1 = Parameter("j1", "kg m^2")
-    v = Parameter("v", "N m/(rad/s)")
-    crank = lagrange(
-        "crank",
-        coordinate=phi,
-        parameters=(j0, j1, v),
-        kinetic=(j0 + j1 * sympy.sin(phi.symbol) ** 2) * phi.velocity**2 / 2,
-        dissipation=v * phi.velocity**2 / 2,
-        drive=Drive(gain=1.0),
-        control=cascade_pd(kp=40.0, kv=15.0, period=1e-3),
-        experiment=Experiment(
-            moves=back_and_forth(speeds=(2.0, 4.0), acceleration=40.0, seconds=0.8, repeat=3),
-            truth={"j0": 0.12, "j1": 0.05, "v": 0.3},
-        ),
-    )
-    result = identify(
-        build(crank), twin_record(crank), Prefilter(cutoff=150.0, decimate=3, hold="zoh")
-    )
-    assert set(result.estimates) == {"idm-ls", "idm-iv", "didim"}
-    assert "depends on phi" in result.skipped["ddm-iv"].text
-    assert result["idm-iv"].physical == pytest.approx([0.12, 0.05, 0.3], rel=0.01)

@@ -31,7 +31,6 @@ def test_the_ladder_on_the_page_is_what_is_printed(run: Run, root: Path, emps_fi
         at = found
     _, richer, _ = run(*ladder, "--quadratic", "--stribeck", "0.02")
     said = re.search(r"held-out error to ([\d.]+) and, at\s+V = 0.02 m/s, ([\d.]+) %", page)
-    assert said is not None
     for name, value in zip(("quadratic", "stribeck"), said.groups(), strict=True):
         (row,) = (line for line in richer.splitlines() if line.lower().startswith(name))
         assert f"{float(row.split()[3]):.2f}" == value

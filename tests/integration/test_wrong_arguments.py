@@ -1,6 +1,5 @@
 """What is of another kind than a function takes: a sentence says what to give."""
 
-import inspect
 import json
 import math
 from collections.abc import Callable
@@ -14,15 +13,10 @@ import pytest
 import axisid
 from axisid import (
     Identification,
-    ModelError,
     Record,
     UsageError,
-    control,
-    elements,
-    load_axis,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.control import REFERENCE, ControlLaw
 from tests.refusals import refuses
 
 _HUGE: Any = 10**400  # beyond floating point
@@ -44,47 +38,14 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         lambda g: axisid.load_result(g.result),
         "the result is an Identification; give the file",
     ),
-    "columns as text": (
-        lambda _: axisid.read_record("log.csv", columns="position=q"),  # type: ignore[arg-type]
-        "the columns are 'position=q'; give names by role",
-    ),
-    "repairs as dictionary": (
-        lambda _: axisid.read_record("log.csv", repairs={"gaps": "split"}),  # type: ignore[arg-type]
-        r"the repairs are \{'gaps': 'split'\}; give axisid.estimation.Repairs",
-    ),
-    "an axis by name": (
-        lambda _: axisid.read_record("log.csv", "emps"),  # type: ignore[arg-type]
-        "the axis is 'emps'; give an Axis",
-    ),
-    "a name to build": (lambda _: axisid.build("emps"), "the axis is 'emps'; give an Axis"),  # type: ignore[arg-type]
     "a built axis to fix": (
         lambda g: axisid.fix(g.axis, M=3.0),
         "the axis is a GeneratedAxis; give an Axis",
-    ),
-    "an array as record": (
-        lambda g: axisid.identify(g.axis, np.ones((9, 3))),  # type: ignore[arg-type]
-        "the record is a ndarray; read one",
-    ),
-    "a file to validate on": (
-        lambda g: axisid.validate(g.result, "log.csv"),  # type: ignore[arg-type]
-        "the record is 'log.csv'; read one",
     ),
     "a number as method": (lambda g: g.result[3], "the result has no 3; choose from idm-ls"),
     "one axis to compare": (
         lambda g: axisid.compare(g.axis, g.record),
         "1 candidate cannot be compared; give two axes or more",
-    ),
-    "no record to sweep": (
-        lambda g: axisid.sweep(g.axis, 3, [40.0]),  # type: ignore[arg-type]
-        "the record is 3; read one",
-    ),
-    "a text as dead zone": (
-        lambda g: axisid.export(g.result, "c", dead_zone="0.1"),  # type: ignore[arg-type]
-        "the dead zone is '0.1'; give a speed",
-    ),
-    "a list as covariance": (
-        lambda g: axisid.identify(g.axis, g.record, covariance=[]),  # type: ignore[arg-type]
-        r"no covariance \[\]; choose from",
     ),
     "a list as figure": (lambda g: g.result.plot([]), r"has no figure \[\]; choose from record"),
     "a list as parameter": (
@@ -95,17 +56,9 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         lambda g: g.result.summary(draws=np.ones(3)),
         r"the draws are array\(\[1., 1., 1.\]\); give a whole number",
     ),
-    "a name as ladder": (
-        lambda _: axisid.friction_ladder("emps"),  # type: ignore[arg-type]
-        "the axis is 'emps'; give an Axis",
-    ),
     "a period that is no number": (
         lambda _: axisid.Prefilter.suited(math.nan),
         "the sampling period is nan; give a positive number",
-    ),
-    "an array as hold": (
-        lambda _: axisid.Prefilter(hold=np.ones(3)),  # type: ignore[arg-type]
-        r"the hold is array\(.*; give raw or zoh",
     ),
     "a cut-off beyond floating point": (
         lambda _: axisid.Prefilter(cutoff=_HUGE),
@@ -131,97 +84,7 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
         ),
         "the resolution is a whole number of 400 digits; give 0 or more",
     ),
-    "a text as seed": (
-        lambda g: axisid.twin_record(g.axis, seed="x"),  # type: ignore[arg-type]
-        "the seed is 'x'; give a whole number",
-    ),
 }
-
-
-Q, FV = axisid.Coordinate("q"), axisid.Parameter("Fv", "N/(m/s)")
-
-#: Calls of every function of `axisid.elements` that takes a coordinate, with something else.
-ELEMENTS: dict[str, Callable[[Any], object]] = {
-    **{
-        name: lambda q, name=name: getattr(elements, name)(FV, q)  # type: ignore[misc]
-        for name in ("viscous", "coulomb", "quadratic", "spring", "cubic_spring")
-    },
-    **{
-        name: lambda q, name=name: getattr(elements, name)(FV, FV, q)  # type: ignore[misc]
-        for name in (
-            "asymmetric_viscous",
-            "asymmetric_coulomb",
-            "gravity_moment",
-            "load_dependent",
-        )
-    },
-    "stribeck": lambda q: elements.stribeck(FV, q, velocity=0.1),
-    "periodic_coulomb": lambda q: elements.periodic_coulomb(FV, FV, q, period=0.1),
-    "cogging": lambda q: elements.cogging(FV, FV, q, period=0.1),
-    "back_emf": lambda q: elements.back_emf(FV, q, kt=0.1, resistance=1.0),
-    "motor_inertia": lambda q: elements.motor_inertia(FV, q, ratio=3.0),
-    "dahl": lambda q: elements.dahl(FV, q, coulomb=FV),
-    "lugre": lambda q: elements.lugre(FV, FV, q, coulomb=FV, static=FV, velocity=0.1),
-    "maxwell_slip": lambda q: elements.maxwell_slip(FV, FV, q),
-    "end_stop": lambda q: elements.end_stop(q, lower=0, upper=1, stiffness=1e3),
-}
-
-
-@pytest.mark.parametrize("other", ["x", FV], ids=type)
-@pytest.mark.parametrize("name", ELEMENTS)
-def test_an_element_of_no_coordinate_is_told(name: str, other: object) -> None:
-    with refuses("coordinate-type") as refused:
-        ELEMENTS[name](other)
-    assert len(str(refused.value)) < 200
-
-
-def test_every_element_of_a_coordinate_is_among_them() -> None:
-    taking = {
-        name
-        for name, function in vars(elements).items()
-        if inspect.isfunction(function) and "coordinate" in inspect.signature(function).parameters
-    }
-    assert taking == set(ELEMENTS)
-
-
-#: What declares an axis, with the sentence about what is no part of it.
-DECLARED: dict[str, tuple[Callable[[], object], str]] = {
-    "a harmonic that is a truth value": (
-        lambda: elements.cogging(FV, FV, Q, period=0.1, harmonic=True),
-        "the harmonic is True; give a whole number",
-    ),
-    "an axis as amount": (
-        lambda: elements.offset(load_axis("emps")),  # type: ignore[arg-type]
-        "an amount of an element is an Axis; give a number",
-    ),
-    "a name as coordinate": (
-        lambda: axisid.newton(
-            "a", coordinate="q", parameters=(), inertia=FV, resistance=(), drive=None
-        ),  # type: ignore[arg-type]
-        "the coordinate is 'q'; give a Coordinate",
-    ),
-    "gains as list": (
-        lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, gains=["kp"]),  # type: ignore[arg-type]
-        r"the gains are \['kp'\]; give numbers by name",
-    ),
-    "numbers as memory": (
-        lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, memory=[3]),  # type: ignore[arg-type]
-        r"the memory has 3; give Memory objects",
-    ),
-    "a number as gain": (lambda: control.gain(3), "a gain is named 3; give a text"),  # type: ignore[arg-type]
-    "a list as truth": (
-        lambda: axisid.modeling.Experiment(moves=(), truth=[1.0]),  # type: ignore[arg-type]
-        r"the truth of an experiment is \[1.0\]; give numbers",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", DECLARED)
-def test_what_is_no_part_of_a_declaration_is_told(name: str) -> None:
-    call, said = DECLARED[name]
-    with pytest.raises(ModelError, match=said) as refused:
-        call()
-    assert len(str(refused.value)) < 200
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5], ids=str)

@@ -63,7 +63,6 @@ def test_a_drift_is_by_the_places_of_the_values() -> None:
     values, variances = series(24, 1)
     places = np.sort(np.random.default_rng(0).uniform(0.0, 100.0, 24))
     drift = change_in(values + 0.1 * places, variances, places, LEVEL).drift
-    assert drift is not None
     assert drift.slope == pytest.approx(0.1, abs=4 * drift.deviation)
 
 
@@ -79,8 +78,6 @@ def test_a_drift_is_the_same_in_every_unit_of_the_places(unit: float) -> None:
     places = np.arange(20.0)
     own = change_in(values, variances, places, LEVEL).drift
     other = change_in(values, variances, unit * places, LEVEL).drift
-    assert own is not None
-    assert other is not None
     assert other.p_value == own.p_value
     assert other.slope * unit == pytest.approx(own.slope)
 

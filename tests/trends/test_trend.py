@@ -105,7 +105,6 @@ def test_a_drift_is_told_with_its_slope_and_limits_about_its_line(
     found = trend(tmp_path)
     (series,) = found.changed
     (chart,) = [each for each in series.charts if each.parameter == "Fv"]
-    assert chart.drift is not None
     assert chart.drift.slope == pytest.approx(1.0, abs=4 * chart.drift.deviation)
     assert not chart.steps
     assert not isinstance(chart.limits, Missing)
@@ -275,7 +274,6 @@ def test_results_whose_verdict_fails_hide_no_drift_and_set_no_limits(
     (series,) = found.series
     chart = next(c for c in series.charts if c.parameter == "Fc")
     assert series.set_aside == (BEYOND,)
-    assert chart.drift is not None
     assert chart.drift.slope == pytest.approx(SCATTER, rel=0.2)
     assert len(chart.drift.line) == 14
     assert chart.beyond == (BEYOND,)

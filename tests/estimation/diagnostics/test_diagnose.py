@@ -8,7 +8,7 @@ import pytest
 
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.checks.check import Check, Status, passed
+from axisid.estimation.checks.check import Check, Status
 from axisid.estimation.checks.kinds import KINDS, Kind
 from axisid.estimation.diagnostics.diagnose import (
     DIAGNOSTICS,
@@ -67,12 +67,6 @@ def test_checks_of_one_weight_keep_their_order() -> None:
     assert [c.name for c in found] == ["bounds", "precision", "b", "a"]
 
 
-def test_a_note_is_beyond_its_threshold_but_allowed_for() -> None:
-    assert passed(True, matters=False) == "pass"
-    assert passed(False, matters=False) == "note"
-    assert passed(False) == "fail"
-
-
 def test_a_right_model_on_a_good_record_is_believed(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(emps2015, twin, Prefilter(cutoff=40.0, decimate=20))
     assert conclusion(result.verdict).startswith("Nothing")
@@ -81,7 +75,6 @@ def test_a_right_model_on_a_good_record_is_believed(emps2015: GeneratedAxis, twi
 
 @pytest.mark.slow
 def test_a_flipped_sign_is_not_believed(emps2015: GeneratedAxis, twin: Record) -> None:
-    assert twin.control is not None
     result = identify(emps2015, replace(twin, control=-twin.control), methods="idm-ls")
     assert conclusion(result.verdict).endswith(": law.")
 

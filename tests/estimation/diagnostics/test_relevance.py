@@ -35,7 +35,6 @@ def test_nothing_fails_on_a_record_that_is_right(
 ) -> None:
     """Without noise, and with a hundredth of the twin's own."""
     experiment = library_axis.axis.experiment
-    assert experiment is not None
     record = twin_record(library_axis, position_noise=share * experiment.position_noise)
     result = identify(library_axis, record, methods=methods)
     assert off(result) < RIGHT_OF.get(library_axis.axis.name, RIGHT)

@@ -36,7 +36,6 @@ def test_records_of_one_log_that_overlap_are_told_with_the_times(absolute: bool)
     assert found.times[0] == pytest.approx((1.0, 1.999))
     assert found.times[1] == pytest.approx((1.0, 1.999) if absolute else (0.0, 0.999))
     check = repeated_check(records)
-    assert check is not None
     assert check.status == "fail"
     assert check.figure == pytest.approx(1.5)
     assert "1000 samples in common" in check.meaning
@@ -61,14 +60,12 @@ def test_a_record_given_three_times_counts_so() -> None:
 def test_an_overlap_of_no_weight_is_a_note() -> None:
     whole = log(20_000)
     check = repeated_check([cut(whole, 0, 10_100), cut(whole, 10_000, 20_000)])
-    assert check is not None
     assert check.status == "note"
 
 
 def test_numbers_may_be_written_with_other_digits() -> None:
     whole = log()
     other = cut(whole, 1000, 3000)
-    assert other.control is not None
     rounded = replace(
         other,
         position=np.array([float(f"{x:.9g}") for x in other.position]),

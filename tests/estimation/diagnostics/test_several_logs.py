@@ -12,7 +12,6 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic, conclusion
 from axisid.estimation.diagnostics.diagnosis import Case
-from axisid.estimation.diagnostics.law import LawCheck
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from tests.axes.servo import TRUTH, servo, servo_log, servo_record
@@ -123,7 +122,6 @@ def test_record_whose_law_fails_is_told_of_before_one_whose_check_faults(
     emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch, first: str
 ) -> None:
     monkeypatch.delenv("AXISID_DEBUG", raising=False)
-    assert twin.control is not None
     records = [twin, replace(twin, control=-twin.control)]
 
     def faults_of_the_right_one(case: Case) -> Check | Missing | None:
@@ -136,7 +134,6 @@ def test_record_whose_law_fails_is_told_of_before_one_whose_check_faults(
     monkeypatch.setitem(DIAGNOSTICS, "control law", broken)
     result = identify(emps2015, records[:: 1 if first == "faults" else -1], methods="idm-ls")
     law = result.diagnosis.law
-    assert isinstance(law, LawCheck)
     assert not law.passed
 
 

@@ -111,7 +111,6 @@ def test_a_peak_of_friction_that_is_left_out_with_the_reversals_moves_nothing() 
     """No row that counts shows it, so that there is nothing to tell; with the reversals it is."""
     axis = load_axis("emps2015")
     peak = Parameter("Fs", "N", nominal=10.0)
-    assert axis.experiment is not None
     truth = {**axis.experiment.truth, "Fs": 10.0}
     real = replace(
         axis,

@@ -16,7 +16,6 @@ from axisid import Record, identify, read_record
 from axisid.codegen import GeneratedAxis
 from axisid.estimation.logs import formats
 from axisid.estimation.logs.formats import FORMATS, Format
-from axisid.estimation.logs.packings import PACKINGS
 from axisid.estimation.tables import Table, TableBuilder
 from axisid.support.files.memory import Room
 from tests.recipes import recipe_blocks
@@ -112,10 +111,3 @@ def test_every_format_is_in_the_documentation_with_its_endings_and_extra(root: P
             told = [row for row in rows if f"`{ending}`" in row]
             assert told or known.is_text, ending
             assert not known.extra or any(f"`{known.extra}`" in row for row in told)
-
-
-def test_no_two_formats_have_one_ending() -> None:
-    endings = [ending for known in FORMATS for ending in known.endings]
-    packed = [packing.ending for packing in PACKINGS]
-    assert len({*endings, *packed}) == len(endings) + len(packed)
-    assert endings == [ending.lower() for ending in endings]

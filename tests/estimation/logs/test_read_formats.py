@@ -1,9 +1,7 @@
 """Files written by each format's own library are read back; damaged ones are refused."""
 
 import gc
-import re
 import sys
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -135,14 +133,6 @@ def test_dataframe_without_one_name_for_each_column_is_explained() -> None:
         read_record(indexed)
 
 
-def test_column_of_no_numbers_says_what_it_holds() -> None:
-    log = {"time": T, "position": [str(x) for x in Q], "other": [None] * N}
-    with refuses("no-numbers", says="the column 'position' for the position holds text"):
-        read_record(log)
-    with refuses("no-numbers", says="the column 'other' for the position holds nothing"):
-        read_record(log, columns={"position": "other"})
-
-
 def test_time_stamp_that_is_missing_does_not_spoil_the_others() -> None:
     stamps = STAMPS.copy()
     stamps[0] = np.datetime64("NaT")
@@ -152,29 +142,6 @@ def test_time_stamp_that_is_missing_does_not_spoil_the_others() -> None:
     record = read_record(log, repairs=Repairs(resample="auto"))
     assert record.provenance.repairs[0].count == 1
     assert record.position == pytest.approx(Q[1:], abs=1e-9)
-
-
-def test_what_is_no_dataframe_is_refused() -> None:
-    pytest.importorskip("narwhals")
-    with refuses("log-type", says="int"):
-        read_record(3)
-
-
-def test_tdms_waveforms_have_their_own_time_and_unit(tmp_path: Path) -> None:
-    nptdms = pytest.importorskip("nptdms")
-    waveform = {"wf_increment": 1e-3, "wf_start_offset": 0.0, "wf_samples": N}
-    file = tmp_path / "log.tdms"
-    with nptdms.TdmsWriter(str(file)) as writer:
-        writer.write_segment(
-            [
-                nptdms.ChannelObject("axis", "q", Q, waveform | {"unit_string": "mm"}),
-                nptdms.ChannelObject("axis", "u", U, waveform),
-            ]
-        )
-    record = read_record(file, columns=NAMED)
-    assert record.time == pytest.approx(T, abs=1e-12)
-    assert record.position == pytest.approx(1e-3 * Q, rel=1e-15)
-    assert record.provenance.columns == {"position": "axis.q", "control": "axis.u"}
 
 
 def tdms(file: Path, **channels: tuple[Any, dict[str, Any]]) -> Path:
@@ -223,11 +190,19 @@ def test_tdms_channels_of_time_stamps_and_odd_ones_beside_good_ones(tmp_path: Pa
         read_record(file, columns={"position": "odd"})
 
 
+def test_tdms_waveforms_have_their_own_time_and_unit(tmp_path: Path) -> None:
+    waveform = {"wf_increment": 1e-3, "wf_start_offset": 0.0, "wf_samples": N}
+    file = tdms(
+        tmp_path / "log.tdms", q=(Q, waveform | {"unit_string": "mm"}), u=(U, dict(waveform))
+    )
+    record = read_record(file, columns=NAMED)
+    assert record.time == pytest.approx(T, abs=1e-12)
+    assert record.position == pytest.approx(1e-3 * Q, rel=1e-15)
+    assert record.provenance.columns == {"position": "axis.q", "control": "axis.u"}
+
+
 def test_tdms_that_breaks_off_says_so(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    nptdms = pytest.importorskip("nptdms")
-    file = tmp_path / "log.tdms"
-    with nptdms.TdmsWriter(str(file)) as writer:
-        writer.write_segment([nptdms.ChannelObject("axis", "q", Q)])
+    file = tdms(tmp_path / "log.tdms", q=(Q, {}))
     file.write_bytes(file.read_bytes()[:-80])
     record = read_record(file, columns={"position": "q"}, sample_period=1e-3)
     assert np.array_equal(record.position, Q[:-10])
@@ -244,14 +219,21 @@ def test_tdms_that_breaks_off_says_so_where_its_columns_differ_in_length(tmp_pat
         read_record(file, columns=NAMED, sample_period=1e-3)
 
 
+def mdf(file: Path, *groups: list[tuple[np.ndarray, np.ndarray, str, str]], **more: Any) -> Path:
+    """A file of groups, each of channels: samples, their times, a name and a unit."""
+    asammdf = pytest.importorskip("asammdf")
+    with asammdf.MDF(version="4.10") as content:
+        for group in groups:
+            content.append(
+                [asammdf.Signal(x, t, name=name, unit=u, **more) for x, t, name, u in group]
+            )
+        content.save(file, overwrite=True)
+    return file
+
+
 @pytest.mark.slow
 def test_mdf_groups_of_two_rates(tmp_path: Path) -> None:
-    asammdf = pytest.importorskip("asammdf")
-    file = tmp_path / "log.mf4"
-    with asammdf.MDF(version="4.10") as mdf:
-        mdf.append([asammdf.Signal(samples=Q, timestamps=T, name="q", unit="mm")])
-        mdf.append([asammdf.Signal(samples=U[::2], timestamps=T[::2], name="u", unit="V")])
-        mdf.save(file)
+    file = mdf(tmp_path / "log.mf4", [(Q, T, "q", "mm")], [(U[::2], T[::2], "u", "V")])
     with refuses("different-lengths", says="position 50, control 25"):
         read_record(file, columns=NAMED)
     record = read_record(file, columns=NAMED, repairs=Repairs(resample="auto"))
@@ -260,13 +242,8 @@ def test_mdf_groups_of_two_rates(tmp_path: Path) -> None:
 
 
 def test_mdf_channels_of_one_name_in_one_group_stay_apart(tmp_path: Path) -> None:
-    asammdf = pytest.importorskip("asammdf")
-    file = tmp_path / "log.mf4"
-    with asammdf.MDF(version="4.10") as mdf:
-        mdf.append([asammdf.Signal(Q + k, T, name="q") for k in range(2)])
-        mdf.append([asammdf.Signal(Q + 2, T, name="0.q")])
-        mdf.append([asammdf.Signal(Q + 3, T, name="q")])
-        mdf.save(file)
+    groups = [(Q, T, "q", ""), (Q + 1, T, "q", "")], [(Q + 2, T, "0.q", "")], [(Q + 3, T, "q", "")]
+    file = mdf(tmp_path / "log.mf4", *groups)
     for k, name in enumerate(("0.1.q", "0.2.q", "0.q", "2.q")):
         assert np.array_equal(read_record(file, columns={"position": name}).position, Q + k)
     with refuses("no-column", says=r"0\.1\.q, 0\.2\.q, 2\.q, 1\.1\.0\.q"):
@@ -274,17 +251,11 @@ def test_mdf_channels_of_one_name_in_one_group_stay_apart(tmp_path: Path) -> Non
 
 
 def test_mdf_samples_marked_as_invalid_are_told_and_counted(tmp_path: Path) -> None:
-    asammdf = pytest.importorskip("asammdf")
-    file = tmp_path / "log.mf4"
-    invalid = np.zeros(N, dtype=bool)
-    invalid[[5, 7]] = True
-    with asammdf.MDF(version="4.10") as mdf:
-        signals = asammdf.Signal(Q, T, name="q", invalidation_bits=invalid)
-        mdf.append([signals, asammdf.Signal(U, T, name="u")])
-        mdf.save(file)
+    invalid = np.isin(np.arange(N), [5, 7])
+    file = mdf(tmp_path / "log.mf4", [(Q, T, "q", "")], invalidation_bits=invalid)
     with refuses("empty-cells", says=r"position is nan in data row 6 \(2 of 50"):
-        read_record(file, columns=NAMED)
-    record = read_record(file, columns=NAMED, repairs=Repairs(resample="auto"))
+        read_record(file, columns={"position": "q"})
+    record = read_record(file, columns={"position": "q"}, repairs=Repairs(resample="auto"))
     empty = record.provenance.repairs[0]
     assert (empty.kind, empty.count) == ("empty", 2)
     assert "q: 2 samples are marked as invalid" in record.provenance.assumed
@@ -294,11 +265,8 @@ def test_mdf_samples_marked_as_invalid_are_told_and_counted(tmp_path: Path) -> N
 def test_damaged_mdf_is_explained_in_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asammdf = pytest.importorskip("asammdf")
-    file = tmp_path / "log.mf4"
-    with asammdf.MDF(version="4.10") as mdf:
-        mdf.append([asammdf.Signal(np.sin(np.arange(4000)), np.arange(4000.0), name="q")])
-        mdf.save(file)
+    time = np.arange(4000.0)
+    file = mdf(tmp_path / "log.mf4", [(np.sin(time), time, "q", "")])
     file.write_bytes(file.read_bytes()[:-30_000])
     more: list[object] = []
     monkeypatch.setattr(sys, "unraisablehook", more.append)
@@ -349,28 +317,16 @@ def test_library_that_is_not_installed_is_named_with_the_command(
         read_record(file)
 
 
-def test_extras_that_messages_name_are_declared(root: Path) -> None:
-    project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
-    named = set()
-    for file in (root / "estimation").rglob("*.py"):
-        named |= set(re.findall(r'library\("[\w.]+", "(\w+)"', file.read_text()))
-    assert named == {"dataframe", "h5py", "mdf", "parquet", "rosbags", "tdms"}
-    assert named <= set(project["optional-dependencies"])
-
-
 @pytest.mark.parametrize("declared", ["t", "time"])
 def test_time_column_that_the_axis_declares_gives_way_to_the_files_own_clocks(
     tmp_path: Path, declared: str
 ) -> None:
     """The logger of the axis writes a time column; this file has masters in its place."""
-    asammdf = pytest.importorskip("asammdf")
-    file = tmp_path / "log.mf4"
     axis = replace(
         load_axis("emps2015"), columns={"time": declared, "position": "q", "control": "u"}
     )
-    with asammdf.MDF(version="4.10") as mdf:
-        mdf.append([asammdf.Signal(Q, T, name="q"), asammdf.Signal(U, T, name="u")])
-        mdf.save(file)
+    both = [(Q, T, "q", ""), (U, T, "u", "")]
+    file = mdf(tmp_path / "log.mf4", both)
     for given in (None, 1e-3):
         record = read_record(file, axis, sample_period=given)
         assert record.time == pytest.approx(T)
@@ -378,19 +334,10 @@ def test_time_column_that_the_axis_declares_gives_way_to_the_files_own_clocks(
         assert told in record.provenance.assumed
     with refuses("no-column", says="clocks of their own: leave the time out"):
         read_record(file, axis, columns={"time": "t"})
-    with asammdf.MDF(version="4.10") as mdf:
-        mdf.append([asammdf.Signal(Q, T, name="q"), asammdf.Signal(U, T, name="u")])
-        mdf.append([asammdf.Signal(T[::2] + 9, T[::2], name=declared)])
-        mdf.save(file, overwrite=True)
+    mdf(file, both, [(T[::2] + 9, T[::2], declared, "")])
     record = read_record(file, axis)
     assert record.time == pytest.approx(T)
     assert record.provenance.columns == {"position": "q", "control": "u"}
     assert any("has 25 rows, the position 50" in said for said in record.provenance.assumed)
     with refuses("different-lengths", says="the columns differ in length"):
         read_record(file, axis, columns={"time": declared})
-
-
-def test_time_column_that_the_axis_declares_is_needed_where_nothing_else_tells() -> None:
-    axis = replace(load_axis("emps2015"), columns={"time": "t", "position": "q", "control": "u"})
-    with refuses("no-column", says="'t' for the time"):
-        read_record({"q": Q, "u": U}, axis)

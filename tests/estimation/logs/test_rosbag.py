@@ -2,14 +2,13 @@
 
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import Record, load_axis, read_record
+from axisid import Record, read_record
 from axisid.estimation import Repairs
 from tests.refusals import refuses
 
@@ -23,40 +22,43 @@ MILLISECOND = 1_000_000
 COLUMNS = {"position": "elbow.position", "force": "elbow.effort"}
 
 
-def joint_states(types: Any, *, ros1: bool) -> list[tuple[int, Any]]:
-    """Messages with their times, ns; the second joint comes first."""
-    make = types["sensor_msgs/msg/JointState"]
-    header, stamp = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
-    found = []
-    for k in range(N):
-        now = 1_700_000_000_000_000_000 + 1_000_000 * k
-        time = stamp(sec=now // 10**9, nanosec=now % 10**9)
-        own = header(seq=k, stamp=time, frame_id="") if ros1 else header(stamp=time, frame_id="")
-        message = make(
-            header=own,
-            name=["wrist", "elbow"],
-            position=np.array([0.0, Q[k]]),
-            velocity=np.array([]),
-            effort=np.array([1.0, U[k]]),
-        )
-        found.append((now + 300, message))
-    return found
+Message = tuple[str, int, int, list[float]]
 
 
-def written_bag(tmp_path: Path, version: int) -> Path:
+def bag_of(tmp_path: Path, messages: list[Message], version: int = 2) -> Path:
+    """Messages by topic, with their times of recording and their stamps, ns, and their effort.
+
+    Each is of two joints, of which the elbow comes second.
+    """
     module = pytest.importorskip(f"rosbags.rosbag{version}")
     stores = pytest.importorskip("rosbags.typesys")
     ros1 = version == 1
-    which = stores.Stores.ROS1_NOETIC if ros1 else stores.Stores.LATEST
-    store = stores.get_typestore(which)
+    store = stores.get_typestore(stores.Stores.ROS1_NOETIC if ros1 else stores.Stores.LATEST)
+    types: Any = store.types
+    make, header = types[KIND], types["std_msgs/msg/Header"]
+    write = store.serialize_ros1 if ros1 else store.serialize_cdr
+    connections: dict[str, Any] = {}
     file = tmp_path / ("log.bag" if ros1 else "log")
-    kind = "sensor_msgs/msg/JointState"
     with module.Writer(file) if ros1 else module.Writer(file, version=9) as writer:
-        connection = writer.add_connection("/joint_states", kind, typestore=store)
-        for now, message in joint_states(store.types, ros1=ros1):
-            write = store.serialize_ros1 if ros1 else store.serialize_cdr
-            writer.write(connection, now, write(message, kind))
+        for k, (topic, recorded, stamp, effort) in enumerate(messages):
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, KIND, typestore=store)
+            at = types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
+            message = make(
+                header=header(stamp=at, frame_id="", **({"seq": k} if ros1 else {})),
+                name=["wrist", "elbow"],
+                position=np.array([0.0, Q[k % N]]),
+                velocity=np.array([]),
+                effort=np.array([1.0, *effort] if effort else []),
+            )
+            writer.write(connections[topic], recorded, write(message, KIND))
     return file
+
+
+def written_bag(tmp_path: Path, version: int) -> Path:
+    times = [EPOCH + k * MILLISECOND for k in range(N)]
+    messages = [("/joint_states", now + 300, now, [u]) for now, u in zip(times, U, strict=True)]
+    return bag_of(tmp_path, messages, version)
 
 
 @pytest.mark.parametrize("version", [1, 2])
@@ -78,31 +80,6 @@ def test_file_of_a_bag_that_was_passed_on_alone_is_read(tmp_path: Path) -> None:
     alone.mkdir()
     file = shutil.copy(next(bag.glob("*.db3")), alone)
     assert np.array_equal(read_record(file, columns=COLUMNS).position, Q)
-
-
-def bag_of(tmp_path: Path, messages: list[tuple[str, int, int, list[float]]]) -> Path:
-    """Messages by topic, with their times of recording and their stamps, ns, and their effort."""
-    module = pytest.importorskip("rosbags.rosbag2")
-    stores = pytest.importorskip("rosbags.typesys")
-    store = stores.get_typestore(stores.Stores.LATEST)
-    types: Any = store.types
-    make, header = types[KIND], types["std_msgs/msg/Header"]
-    time = types["builtin_interfaces/msg/Time"]
-    connections: dict[str, Any] = {}
-    with module.Writer(tmp_path / "log", version=9) as writer:
-        for k, (topic, recorded, stamp, effort) in enumerate(messages):
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, KIND, typestore=store)
-            at = time(sec=stamp // 10**9, nanosec=stamp % 10**9)
-            message = make(
-                header=header(stamp=at, frame_id=""),
-                name=["elbow"],
-                position=np.array([float(Q[k % N])]),
-                velocity=np.array([]),
-                effort=np.array(effort),
-            )
-            writer.write(connections[topic], recorded, store.serialize_cdr(message, KIND))
-    return tmp_path / "log"
 
 
 def test_topics_that_begin_apart_stay_apart(tmp_path: Path) -> None:
@@ -174,11 +151,3 @@ def test_messages_without_an_effort_are_told_and_counted(tmp_path: Path) -> None
         read_record(file, columns=COLUMNS)
     record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
     assert "force 4" in record.provenance.repairs[0].text
-
-
-def test_time_column_that_the_axis_declares_gives_way_to_the_bags_clock(tmp_path: Path) -> None:
-    axis = replace(load_axis("pendulum"), columns={"time": "t", "position": "q", "control": "u"})
-    record = read_record(written_bag(tmp_path, 2), axis, columns=COLUMNS)
-    assert record.time == pytest.approx(T, abs=1e-12)
-    told = "no column 't' for the time, the file's own clocks are taken"
-    assert told in record.provenance.assumed

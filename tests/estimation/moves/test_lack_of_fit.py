@@ -82,8 +82,6 @@ def test_rows_that_are_left_out_keep_their_phase(emps: GeneratedAxis) -> None:
     every = identify(emps, record, methods=["idm-ls"])
     parted = identify(emps, replace(record, masked=((5000, 5600),)), methods=["idm-ls"])
     whole, without = every.diagnosis.lack_of_fit, parted.diagnosis.lack_of_fit
-    assert whole is not None
-    assert without is not None
     assert without.period == whole.period
     assert without.rows < whole.rows
     assert without.share == pytest.approx(whole.share, abs=0.15)
@@ -102,7 +100,6 @@ def test_the_public_record_is_left_by_the_model(emps: GeneratedAxis, emps_record
     prefilter = Prefilter(cutoff=100, drop=(49, 0), hold="raw", reversals="keep")
     result = identify(emps, emps_record, prefilter, methods=["idm-iv"])
     found = result.diagnosis.lack_of_fit
-    assert found is not None
     assert found.period == pytest.approx(6.24)
     assert found.share == pytest.approx(0.97, abs=0.02)
     assert found.noise == pytest.approx(0.35, abs=0.1)

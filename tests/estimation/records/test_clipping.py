@@ -10,7 +10,7 @@ import pytest
 from axisid import Record, identify, read_record, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
+from axisid.estimation.diagnostics.law.control_law import check_law
 from axisid.estimation.records.clipping import clipped
 from axisid.estimation.tables import Samples
 
@@ -135,13 +135,10 @@ def test_law_check_leaves_out_what_is_masked(emps: GeneratedAxis) -> None:
     named = {role: role for role in columns}
     spoilt = read_record(columns, emps, columns=named)
     law = check_law(emps, spoilt)
-    assert isinstance(law, LawCheck)
     assert not law.passed
     mended = read_record(columns, emps, columns=named, repairs=Repairs(mask="clipped"))
     law = check_law(emps, mended)
-    assert isinstance(law, LawCheck)
     assert law.passed
-    assert law.residual_percent is not None
     assert law.residual_percent < 1e-6
     found = identify(emps, mended, methods=["idm-ls"])["idm-ls"].parameters["M"].value
     assert found == pytest.approx(record.provenance.truth["M"], rel=5e-3)
@@ -158,7 +155,6 @@ def test_law_check_leaves_out_what_a_masked_position_leaves_in_its_memory(
     for repairs, passed in ((None, False), (Repairs(mask="clipped"), True)):
         record = read_record(columns, emps, columns=named, repairs=repairs)
         law = check_law(emps, replace(record, sample_period=1e-3))
-        assert isinstance(law, LawCheck)
         assert law.passed == passed
 
 
@@ -166,7 +162,6 @@ def test_a_control_that_is_cut_off_is_told_where_no_mask_was_asked_for(
     emps2015: GeneratedAxis,
 ) -> None:
     record = twin_record(emps2015)
-    assert record.control is not None
     columns = {"time": record.time, "position": record.position, "control": record.control}
     assert not read_record(columns, emps2015).provenance.doubts
     top = 0.6 * float(np.abs(record.control).max())

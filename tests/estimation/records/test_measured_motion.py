@@ -59,11 +59,6 @@ def _emps(columns: dict[str, Any]) -> dict[str, Any]:
     return {**names, **columns}
 
 
-def test_a_velocity_in_the_unit_of_a_position_is_refused() -> None:
-    with refuses("other-unit"):
-        read_record(log(), load_axis("emps"), columns=_emps({"velocity": "velocity:mm"}))
-
-
 def test_a_column_that_only_the_axis_names_may_be_missing() -> None:
     record = read_record(log(), load_axis("emps"), columns=_emps({}))
     assert record.velocity is None

@@ -71,11 +71,6 @@ def test_column_of_a_lower_rate_has_empty_cells() -> None:
     assert "control 100 rows at 250 Hz" in record.provenance.repairs[1].text
 
 
-def test_lower_rate_than_the_positions_would_fold_its_noise() -> None:
-    with refuses("slow-resampling", says="500"):
-        read_record(log(), repairs=Repairs(resample=500))
-
-
 def gapped() -> dict[str, Any]:
     kept = np.ones(N, dtype=bool)
     kept[100:130] = kept[250:252] = False

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from axisid import DataError, UsageError
 from axisid.estimation.records.resampling import Laid, resample
 from axisid.estimation.tables import Samples
 from tests.refusals import refuses
@@ -74,17 +73,6 @@ def test_rows_are_where_every_column_has_samples(position: set[int], force: set[
     assert found.time == pytest.approx(clock(position | force), abs=1e-9)
 
 
-def test_a_gap_is_cut_only_if_that_was_asked_for() -> None:
-    even = PERIOD * np.arange(100)
-    gapped = np.concatenate([even[:40], even[60:]])
-    with refuses("gaps", says=r"1 gaps, the first after 0\.039"):
-        laid(gapped, even)
-    found = laid(gapped, even, split=True)
-    assert found.segments == ((0, 40), (40, 80))
-    (gaps,) = (r for r in found.repairs if r.kind != "resample")
-    assert gaps.count == 1
-
-
 def test_a_piece_too_short_for_a_spline_is_left_out() -> None:
     even = PERIOD * np.arange(100)
     pieces = np.concatenate([even[:40], even[50:53], even[70:]])
@@ -100,12 +88,6 @@ def test_a_rate_that_folds_the_positions_noise_is_refused(rate: float, refused: 
         return
     with refuses("slow-resampling"):
         laid(even, even, rate)
-
-
-def test_more_rows_than_fit_are_refused_before_they_are_made() -> None:
-    even = PERIOD * np.arange(100)
-    with refuses("resampling-rate"):
-        laid(even, even, 1e10)
 
 
 @pytest.mark.parametrize(
@@ -129,10 +111,3 @@ def test_both_neighbours_of_a_masked_sample_are_masked() -> None:
     mask = np.arange(100) == 50
     found = resample("log", samples, {"position": mask}, 2000.0, split=False)
     assert np.flatnonzero(found.masked).tolist() == [99, 100, 101]
-
-
-def test_a_stated_period_must_be_the_clocks() -> None:
-    even = PERIOD * np.arange(100)
-    assert laid(even, even, stated=PERIOD).clock.stated
-    with pytest.raises((DataError, UsageError)):
-        laid(even, even, stated=1.2 * PERIOD)

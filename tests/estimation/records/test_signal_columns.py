@@ -1,6 +1,5 @@
 """Columns of recorded signals: by name, number and unit; with gaps, windows, shifts and clocks."""
 
-import json
 import pickle
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Record, build, read_record, twin_record
+from axisid import Record, build, read_record
 from axisid.estimation import Repairs
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Array
-from tests.axes.recorded import recorded_axis, recorded_values
+from tests.axes.recorded import recorded_axis
 from tests.refusals import refuses
 
 AXIS = recorded_axis("pressure")
@@ -134,26 +133,6 @@ def test_a_signal_of_its_own_clock_is_resampled_as_it_runs(between: str) -> None
     )
 
 
-def test_long_tables_have_signals_too(tmp_path: Path) -> None:
-    file = tmp_path / "long.csv"
-    lines = ["time,name,value"]
-    names = {name: values for name, values in columns().items() if name != "time"}
-    lines += [
-        f"{t!r},{name},{float(values[k])!r}"
-        for k, t in enumerate(TIME.tolist())
-        for name, values in names.items()
-    ]
-    file.write_text("\n".join(lines))
-    record = read_record(file, AXIS)
-    assert record.signals["pressure"] == pytest.approx(PRESSURE)
-
-
-def test_a_json_log_has_signals(tmp_path: Path) -> None:
-    file = tmp_path / "log.json"
-    file.write_text(json.dumps({name: v.tolist() for name, v in columns().items()}))
-    assert np.array_equal(read_record(file, AXIS).signals["pressure"], PRESSURE)
-
-
 def test_a_record_with_signals_is_compared_pickled_and_hashed() -> None:
     record = read_record(columns(), AXIS)
     same = pickle.loads(pickle.dumps(record))  # noqa: S301
@@ -163,9 +142,3 @@ def test_a_record_with_signals_is_compared_pickled_and_hashed() -> None:
     assert other != record
     assert other.digest != record.digest
     assert "pressure" in repr(record)
-
-
-def test_a_twin_has_the_signal_that_it_was_given() -> None:
-    axis = build(AXIS)
-    values = recorded_values("pressure")
-    assert np.array_equal(twin_record(axis, signals=values).signals["pressure"], values["pressure"])

@@ -5,12 +5,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from axisid.estimation.signals.motion import (
-    MAX_REST_SHARE,
     motion_lacks,
     one_direction,
     one_speed,
     resting,
-    rests_first,
 )
 from axisid.estimation.signals.signals import Signals
 
@@ -106,8 +104,3 @@ def test_a_rest_ends_with_its_segment() -> None:
     used = np.ones(n, dtype=bool)
     whole = resting(signals(velocity), [(0, n)], used)
     assert resting(signals(velocity), [(0, n - 100), (n - 100, n)], used) == pytest.approx(whole)
-
-
-def test_rests_are_told_from_a_tenth_on() -> None:
-    assert rests_first(MAX_REST_SHARE) is None
-    assert "rests in 11 %" in str(rests_first(0.11))

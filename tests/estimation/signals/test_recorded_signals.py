@@ -52,7 +52,6 @@ def test_the_drive_reads_the_signal_of_the_sample() -> None:
     axis = build(recorded_axis("supply"))
     record = twin_record(axis, signals=recorded_values("supply"))
     data = FilteredRecord.bind(axis, record, Prefilter())
-    assert record.control is not None
     made = 35.0 * record.control * record.signals["supply"] / 24
     assert data.force == pytest.approx(made, rel=1e-12)
     assert data.signals.force == pytest.approx(about_samples(made, [0]), rel=1e-12)

@@ -62,7 +62,6 @@ def test_stribeck_friction_with_noise_is_inside_its_intervals(stribeck: Generate
 @pytest.mark.parametrize(("name", "level"), [("belt_axis", "Fcp"), ("crank", "fc")])
 def test_friction_of_linear_axes_comes_out_straighter(name: str, level: str) -> None:
     axis = build(load_axis(name))
-    assert axis.axis.experiment is not None
     truth = axis.axis.experiment.truth[level]
     record = twin_record(axis)
     off = {}

@@ -10,7 +10,6 @@ from scipy import signal
 
 from axisid import DataError, Prefilter
 from axisid.estimation.signals import SampledFilter
-from tests.refusals import refuses
 
 PERIOD = 1e-3
 
@@ -106,14 +105,6 @@ def test_rows_are_the_samples_that_reduce_keeps(
     assert ratio == pytest.approx(np.full_like(ratio, 1.0), abs=0.013)
 
 
-def test_decimating_columns_together_is_decimating_each(rng: np.random.Generator) -> None:
-    f = sampled(decimate=7)
-    X = rng.normal(size=(500, 3))
-    together = f.reduce(X)
-    for j in range(3):
-        assert together[:, j] == pytest.approx(f.reduce(X[:, j]), abs=1e-14)
-
-
 def test_default_drop_is_the_transient_of_the_low_pass() -> None:
     start, end = sampled(cutoff=60.0).dropped
     assert (start, end) == (48, 48)
@@ -122,11 +113,6 @@ def test_default_drop_is_the_transient_of_the_low_pass() -> None:
     response = np.abs(sampled(cutoff=60.0).motion(impulse)[0])
     assert response[500 + start :].max() < 2e-3 * response.max()
     assert response[500 + start // 2 :].max() > 2e-3 * response.max()
-
-
-def test_cutoff_at_nyquist_is_refused() -> None:
-    with refuses("cutoff-too-high", says="500"):
-        sampled(cutoff=500.0).check(10_000)
 
 
 @pytest.mark.slow
@@ -152,17 +138,6 @@ def test_no_row_hangs_on_the_last_sample_by_default() -> None:
     by_default, published = sampled(cutoff=60.0), sampled(cutoff=60.0, drop=(48, 0))
     assert np.abs(by_default.reduce(last)).max() < np.abs(by_default.reduce(inner)).max()
     assert np.abs(published.reduce(last)).max() > 5 * np.abs(by_default.reduce(last)).max()
-
-
-def test_default_rows_lie_between_the_transients() -> None:
-    for decimation in ("matlab", "scipy"):
-        f = sampled(cutoff=60.0, decimation=decimation)
-        rows = f.rows(2003)
-        assert rows.min() >= 48
-        assert rows.max() < 2003 - 48
-        ramp = np.arange(2003.0)
-        inside = (rows > 100) & (rows < 1903)
-        assert f.reduce(ramp)[inside] == pytest.approx(rows[inside], rel=0.05)
 
 
 def test_what_is_wrong_at_the_ends_of_a_record_reaches_no_row() -> None:

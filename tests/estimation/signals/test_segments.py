@@ -64,7 +64,6 @@ def test_instruments_come_from_each_segments_own_loop(
     truth = np.array(list(gapped.provenance.truth.values()))
     sd = np.sqrt(np.diag(estimate.covariances["hac"]))
     assert np.all(np.abs(estimate.physical - truth) < 4 * sd)
-    assert estimate.Z is not None
     assert len(estimate.Z) == len(estimate.y)
     # Z'(y - X theta) = 0 is what instruments are for.
     left = estimate.Z.T @ (estimate.y - estimate.X @ estimate.physical)

@@ -1,7 +1,5 @@
 """The simulated loop against closed forms, and against the model row by row."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,16 +9,9 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.control import REFERENCE, ControlLaw
-from axisid.elements import Drive, coulomb, spring
-from axisid.estimation.simulation.simulated import (
-    Simulation,
-    signals_about,
-)
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration.experiment import Move, back_and_forth
-from tests.axes.bodies import body, c, k, m, x
-from tests.estimation.exact_axis import ExactAxis, closed_loop
+from tests.axes.bodies import body
 from tests.refusals import refuses
 
 PERIOD = 1e-3
@@ -46,56 +37,6 @@ MOTIONS = {
 }
 
 
-def check_rows(axis: GeneratedAxis, loop: Simulation, theta: np.ndarray) -> None:
-    """Force, motion and friction direction satisfy the model at every sample."""
-    for s in (loop.signals, signals_about(axis, theta, loop)[1]):
-        row, known = axis.evaluate(
-            "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
-        )
-        error = np.abs(row @ theta + known[:, 0] - s.force)
-        assert error.max() < 1e-10 * np.abs(s.force).max()
-        assert np.abs(s.direction).max() <= 1
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_position_is_within_a_nanometre_of_the_closed_form(
-    emps2015: GeneratedAxis, motion: str
-) -> None:
-    loop = simulate(emps2015, TRUTH, MOTIONS[motion], PERIOD)
-    position, force = closed_loop(ExactAxis(*TRUTH), MOTIONS[motion], 160.18, 243.45, 35.15, PERIOD)
-    assert np.abs(loop.position - position).max() < 1e-9
-    assert np.abs(loop.force - force).max() < 1e-3
-    check_rows(emps2015, loop, TRUTH)
-
-
-def test_axis_sticks_while_it_is_held(emps2015: GeneratedAxis) -> None:
-    loop = simulate(emps2015, TRUTH, MOTIONS["move, hold, return"], PERIOD)
-    stuck = (loop.velocity == 0) & (np.abs(loop.direction) < 1)
-    assert 0.3 < stuck.mean() < 0.7
-    assert np.abs(loop.acceleration[stuck]).max() < 1e-12
-
-
-def test_offset_shifts_the_stuck_friction_direction(emps: GeneratedAxis) -> None:
-    theta = np.array([95.0, 200.0, 20.0, -3.0])
-    loop = simulate(emps, theta, MOTIONS["0.1 Hz, 5 mm stick-slip"], PERIOD)
-    check_rows(emps, loop, theta)
-
-
-def test_before_and_after_share_motion_and_differ_by_the_held_force(
-    emps2015: GeneratedAxis,
-) -> None:
-    loop = simulate(emps2015, TRUTH, MOTIONS["1 Hz, 0.1 m sine"], PERIOD)
-    before = signals_about(emps2015, TRUTH, loop)[1]
-    assert np.array_equal(before.position, loop.position)
-    assert np.array_equal(before.force[1:], loop.force[:-1])
-
-
-def test_axis_without_friction_starts_and_rests(emps2015: GeneratedAxis) -> None:
-    reference = MOTIONS["move, hold, return"]
-    loop = simulate(emps2015, np.array([100.0, 0.0, 0.0]), reference, PERIOD)
-    assert np.abs(loop.position - reference).max() < 1e-3
-
-
 def test_noise_enters_through_the_measured_position(
     emps2015: GeneratedAxis, rng: np.random.Generator
 ) -> None:
@@ -106,31 +47,6 @@ def test_noise_enters_through_the_measured_position(
     assert loop.measured_position - loop.position == pytest.approx(noise, abs=1e-15)
     first = 35.15 * 243.45 * 160.18 * -noise[0]
     assert loop.force[0] - clean.force[0] == pytest.approx(first, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_stick_slip_on_a_spring_satisfies_the_model() -> None:
-    law = ControlLaw(name="open loop", period=PERIOD, output=300 * REFERENCE)
-    resistance = (coulomb(c, x), spring(k, x))
-    axis = build(body(*resistance, coordinate=x, inertia=m, parameters=(c, k), control=law))
-    theta = np.array([1.0, 2.0, 300.0])
-    loop = simulate(axis, theta, sine(0.5, 0.02, 4.0), PERIOD)
-    check_rows(axis, loop, theta)
-    assert (loop.velocity == 0).sum() > 100
-
-
-@pytest.mark.slow
-def test_diverging_loop_names_the_sample_and_the_parameters(emps2015: GeneratedAxis) -> None:
-    unlimited = build(replace(emps2015.axis, drive=Drive(gain=35.15)))
-    with refuses(
-        "loop-diverges", says=r"diverges: .* leaves the range at sample \d+ .*M = 0.1 kg, Fv = 1 "
-    ):
-        simulate(unlimited, np.array([0.1, 1.0, 1.0]), MOTIONS["5 Hz, 2 mm reversals"], PERIOD)
-
-
-def test_unstable_loop_within_the_drive_limit_stays_bounded(emps2015: GeneratedAxis) -> None:
-    loop = simulate(emps2015, np.array([0.1, 1.0, 1.0]), MOTIONS["5 Hz, 2 mm reversals"], PERIOD)
-    assert np.abs(loop.control).max() == 10.0
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,6 @@ def test_lanes_of_a_batch_are_the_single_simulations(lag: float, delay: float) -
 @pytest.mark.slow
 def test_a_delay_of_whole_samples_is_that_of_the_law() -> None:
     plain = lagging()
-    assert plain.control is not None
     late = replace(plain, control=replace(plain.control, delay=2))
     by_law = simulate(build(late), THETA, REFERENCE, PERIOD)
     by_drive = simulate(axis(0.0, 2e-3, native=True), THETA, REFERENCE, PERIOD)

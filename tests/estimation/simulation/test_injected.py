@@ -23,7 +23,6 @@ def loop_axis() -> GeneratedAxis:
 
 def _law(axis: GeneratedAxis, reference: np.ndarray, position: np.ndarray) -> np.ndarray:
     law = axis.axis.control
-    assert law is not None
     before = np.concatenate([position[:1], position[:1], position[:-2]])
     speed = (position - before) / (2 * PERIOD)
     return np.asarray(law.gains["kv"] * (law.gains["kp"] * (reference - position) - speed))
@@ -48,7 +47,6 @@ def test_what_is_added_is_within_the_limit_with_the_law(loop_axis: GeneratedAxis
 @pytest.mark.slow
 def test_what_is_added_comes_as_late_as_the_law_itself(loop_axis: GeneratedAxis) -> None:
     law = loop_axis.axis.control
-    assert law is not None
     late = build(replace(loop_axis.axis, control=replace(law, delay=2), experiment=None))
     loop = simulate(late, late.nominal, SINE, PERIOD, injected=ADDED)
     now = _law(late, SINE, loop.position) + ADDED

@@ -160,7 +160,6 @@ def test_a_loop_is_that_of_another_integrator(between: str) -> None:
     theta = np.array([TRUTH[name] for name in axis.names])
     loop = simulate(axis, theta, reference, T, signals={"pressure": push}, start_velocity=0.2)
     law = recorded_axis("pressure").control
-    assert law is not None
     kp, kv = law.gains["kp"], law.gains["kv"]
     state, last, found = np.array([reference[0], 0.2]), reference[0], []
     for k, wanted in enumerate(reference):
@@ -293,7 +292,6 @@ def test_steps_in_a_sample_are_as_many_as_the_stiffest_signal_asks_for() -> None
 
 def test_a_twin_takes_its_signals_from_the_experiment() -> None:
     axis = recorded_axis("pressure")
-    assert axis.experiment is not None
     experiment = replace(axis.experiment, signals={"pressure": 6e5 + 1e5 * sympy.sin(8 * TIME)})
     record = twin_record(replace(axis, experiment=experiment))
     expected = 6e5 + 1e5 * np.sin(8 * record.time)

@@ -126,12 +126,6 @@ def test_a_reduced_batch_comes_back_from_a_pickle() -> None:
     assert pickle.loads(pickle.dumps(made)) == made  # noqa: S301
 
 
-@pytest.mark.parametrize("wrong", ["rms", [rms], 3, {"a": 1}])
-def test_what_is_no_function_is_refused(wrong: object) -> None:
-    with refuses("unknown-reducer", "LaneBlock"):
-        run(wrong, lanes=3)
-
-
 def test_signals_are_not_reduced_where_none_is_wanted() -> None:
     with refuses("reduce-nothing"):
         run(rms, wanted=(), lanes=3)

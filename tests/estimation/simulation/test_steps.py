@@ -185,7 +185,6 @@ def test_compiled_start_judges_as_the_functions_themselves(declared: Axis) -> No
     """Of waves, sides, recorded signals, a drive that lags, internal states."""
     axis, virtual = build(declared), build(declared, native=False)
     library = axis.native.library()
-    assert library is not None
     rng, lanes = np.random.default_rng(3), 40
     sets = axis.nominal * rng.choice([-1.0, 1.0, 10.0], (lanes, len(axis.nominal)))
     sets[0, 0], sets[1, 0] = 0.0, np.nan

@@ -12,7 +12,6 @@ def loaded(counterbalance: float) -> Axis:
     """A vertical axis whose drive holds 22.6 kN, with a load of so much less."""
     axis = load_axis("vertical_screw")
     experiment = axis.experiment
-    assert experiment is not None
     truth = {**experiment.truth, "Fb": counterbalance}
     return replace(axis, experiment=replace(experiment, truth=truth))
 

@@ -16,7 +16,6 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS, LoopStart
 from axisid.estimation import check_law, simulate_batch
-from axisid.estimation.diagnostics.law.control_law import LawCheck
 from axisid.estimation.simulation import (
     LoopInputs,
     TwoClocks,
@@ -28,8 +27,8 @@ from axisid.estimation.simulation.between import at_log_samples
 from axisid.estimation.simulation.recorded import lines
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.recorded import PERIOD_S, recorded_axis
-from tests.estimation.loops.test_two_clocks import LOG, by_events, cascade, cascade_p_pi, stage
-from tests.estimation.simulation.test_loop_start import THETA
+from tests.estimation.loops.test_two_clocks import LOG, cascade, cascade_p_pi, stage
+from tests.estimation.simulation.test_loop_start import THETA, by_events
 
 WAVE = 0.01 * np.sin(2 * np.pi * 6 * LOG * np.arange(160))
 TRUTH = dict(zip(("M", "Fv", "Fc", "F0"), THETA, strict=True))
@@ -144,7 +143,6 @@ def test_lanes_of_another_period_are_single_loops(ratio: float) -> None:
 def test_recorded_signals_are_taken_to_the_law_s_clock(ratio: float, between: str) -> None:
     """A pressure that does not change does what a constant does."""
     axis = recorded_axis("pressure", between, noise=0.0)
-    assert axis.control is not None
     own = build(replace(axis, control=replace(axis.control, period=PERIOD_S / ratio)))
     theta = [90.0, 200.0, 20.0, -600.0, 1e-3]
     with_signal = simulate(own, theta, WAVE, PERIOD_S, signals={"pressure": np.full(160, 5e5)})
@@ -158,7 +156,7 @@ def test_recorded_signals_are_taken_to_the_law_s_clock(ratio: float, between: st
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ratio", [4.0, 16.0, 2.5, 0.4, 0.25])
+@pytest.mark.parametrize("ratio", [4.0, 0.4])
 def test_a_twin_of_two_clocks_is_identified(ratio: float) -> None:
     axis = twin_axis(ratio)
     record = twin_record(axis, sample_period=LOG)
@@ -166,7 +164,6 @@ def test_a_twin_of_two_clocks_is_identified(ratio: float) -> None:
     found = identify(axis, record, methods=["idm-iv"])["idm-iv"]
     assert found.physical == pytest.approx(THETA, rel=2e-3)
     law = check_law(axis, record)
-    assert isinstance(law, LawCheck)
     assert law.passed
 
 
@@ -174,7 +171,6 @@ def test_a_twin_of_two_clocks_is_identified(ratio: float) -> None:
 def test_a_twin_s_set_point_runs_between_samples_as_its_law_declares(between: str) -> None:
     axis = twin_axis(4.0, between)
     record = twin_record(axis, sample_period=LOG)
-    assert record.reference is not None
     loop = simulate(axis, THETA, record.reference, LOG)
     assert np.array_equal(loop.position, record.position)
     assert np.array_equal(loop.control, record.control)

@@ -98,7 +98,6 @@ def test_a_known_part_must_be_spanned_too(data: tuple[np.ndarray, np.ndarray]) -
     X, y = data
     fixed = rows(X[:, :3], y - 0.02 * X[:, 3])
     how = embedding(fixed, rows(X, y))
-    assert how is not None
     assert how.start == pytest.approx([0, 0, 0, 0.02], abs=1e-9)
     lags = {"maxlags": 6, "use_correction": True}
     robust = sm.OLS(y, X).fit(cov_type="HAC", cov_kwds=lags, use_t=True)

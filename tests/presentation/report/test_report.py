@@ -127,7 +127,6 @@ def test_nothing_comes_from_outside(result: Identification, swept: Sweep) -> Non
 @pytest.mark.slow
 def test_the_policy_lets_only_the_pages_own_script_and_style_run(page: Page) -> None:
     policy = next(a["content"] for a in page.tags("meta") if "http-equiv" in a)
-    assert policy is not None
     assert policy.startswith("default-src 'none'")
     for text in (page.texts["script"][1], page.texts["style"][0]):
         digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
@@ -337,12 +336,8 @@ def test_json_on_standard_output_stays_json(run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_second_record_and_draws_are_in_the_page(run: Run, tmp_path: Path, twin: Record) -> None:
-    log, report = tmp_path / "log.csv", tmp_path / "report.html"
-    assert twin.reference is not None
-    assert twin.control is not None
-    table = np.column_stack([twin.time, twin.position, twin.reference, twin.control])
-    header = "time,position,reference,control"
-    np.savetxt(log, table, delimiter=",", header=header, comments="")
+    report = tmp_path / "report.html"
+    log = twin.write(tmp_path / "log.csv", load_axis("emps2015"))
     options = ("--validate", log, "--draws", "20", "--no-sweep", "--report", report)
     assert run("identify", "emps2015", *options)[0] == 0
     text = Page(report.read_text()).text
@@ -374,9 +369,7 @@ def test_places_are_checked_before_anything_is_computed(run: Run, tmp_path: Path
 def test_a_record_read_from_a_file_gives_its_hash(
     tmp_path: Path, emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    log = tmp_path / "a <b> & c.csv"
-    table = np.column_stack([twin.time, twin.position, twin.control])
-    np.savetxt(log, table, delimiter=",", header="time,position,control", comments="")
+    log = twin.write(tmp_path / "a <b> & c.csv", emps2015)
     result = identify(emps2015, read_record(log, emps2015), methods="idm-ls")
     text = Page(report_html(result)).text
     assert hashlib.sha256(log.read_bytes()).hexdigest() in text

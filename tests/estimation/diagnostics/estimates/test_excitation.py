@@ -20,8 +20,6 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, offset, spring
 from axisid.estimation.checks.check import Check
-from axisid.estimation.signals.motion import motion_lacks
-from axisid.estimation.signals.signals import Signals
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Experiment, Move, back_and_forth
 from tests.axes.bodies import k, stage, x
@@ -46,7 +44,6 @@ def moved(*moves: Move, disturbance: float = 0.0) -> Identification:
         replace(STAGE, experiment=Experiment(moves=moves, truth=TRUTH, position_noise=1e-7))
     )
     record = twin_record(axis)
-    assert record.control is not None
     noise = np.random.default_rng(6).normal(0.0, disturbance, len(record))
     record = replace(record, control=record.control + noise)
     return identify(axis, record, methods=["idm-ls", "idm-iv"])
@@ -94,25 +91,6 @@ def test_motion_with_hardly_a_reversal_trades_coulomb_friction_for_the_offset() 
     assert "f is not identified" in precision(result).meaning
 
 
-@pytest.mark.parametrize(
-    ("backward", "fact"),
-    [
-        (0, ("the velocity never changes its sign",)),
-        (5, ("the velocity hardly ever changes its sign",)),
-        (50, ()),
-    ],
-)
-def test_reversals_are_counted_in_motion(backward: int, fact: tuple[str, ...]) -> None:
-    """Of 1000 samples at all speeds, beside as many at rest."""
-    velocity = np.concatenate([np.linspace(0.1, 1.0, 1000), np.zeros(1000)])
-    velocity[:backward] *= -1
-    rest = np.zeros(2000)
-    signals = Signals(
-        position=rest, velocity=velocity, acceleration=rest, force=rest, direction=rest
-    )
-    assert motion_lacks(signals) == fact
-
-
 def test_one_speed_trades_viscous_for_coulomb_friction() -> None:
     result = moved(*back_and_forth(speeds=(0.1,), acceleration=50.0, seconds=1.0, repeat=3))
     shown = {e.name: e for e in result.diagnosis.excitation}
@@ -151,7 +129,6 @@ def test_axis_that_stays_in_place_does_not_show_a_far_spring() -> None:
 def test_parameter_that_is_nothing_is_not_called_unidentified() -> None:
     axis = load_axis("emps")
     record = twin_record(axis)
-    assert axis.experiment is not None
     truth = {**axis.experiment.truth, "tau0": 0.0}
     without = replace(axis, experiment=replace(axis.experiment, truth=truth))
     record = twin_record(without)
@@ -171,11 +148,3 @@ def test_refusal_names_what_the_motion_lacks(emps: GeneratedAxis) -> None:
     record = Record(time=t, position=position, control=1.0 + 0.1 * np.sin(5 * t))
     with refuses("not-told-apart", says="In this record the velocity never changes its"):
         identify(emps, record, methods="idm-ls")
-
-
-def test_excitation_is_in_json() -> None:
-    result = moved(*ALL)
-    written = result.to_dict()["excitation"]
-    assert list(written) == ["m", "b", "c", "f", "k"]
-    members = {"share", "inflation", "alike", "lacking", "rows", "largest_share", "natural"}
-    assert set(written["m"]) == members

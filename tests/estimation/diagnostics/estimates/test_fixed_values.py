@@ -4,7 +4,6 @@ import pytest
 
 from axisid import Record, fix, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.checks.check import Check
 from axisid.estimation.diagnostics.estimates import fixed_check
 from axisid.estimation.estimates import Estimate
 
@@ -23,9 +22,7 @@ def test_a_value_that_is_fixed_may_be_off_by_what_the_record_leaves_open(
     value = mass.corrected + deviations * mass.sd_hac
     result = identify(fix(emps2015.axis, M=value), twin, methods="idm-iv")
     check = fixed_check(result["idm-iv"])
-    assert isinstance(check, Check)
     assert check.status == status
-    assert check.p_value is not None
     assert (check.p_value < 0.01) is (status == "fail")
     assert (f"M is fixed at {value:.4g}"[:16] in check.meaning) is (status == "fail")
 

@@ -119,9 +119,6 @@ def test_forms_far_apart_fail_where_no_instruments_tell(every: Identification) -
         forms_check({FORMS: each}, every.estimates)
         for each in (found(12.0), found(1.2), found(12.0, shift=0.4))
     )
-    assert isinstance(far, Check)
-    assert isinstance(near, Check)
-    assert isinstance(same, Check)
     assert (far.status, near.status, same.status) == ("fail", "note", "pass")
     assert "nothing tells which" in far.meaning
     assert "axisid fit --output open-loop" in far.note.worded(as_options)
@@ -157,7 +154,6 @@ def test_least_squares_alone_is_held_against_its_twins(
 ) -> None:
     estimates = biased(every["idm-ls"], deviations)
     check = method_check(estimates["idm-ls"], estimates, {}, NO_STEPS, law_passed=True)
-    assert isinstance(check, Check)
     assert check.status == status
     assert ("(idm-iv)" in check.meaning) is (status == "note")
 

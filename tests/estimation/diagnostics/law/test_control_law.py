@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from axisid import (
-    Prefilter,
     Record,
     build,
     identify,
@@ -28,17 +27,15 @@ from axisid.control import (
     cascade_pd,
     gain,
 )
-from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
-from axisid.modeling.laws.cascade_pd import CASCADES, velocity_variants
+from axisid.estimation.diagnostics.law.control_law import check_law
+from axisid.modeling.laws.cascade_pd import CASCADES
 from axisid.support.missing import Missing
-from tests.axes.simulated import AXES
 
 
 def test_emps_law_reproduces_the_record_to_a_quarter_percent(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
     check = check_law(emps, emps_record)
-    assert isinstance(check, LawCheck)
     assert check.passed
     assert check.residual_percent == pytest.approx(0.24, abs=0.005)
     assert check.factors == pytest.approx({"kp*kv": 1.0, "kv": 1.0}, abs=1e-3)
@@ -57,7 +54,6 @@ def test_a_right_law_passes_where_the_reference_has_corners_and_steps(
     motion = {"position": made.position, "control": made.control}
     record = read_record({"time": time, "reference": reference, **motion}, axis)
     check = check_law(axis, record)
-    assert isinstance(check, LawCheck)
     assert check.passed, check.meaning
 
 
@@ -78,7 +74,6 @@ def test_plain_backward_difference_is_told_from_the_drives_own_filter(
         memory=(last,),
     )
     check = check_law(build(replace(emps.axis, control=law)), emps_record)
-    assert isinstance(check, LawCheck)
     assert check.residual_percent == pytest.approx(3.3, abs=0.2)
 
 
@@ -130,31 +125,16 @@ def test_faults_of_the_record_are_recognised(
 ) -> None:
     spoil, message = FAULTS[fault]
     check = check_law(emps, spoil(emps_record))
-    assert isinstance(check, LawCheck)
     assert not check.passed
     assert message in str(check.note)
-
-
-@pytest.mark.slow
-def test_right_law_passes_whatever_the_identification_filters(emps2015: GeneratedAxis) -> None:
-    """The velocity sensor of the twin is not recorded, and its position is noisy."""
-    record = twin_record(emps2015)
-    checks = [
-        identify(emps2015, record, Prefilter(cutoff=cutoff), methods=["idm-ls"]).diagnosis.law
-        for cutoff in (20.0, 60.0, 180.0)
-    ]
-    assert all(isinstance(check, LawCheck) and check.passed for check in checks)
-    assert checks[0] == checks[1] == checks[2]
 
 
 def test_terms_that_cannot_be_told_apart_still_give_a_residual(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
     law = emps.axis.control
-    assert law is not None
     idle = replace(law, gains={**law.gains, "ki": 0.0}, output=law.output + gain("ki"))
     check = check_law(build(replace(emps.axis, control=idle)), emps_record)
-    assert isinstance(check, LawCheck)
     assert check.passed
     assert set(check.factors) == {"kp*kv", "kv"}
     twice = replace(
@@ -163,7 +143,6 @@ def test_terms_that_cannot_be_told_apart_still_give_a_residual(
         output=law.output + gain("a") + gain("b"),
     )
     check = check_law(build(replace(emps.axis, control=twice)), emps_record)
-    assert isinstance(check, LawCheck)
     assert check.passed
     assert check.factors == {}
     assert check.fitted_residual_percent is None
@@ -185,10 +164,8 @@ def test_short_record_is_said_to_be_short(emps: GeneratedAxis, emps_record: Reco
 def test_a_gain_that_is_wrong_alone_is_named_with_its_value(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
-    assert emps.axis.control is not None
     halved = replace(emps.axis.control, gains={"kp": 80.09, "kv": 243.45})
     check = check_law(build(replace(emps.axis, control=halved)), emps_record)
-    assert isinstance(check, LawCheck)
     assert check.factors["kp*kv"] == pytest.approx(2.0, rel=0.01)
     assert "kp is 2 times the declared one, 160.1" in check.meaning
 
@@ -208,12 +185,10 @@ def test_one_wrong_gain_among_right_ones_is_named() -> None:
         memory=(last, total),
     )
     axis = replace(load_axis("emps2015"), control=pid)
-    assert axis.experiment is not None
     axis = replace(axis, experiment=replace(axis.experiment, position_noise=1e-7))
     record = twin_record(axis)
     wrong = replace(pid, gains={**pid.gains, "d": 300.0})
     check = check_law(build(replace(axis, control=wrong)), record)
-    assert isinstance(check, LawCheck)
     assert check.factors == pytest.approx({"p": 1.0, "i": 1.0, "d": 0.81}, rel=1e-3)
     assert "d is 0.81 times the declared one, 243 for 300," in check.meaning
 
@@ -224,11 +199,9 @@ def test_one_position_gain_that_is_10_percent_low_is_no_scale_of_the_control() -
     record = twin_record(axis)
     low = replace(axis, control=cascade_pd(kp=160.18 / 1.1, kv=243.45, period=1e-3))
     check = check_law(build(low), record)
-    assert isinstance(check, LawCheck)
     assert "kp is 1.1 times the declared one, 160.17 for 145.62" in check.meaning
     scaled = replace(axis, control=cascade_pd(kp=160.18, kv=243.45 / 1.1, period=1e-3))
     check = check_law(build(scaled), record)
-    assert isinstance(check, LawCheck)
     assert (
         "every gain is off by one factor; either kv is 1.1 times the declared one" in check.meaning
     )
@@ -241,33 +214,7 @@ def test_record_of_a_fraction_of_a_second_is_checked_too(emps2015: GeneratedAxis
     record = twin_record(emps2015)
     columns = {role: values[:250] for role, values in record.channels().items()}
     check = check_law(emps2015, replace(record, **columns))  # type: ignore[arg-type]
-    assert isinstance(check, LawCheck)
     assert check.factors["kv"] == pytest.approx(1.0, abs=0.2)
-
-
-def test_control_that_is_logged_two_samples_late_is_named(emps2015: GeneratedAxis) -> None:
-    record = twin_record(emps2015)
-    assert record.control is not None
-    late = replace(record, control=np.roll(record.control, 2))
-    check = check_law(emps2015, late)
-    assert isinstance(check, LawCheck)
-    assert "not in time" in check.meaning
-
-
-@pytest.mark.slow
-def test_memory_and_delay_run_along_the_record() -> None:
-    """A law with an integral and a delay of two samples, checked on its own simulation."""
-    from axisid import simulate
-
-    axis = build(AXES["delayed"])
-    reference = 2e-3 * (1 - np.cos(np.arange(3000) * 6e-3))
-    loop = simulate(axis, axis.nominal, reference, 1e-3)
-    record = Record(
-        time=loop.time, position=loop.position, reference=reference, control=loop.control
-    )
-    check = check_law(axis, record)
-    assert isinstance(check, LawCheck)
-    assert check.passed, check.meaning
 
 
 @pytest.mark.slow
@@ -289,22 +236,10 @@ def test_what_cannot_be_checked_says_why(emps2015: GeneratedAxis) -> None:
 def test_a_scale_near_one_is_found_on_the_twin(
     emps2015: GeneratedAxis, twin: Record, scale: float
 ) -> None:
-    assert twin.control is not None
     check = check_law(emps2015, replace(twin, control=scale * twin.control))
     assert not isinstance(check, Missing)
     assert not check.passed
     assert "scal" in check.meaning
-
-
-@pytest.mark.slow
-def test_a_scale_near_one_is_found_on_the_real_record(
-    emps: GeneratedAxis, emps_record: Record
-) -> None:
-    assert emps_record.control is not None
-    check = check_law(emps, replace(emps_record, control=1.03 * emps_record.control))
-    assert not isinstance(check, Missing)
-    assert not check.passed
-    assert "check the control's scaling" in check.meaning
 
 
 @pytest.mark.slow
@@ -314,7 +249,6 @@ def test_the_velocity_that_the_drive_forms_is_found(emps2015: GeneratedAxis, dri
     record = twin_record(replace(emps2015.axis, control=CASCADES[drives](**gains)))
     for declared, law in CASCADES.items():
         found = check_law(build(replace(emps2015.axis, control=law(**gains)), native=False), record)
-        assert isinstance(found, LawCheck)
         assert found.passed is (declared == drives), (declared, found)
         assert found.passed or f"that of the law {drives} with the same gains" in found.meaning
 
@@ -323,15 +257,12 @@ def test_the_velocity_that_the_drive_forms_is_found(emps2015: GeneratedAxis, dri
 def test_exchanged_columns_and_degrees_in_both_are_named(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    assert twin.reference is not None
     swapped = check_law(emps2015, replace(twin, position=twin.reference, reference=twin.position))
-    assert isinstance(swapped, LawCheck)
     assert "position and reference exchanged" in swapped.meaning
     degrees = replace(
         twin, position=np.degrees(twin.position), reference=np.degrees(twin.reference)
     )
     both = check_law(emps2015, degrees)
-    assert isinstance(both, LawCheck)
     assert "degrees for radians" in both.meaning
 
 
@@ -342,7 +273,6 @@ def test_a_limit_that_the_drive_does_not_declare_is_named_with_its_size(name: st
     most = 0.8 * float(np.abs(twin_record(axis, seed=1).channels()["control"]).max())
     limited = replace(axis, drive=replace(axis.drive, limit=most))
     found = check_law(build(axis), twin_record(limited, seed=1))
-    assert isinstance(found, LawCheck)
     assert not found.passed
     assert f"at its limit of {most:.6g} {axis.drive.unit}" in found.meaning
 
@@ -354,7 +284,6 @@ def test_a_spike_of_the_control_is_no_limit() -> None:
     spoilt[4000] = 50.0 * np.abs(spoilt).max()
     free = replace(axis, drive=replace(axis.drive, limit=np.inf))
     found = check_law(build(free), replace(twin, control=spoilt))
-    assert isinstance(found, LawCheck)
     assert not found.passed
     assert "at its limit" not in found.meaning
 
@@ -362,7 +291,6 @@ def test_a_spike_of_the_control_is_no_limit() -> None:
 @pytest.mark.slow
 def test_a_feed_forward_that_the_law_does_not_declare_is_named_with_its_size() -> None:
     axis = load_axis("servo_joint")
-    assert axis.control is not None
     gains = {name: axis.control.gains[name] for name in ("kp", "kv", "tn")}
     plain, fed = (
         cascade_p_pi(**gains, period=axis.control.period, **more)
@@ -370,20 +298,12 @@ def test_a_feed_forward_that_the_law_does_not_declare_is_named_with_its_size() -
     )
     record = twin_record(replace(axis, control=fed), seed=1)
     found = check_law(build(replace(axis, control=plain)), record)
-    assert isinstance(found, LawCheck)
     assert not found.passed
     said = re.search(
         r"feed-forward of the reference's motion, (\S+) \S+/\(rad/s\^2\):", found.meaning
     )
     assert said is not None, found.meaning
     assert float(said[1]) == pytest.approx(0.02, rel=0.02)
-
-
-def test_only_a_cascade_has_other_velocities() -> None:
-    law = CASCADES["cascade_pd"](kp=50.0, kv=60.0, period=1e-3)
-    assert list(velocity_variants(law)) == ["cascade_pd_difference", "cascade_pd_averaged"]
-    assert velocity_variants(replace(law, output=2 * law.output)) == {}
-    assert velocity_variants(replace(law, delay=1)) == {}
 
 
 @pytest.mark.parametrize("name", ["emps2015", "vertical_screw"])
@@ -397,10 +317,8 @@ def test_a_gain_that_is_declared_a_little_wrong_is_named_with_its_value(
     """However much of the control that is: half a percent of kp is 5 to 10 % of it."""
     axis = build(load_axis(name))
     law = axis.axis.control
-    assert law is not None
     declared = (1 + off) * law.gains[gain]
     found = check_law(axis.with_gains({gain: declared}), twin_record(axis))
-    assert isinstance(found, LawCheck)
     assert not found.passed
     (told,) = re.findall(rf"\b{gain} is [\d.]+ times the declared one, ([\d.]+) for", found.meaning)
     assert float(told) == pytest.approx(law.gains[gain], rel=0.1 * abs(off))
@@ -409,10 +327,8 @@ def test_a_gain_that_is_declared_a_little_wrong_is_named_with_its_value(
 
 
 def test_no_share_beyond_all_of_the_control_is_shown(emps2015: GeneratedAxis, twin: Record) -> None:
-    assert twin.reference is not None
     mistaken = replace(twin, reference=-7 * twin.reference)
     law = check_law(emps2015, mistaken)
-    assert isinstance(law, LawCheck)
     assert not law.passed
     shares = [float(each) for each in re.findall(r"([\d.]+(?:e[+-]?\d+)?) %", str(law.note))]
     assert all(share <= 100 for share in shares)

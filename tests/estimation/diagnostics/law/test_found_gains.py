@@ -29,7 +29,6 @@ def _record(name: str, **changes: int | float) -> Record:
     """A twin under a law with other gains, as factors, or another delay."""
     axis = _axis(name).axis
     law = axis.control
-    assert law is not None
     gains = {n: value * changes.get(n, 1.0) for n, value in law.gains.items()}
     law = replace(law, gains=gains, delay=law.delay + int(changes.get("delay", 0)))
     made = build(replace(axis, control=law))
@@ -39,7 +38,6 @@ def _record(name: str, **changes: int | float) -> Record:
 def _found(name: str, sd: float, **off: float) -> tuple[GeneratedAxis, FoundGains]:
     """An axis with gains that are off by such factors, each known to a share of itself."""
     law = _axis(name).axis.control
-    assert law is not None
     gains = {n: law.gains[n] * factor for n, factor in off.items()}
     deviations = sd * np.array([*gains.values()])
     return _axis(name).with_gains(gains), FoundGains(tuple(gains), np.diag(deviations**2))
@@ -76,7 +74,6 @@ def test_a_wrong_gain_that_is_held_is_named(name: str) -> None:
     check = _checked(name, 0.02, _record(name, kv=1.1), kp=1.0)
     assert not check.passed
     law = _axis(name).axis.control
-    assert law is not None
     assert f" for {law.gains['kv']:.5g}" in check.meaning
     said = float(check.meaning.split("with kv ")[1].split()[0])
     assert said == pytest.approx(1.1 * law.gains["kv"], rel=1e-3)
@@ -92,12 +89,10 @@ def test_a_law_that_no_gains_make_the_controls_fails() -> None:
 @pytest.mark.parametrize("name", ["emps2015", P_PI])
 def test_a_flipped_control_is_named_whatever_gains_are_free(name: str) -> None:
     record = _record(name)
-    assert record.control is not None
     check = _checked(name, 0.02, replace(record, control=-record.control), kp=1.1, kv=0.9)
     assert not check.passed
     assert "its sign is opposite to the law's" in check.meaning
     law = _axis(name).axis.control
-    assert law is not None
     assert f"by kp {law.gains['kp']:.3g}" in check.meaning
     assert check.remedy is None
     assert check.factors == {}
@@ -107,7 +102,6 @@ def test_without_found_gains_the_check_is_of_the_law_as_it_is() -> None:
     check = check_found_law(
         _axis("emps2015"), _record("emps2015"), FoundGains((), np.zeros((0, 0)))
     )
-    assert isinstance(check, LawCheck)
     assert "by kp" not in check.meaning
     without = replace(_record("emps2015"), reference=None)
     axis, found = _found("emps2015", 0.02, kp=1.0)

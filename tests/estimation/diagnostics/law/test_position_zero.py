@@ -35,7 +35,6 @@ def test_a_zero_apart_is_told_with_its_size_and_taken_off(name: str) -> None:
     assert law is not None
     # As much as makes a third of the control.
     unit = position_zero(axis, law, replace(record, control=control + 1.0), 10)
-    assert unit is not None
     away = unit.away / 3 * float(np.std(control))
     off = replace(record, position=record.position + away)
     found = _checked(axis, off)
@@ -43,7 +42,6 @@ def test_a_zero_apart_is_told_with_its_size_and_taken_off(name: str) -> None:
     assert f"{away:+.3g} {axis.axis.coordinate.unit} away from its zero" in found.meaning
     assert "tracking error" in found.meaning
     told = position_zero(axis, law, off, 10)
-    assert told is not None
     assert told.away == pytest.approx(away, rel=2e-2)
     mended = replace(off, position=off.position - told.away)
     assert _checked(axis, mended).passed

@@ -42,7 +42,6 @@ def test_held_force_of_a_noise_free_twin_is_half_a_sample_late(emps2015: Generat
 def test_whole_samples_of_delay_are_found(emps2015: GeneratedAxis, early: int) -> None:
     """A control that is written down early has to be taken from earlier rows."""
     record = twin_record(emps2015, position_noise=0.0)
-    assert record.control is not None
     shifted = replace(record, control=np.roll(record.control, -early))
     best = delay_of(emps2015, shifted, FINE).best
     assert best == pytest.approx(0.5 + early, abs=0.05)
@@ -66,7 +65,6 @@ def test_alignment_does_not_depend_on_the_prefilters_hold(
 @pytest.mark.slow
 def test_deviation_of_the_delay_is_the_scatter_of_its_estimates(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015, position_noise=0.0)
-    assert record.control is not None
     rng = np.random.default_rng(8)
     found = []
     for _ in range(60):
@@ -80,7 +78,6 @@ def test_deviation_of_the_delay_is_the_scatter_of_its_estimates(emps2015: Genera
 @pytest.mark.slow
 def test_delay_beyond_the_range_is_said_to_be_there(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015, position_noise=0.0)
-    assert record.control is not None
     late = replace(record, control=np.roll(record.control, -5))
     found = delay_of(emps2015, late, FINE)
     assert found.at_the_end
@@ -115,7 +112,6 @@ def test_a_delay_that_is_not_declared_is_told_once() -> None:
 def test_the_column_that_is_early_is_said(
     emps2015: GeneratedAxis, twin: Record, rows: int, says: str
 ) -> None:
-    assert twin.control is not None
     moved = replace(twin, control=np.roll(twin.control, rows))
     (check,) = (
         c for c in identify(emps2015, moved, methods="idm-ls").verdict if c.name == "alignment"
@@ -146,7 +142,6 @@ def test_a_declared_delay_that_is_not_there_is_said_to_be_too_long(
 @pytest.mark.slow
 def test_delay_that_the_record_does_not_tell_is_not_judged(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015, position_noise=0.0)
-    assert record.control is not None
     noise = np.random.default_rng(8).normal(0.0, 30.0, len(record))
     noisy = replace(record, control=record.control + noise)
     verdict = identify(emps2015, noisy, methods="idm-ls").verdict

@@ -32,7 +32,6 @@ def measured(commanded: np.ndarray, how: str, rng: np.random.Generator) -> np.nd
 
 def test_only_a_record_with_both_is_judged(emps2015: GeneratedAxis, twin: Record) -> None:
     assert force_check(emps2015, twin) is None
-    assert twin.control is not None
     alone = replace(twin, control=None, force=35.15 * twin.control)
     assert force_check(emps2015, alone) is None
 
@@ -44,7 +43,6 @@ def test_only_a_record_with_both_is_judged(emps2015: GeneratedAxis, twin: Record
 def test_scale_sign_and_time_are_seen(
     emps2015: GeneratedAxis, twin: Record, scale: float, shift: int, status: str
 ) -> None:
-    assert twin.control is not None
     force = np.roll(scale * 35.15 * twin.control, shift)
     check = force_check(emps2015, replace(twin, force=force))
     assert check.status == status
@@ -53,7 +51,6 @@ def test_scale_sign_and_time_are_seen(
 
 
 def test_it_stands_in_the_verdict(emps2015: GeneratedAxis, twin: Record) -> None:
-    assert twin.control is not None
     halved = replace(twin, force=0.5 * 35.15 * twin.control)
     checks = identify(emps2015, halved, Prefilter(hold="zoh"), "idm-ls").verdict
     assert [c.status for c in checks if c.name == "force against control"] == ["fail"]
@@ -65,7 +62,6 @@ def test_what_a_current_loop_does_is_no_factor_and_a_factor_is_seen_through_it(
     emps2015: GeneratedAxis, how: str, seed: int
 ) -> None:
     record = twin_record(emps2015, seed=seed)
-    assert record.control is not None
     force = measured(GAIN * record.control, how, np.random.default_rng(seed))
     statuses = {}
     for scale in (1.0, 1.1):
@@ -82,12 +78,10 @@ def test_what_a_current_loop_does_is_no_factor_and_a_factor_is_seen_through_it(
 def test_a_constant_beside_the_command_is_named_with_its_size(
     emps2015: GeneratedAxis, twin: Record, how: str, share: float, rng: np.random.Generator
 ) -> None:
-    assert twin.control is not None
     commanded = GAIN * twin.control
     force = commanded if how == "nothing else" else measured(commanded, how, rng)
     offset = share * float(np.sqrt(np.mean(commanded**2)))
     check = force_check(emps2015, replace(twin, force=force + offset))
-    assert check is not None
     assert check.status == ("fail" if share else "pass")
     if share:
         said = check.meaning.split("the force column is ")[1]
@@ -99,7 +93,6 @@ def test_a_constant_beside_the_command_is_named_with_its_size(
 def test_a_pure_factor_is_named_with_the_gain_that_it_would_be(
     emps2015: GeneratedAxis, twin: Record, scale: float
 ) -> None:
-    assert twin.control is not None
     check = force_check(emps2015, replace(twin, force=scale * GAIN * twin.control))
     assert check.status == "fail"
     assert f"{scale:.4g} +- " in check.meaning
@@ -152,7 +145,6 @@ def test_a_vague_gain_allows_the_factor_that_it_makes_of_the_drive(twin: Record)
 
 def test_a_gain_that_is_declared_as_vague_allows_a_factor(twin: Record) -> None:
     axis = load_axis("emps2015")
-    assert twin.control is not None
     vague = build(replace(axis, drive=replace(axis.drive, relative_sd=0.05)))
     record = replace(twin, force=1.1 * GAIN * twin.control)
     check = force_check(vague, record)
@@ -161,7 +153,6 @@ def test_a_gain_that_is_declared_as_vague_allows_a_factor(twin: Record) -> None:
 
 def test_a_force_behind_a_gear_is_no_factor(emps2015: GeneratedAxis, twin: Record) -> None:
     """A load cell lacks the motor's share of inertia and friction: not a factor of the control."""
-    assert twin.control is not None
     commanded = GAIN * twin.control
     speed = np.gradient(twin.position, 1e-3)
     lost = 0.06 * np.abs(commanded).mean() * np.sign(speed)
@@ -170,7 +161,6 @@ def test_a_force_behind_a_gear_is_no_factor(emps2015: GeneratedAxis, twin: Recor
 
 
 def test_masked_samples_say_nothing_of_the_factor(emps2015: GeneratedAxis, twin: Record) -> None:
-    assert twin.control is not None
     force = GAIN * np.array(twin.control)
     force[3000:3100] *= 0.5
     masked = replace(twin, force=force, masked=((2990, 3110),))
@@ -186,7 +176,6 @@ def test_control_beyond_the_limit_is_told_with_its_share(
     twin: Record, scale: float, measured_force: bool, status: str
 ) -> None:
     axis = load_axis("emps2015")
-    assert twin.control is not None
     low = build(replace(axis, drive=replace(axis.drive, limit=float(np.abs(twin.control).max()))))
     force = GAIN * twin.control if measured_force else None
     record = replace(twin, control=scale * twin.control, force=force)
@@ -202,7 +191,6 @@ def test_a_converter_s_noise_at_the_limit_is_not_beyond_it(
     twin: Record, rng: np.random.Generator
 ) -> None:
     axis = load_axis("emps2015")
-    assert twin.control is not None
     limit = 0.5 * float(np.abs(twin.control).max())
     low = build(replace(axis, drive=replace(axis.drive, limit=limit)))
     clipped = np.clip(twin.control, -limit, limit) + rng.normal(0, 0.005 * limit, len(twin))

@@ -139,7 +139,6 @@ def test_a_reference_or_position_at_another_time_is_named(role: str, samples: in
 
 def test_without_motion_the_law_alone_says_both() -> None:
     check = check_law(small_axis(1), twin(1, 1))
-    assert isinstance(check, LawCheck)
     told = check.note.worded(as_options)
     assert "declare delay=0, or, where the log writes the control before" in told
     assert "--shift control=1" in told

@@ -46,7 +46,6 @@ def test_a_right_one_passes(emps: GeneratedAxis, seed: int) -> None:
     for role in ("velocity", "acceleration"):
         check = checked(emps, record, role)
         assert not isinstance(check, Missing)
-        assert check is not None
         assert check.status == "pass", check.meaning
 
 
@@ -81,7 +80,6 @@ def test_what_is_wrong_is_told_with_what_to_do(
 ) -> None:
     check = checked(emps, changed(right.shifted(velocity=late), factor, offset))
     assert not isinstance(check, Missing)
-    assert check is not None
     assert check.status == "fail"
     assert advice in check.note.worded(as_options)
 
@@ -98,7 +96,6 @@ def test_another_signal_is_no_velocity(emps: GeneratedAxis, right: Record, what:
     }
     check = checked(emps, replace(right, velocity=others[what]))
     assert not isinstance(check, Missing)
-    assert check is not None
     assert check.status == "fail"
     assert "is not the position's derivative" in check.meaning
 

@@ -37,7 +37,6 @@ def test_a_wrong_scale_is_told(name: str, factor: float) -> None:
     found = _check(name, _alone(name, factor))
     assert found.status == "fail"
     told = re.search(r"the measured velocity is (\S+) ", found.meaning)
-    assert told is not None
     assert float(told[1]) == pytest.approx(factor, abs=1e-3)
     assert "and those of the reference" in str(found.note)
 

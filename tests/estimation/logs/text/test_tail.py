@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import DataError, Record, read_record
+from axisid import Record, read_record
 from axisid.estimation import Repairs
 from axisid.estimation.logs.text.dialect import sniff
 from axisid.estimation.logs.text.reader import is_cut
-from axisid.support.remedy import Setting
 
 FORMATS: dict[str, Callable[[float], str]] = {
     "six decimals": lambda v: f"{v:.6f}",
@@ -69,14 +68,3 @@ def test_cut_row_is_left_out_and_counted(
         (told,) = kept.provenance.repairs
         assert (len(kept), told.kind, told.count) == (2999, "tail", 1)
         assert "from line 3001" in told.text
-
-
-def test_row_that_lacks_a_cell_is_refused(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
-    rows = "\n".join(f"{k}.5,{k}.25,{k}.125" for k in range(300))
-    file.write_text(f"time,position,control\n{rows}\n300.5,300")
-    with pytest.raises(DataError) as refused:
-        read_record(file)
-    assert refused.value.code == "broken-line"
-    assert refused.value.remedy is not None
-    assert refused.value.remedy.settings == (Setting("tail", "drop"),)

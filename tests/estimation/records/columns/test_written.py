@@ -95,8 +95,3 @@ def test_heads_that_no_text_with_commas_can_have_are_refused(
     with pytest.raises(ModelError, match="cannot have the heads"):
         record.write(tmp_path / "log.csv", axis)
     assert not [*tmp_path.iterdir()]
-
-
-def test_a_file_that_is_no_name_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="give its name"):
-        twin_record(load_axis("emps2015")).write(None, load_axis("emps2015"))  # type: ignore[arg-type]
