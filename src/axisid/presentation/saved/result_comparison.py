@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -42,35 +42,6 @@ _Labelled: TypeAlias = tuple[str, str, WrittenValue]  # method, name, value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ValueDifference:
-    """One parameter in two results.
-
-    Attributes
-    ----------
-    method, name, unit : str
-    first, second : float
-    sd_first, sd_second : float
-        HAC.
-    deviations : float or None
-        Of the second from the first, in combined deviations; None where both are zero.
-    """
-
-    method: str
-    name: str
-    unit: str
-    first: float
-    second: float
-    sd_first: float
-    sd_second: float
-    deviations: float | None
-
-    @property
-    def difference(self) -> float:
-        """The second less the first."""
-        return self.second - self.first
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ResultComparison(Presentable):
     """What two results have in common, and where they part.
 
@@ -78,7 +49,7 @@ class ResultComparison(Presentable):
     ----------
     sources : (str, str)
         File, axis and record of each, in words.
-    differences : tuple of ValueDifference
+    differences : tuple of WrittenDifference
         By method and parameter, where both have them in one unit.
     errors : mapping of str to ((float or None), (float or None))
         Simulation and equation errors in percent, by method and kind.
@@ -91,7 +62,7 @@ class ResultComparison(Presentable):
     """
 
     sources: tuple[str, str]
-    differences: tuple[ValueDifference, ...]
+    differences: tuple[WrittenDifference, ...]
     errors: Mapping[str, tuple[float | None, float | None]]
     alone: tuple[tuple[str, ...], tuple[str, ...]]
     settings: Mapping[str, tuple[Any, Any]]
@@ -104,9 +75,7 @@ class ResultComparison(Presentable):
         return WrittenResultComparison(
             first=first,
             second=second,
-            differences=tuple(
-                WrittenDifference(**asdict(d), difference=d.difference) for d in self.differences
-            ),
+            differences=self.differences,
             errors_percent=dict(self.errors),
             alone=WrittenAlone(first=self.alone[0], second=self.alone[1]),
             settings=dict(self.settings),
@@ -274,10 +243,10 @@ def _alone(
 
 def _difference(
     method: str, name: str, first: WrittenValue, second: WrittenValue
-) -> ValueDifference:
+) -> WrittenDifference:
     combined = math.hypot(first.sd_hac, second.sd_hac)
     apart = _within_floats(second.value - first.value, f"the difference of {method} {name}")
-    return ValueDifference(
+    return WrittenDifference(
         method=method,
         name=name,
         unit=first.unit,
@@ -288,6 +257,7 @@ def _difference(
         deviations=_within_floats(apart / combined, f"the distance of {method} {name}")
         if combined
         else None,
+        difference=apart,
     )
 
 
