@@ -1,15 +1,16 @@
-"""Algebra in bounded work: polynomials of parameters, derivatives with kinks, zero tests.
+"""Exact algebra in bounded work: expansions, derivatives with kinks, null spaces, zero tests.
 
 In: expressions. Out: expressions, or the reason why that would take too long.
 Knows nothing of axes.
 """
 
 from .coefficients import Coefficients as Coefficients
+from .constant_value import NotRealError as NotRealError, value_of as value_of
 from .continuity import jumping_node as jumping_node
 from .derivative import slope as slope
+from .expansion import EULER as EULER, Expansion as Expansion
 from .exponential import joined_exponential as joined_exponential
 from .independence import (
-    MOST_ROOTS as MOST_ROOTS,
     exact as exact,
     intercept as intercept,
     where_zero as where_zero,
@@ -21,10 +22,12 @@ from .kernel import (
     kernel as kernel,
 )
 from .multiplied_out import multiplied_out as multiplied_out
-from .point_value import (
-    CANNOT as CANNOT,
-    numbers as numbers,
-    value_at as value_at,
-    values_at as values_at,
-    vanishes as vanishes,
+from .point_value import CANNOT as CANNOT, value_at as value_at, vanishes as vanishes
+from .products import (
+    Algebra as Algebra,
+    Number as Number,
+    Product as Product,
+    Sum as Sum,
+    TooLargeError as TooLargeError,
+    modulus_of as modulus_of,
 )

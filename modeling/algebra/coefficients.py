@@ -7,10 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy
 
-from axisid.support.errors import ModelError
-
-#: Products of two terms that may be formed for one expression.
-MOST_PRODUCTS = 100_000
+from .products import MOST_PRODUCTS, TooLargeError
 
 #: Powers of the parameters, whole ones of either sign.
 Exponents = tuple[int, ...]
@@ -28,7 +25,7 @@ class Coefficients:
 
     Raises
     ------
-    ModelError
+    TooLargeError
         It has too many terms.
     """
 
@@ -38,7 +35,6 @@ class Coefficients:
         self._zero = dict.fromkeys(parameters, sympy.S.Zero)
         self._made: dict[sympy.Basic, _Polynomial] = {}
         self._left = MOST_PRODUCTS
-        self._inside: set[sympy.Symbol] = set()
         self._polynomial = self._of(expression)
 
     def __getitem__(self, exponents: Exponents) -> sympy.Expr:
@@ -49,16 +45,6 @@ class Coefficients:
     def rest(self) -> sympy.Expr:
         """What no parameter multiplies."""
         return self[self._one]
-
-    @property
-    def nonlinear(self) -> frozenset[sympy.Symbol]:
-        """The parameters of which it is no polynomial."""
-        divide = {p for p, j in self._places.items() if any(e[j] < 0 for e in self._polynomial)}
-        return frozenset(self._inside | divide)
-
-    def items(self) -> Iterable[tuple[Exponents, sympy.Expr]]:
-        """Products of powers and their weights."""
-        return self._polynomial.items()
 
     def _of(self, node: sympy.Expr) -> _Polynomial:
         if node not in self._made:
@@ -81,15 +67,12 @@ class Coefficients:
             return self._product([self._of(base)] * int(power))
         if isinstance(node, sympy.Piecewise):
             return self._chosen(node)
-        self._inside |= node.free_symbols & self._places.keys()
         return {self._one: node.xreplace(self._zero)}  # what the parameters do there cancels
 
     def _chosen(self, node: sympy.Piecewise) -> _Polynomial:
         """The weights of what is chosen by conditions, chosen by the same."""
         values = [self._of(value) for value, _ in node.args]
         conditions = [condition.xreplace(self._zero) for _, condition in node.args]
-        for _, condition in node.args:
-            self._inside |= condition.free_symbols & self._places.keys()
         return {
             exponents: sympy.Piecewise(
                 *(
@@ -107,7 +90,7 @@ class Coefficients:
         for factor in factors:
             self._left -= len(made) * len(factor)
             if self._left < 0:
-                raise ModelError(
+                raise TooLargeError(
                     "the equation of motion has too many products of parameters.",
                     code="too-many-products",
                 )

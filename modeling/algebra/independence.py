@@ -11,36 +11,15 @@ import sympy
 
 from .point_value import depends
 
-MOST_ROOTS = 12  # denominator of an exponent with which SymPy's polynomials are fast
 _INFINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo)
 #: Of symbols that an expression does not depend on, though it may not be finite for some of them.
 _ANYWHERE = (sympy.S.Zero, sympy.S.One, sympy.Integer(2), sympy.Integer(-3))
 
 
 def exact(expression: sympy.Expr) -> sympy.Expr:
-    """An expression with fractions for its decimals.
-
-    Exponents stay decimals where they are no simple fractions: of ``x**(333333333333333/10**15)``
-    SymPy may make a polynomial of that degree.
-    """
-    made: dict[sympy.Basic, sympy.Basic] = {}
-
-    def of(node: sympy.Basic) -> sympy.Basic:
-        if node not in made:
-            made[node] = changed(node)
-        return made[node]
-
-    def changed(node: sympy.Basic) -> sympy.Basic:
-        if isinstance(node, sympy.Float):
-            return sympy.Rational(str(node))
-        args = list(map(of, node.args))
-        if isinstance(node, sympy.Pow) and any(
-            x.q > MOST_ROOTS for x in args[1].atoms(sympy.Rational)
-        ):
-            args[1] = node.exp
-        return node if args == list(node.args) else node.func(*args)
-
-    return of(expression)
+    """An expression with fractions for its decimals."""
+    decimals = expression.atoms(sympy.Float)
+    return expression.xreplace({x: sympy.Rational(str(x)) for x in decimals})
 
 
 def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr | None:

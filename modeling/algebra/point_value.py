@@ -7,7 +7,7 @@ the other. Each such function counts as unknown, with a number of its own at eac
 
 import hashlib
 import operator
-from collections.abc import Callable, Mapping, Sequence, Set as AbstractSet
+from collections.abc import Callable, Mapping, Set as AbstractSet
 from typing import Any
 
 import sympy
@@ -118,22 +118,9 @@ def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
     ArithmeticError, ValueError, TypeError, RecursionError
         It has none.
     """
-    return values_at((expression,), point)[0][0]
-
-
-def values_at(
-    expressions: Sequence[sympy.Expr], point: Mapping[sympy.Symbol, Any]
-) -> list[tuple[Any, Any]]:
-    """The real values of expressions at a point, each with the size of what was added up for it.
-
-    Raises
-    ------
-    ArithmeticError, ValueError, TypeError, RecursionError
-        One of them has none.
-    """
     values = _ActualValues(0)
     values.values.update({s: _exactly(numbers.mpmathify(x)) for s, x in point.items()})
-    return [(values.real(each), values(each)[1]) for each in expressions]
+    return values.real(expression)
 
 
 def _value_there(expression: sympy.Expr, turn: int) -> _Value:
@@ -180,8 +167,6 @@ class _Values:
             return self.unknown("symbol", str(node))
         if node in (sympy.true, sympy.false):
             return _exactly(numbers.mpf(bool(node)))
-        if node.is_Float:
-            return _exactly(numbers.mpf(str(node)))  # the decimal, not the float near it
         if not node.args:
             return _exactly(numbers.mpmathify(sympy.N(node, numbers.dps)))
         inner = [self(argument) for argument in node.args]

@@ -22,8 +22,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 
-from .base_terms import Exponents, force_terms
-from .echelon import Row, reduced_rows
+from .base_terms import Exponents, Row, force_terms, reduced_rows
 from .friction_direction import with_direction
 from .null_space import Direction, null_space
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, fresh_name, parse_unit
 
-from .echelon import reduced_rows
+from .base_terms import reduced_rows
 
 #: Powers of declared parameters by name, and the number of the record if the product is its own.
 Product = tuple[tuple[tuple[str, int], ...], int | None]

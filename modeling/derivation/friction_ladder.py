@@ -16,8 +16,7 @@ from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.quantities import Coordinate, Parameter, fresh_name, number, with_numbers
 from axisid.support.errors import ModelError
 
-from .base_terms import Terms, force_terms
-from .echelon import reduced_rows
+from .base_terms import Terms, force_terms, reduced_rows
 from .friction_direction import with_direction
 
 _Term = tuple[Parameter, sympy.Expr]  # a parameter and what it multiplies

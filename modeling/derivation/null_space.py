@@ -14,20 +14,17 @@ import sympy
 
 from axisid.modeling.algebra import (
     CANNOT,
-    MOST_ROOTS,
+    Expansion,
+    NotRealError,
     Polynomial,
     TooManyProductsError,
     exact,
     kernel,
-    value_at,
 )
 from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter, signals_in
-from axisid.support.errors import ModelError
 
-from .base_terms import Exponents
-from .echelon import Row, reduced_rows
+from .base_terms import Exponents, Row, column_terms, reduced_rows
 from .inverse import Regressor
-from .motions import independent
 
 #: Maps parameters to the weights of a change that no motion shows.
 Direction: TypeAlias = dict[sympy.Symbol, sympy.Expr]
@@ -38,7 +35,7 @@ Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
 _PLACES, _STEPS = 101, (37, 59)  # a prime, and how two points walk through its fractions
 _MOST = 3  # motions that determine a direction in symbols
 _NEAR = 1e-9
-_MOST_NODES, _MOST_SYMBOLS = 150, 8  # of weights that are written as quotients
+_MOST_NODES, _MOST_SYMBOLS, _MOST_ROOTS = 150, 8, 12  # of weights that are written as quotients
 
 
 def null_space(
@@ -129,8 +126,7 @@ def unidentifiable_directions(
     Its columns have parameters in them, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
     functions of the motion. They are compared where numbers stand for the parameters, at more than
     one point, as two may be alike at one by accident; the directions found hold at every point.
-    For a linear axis base parameters tell what is hidden. Columns that are too many, or of which it
-    is not certain to many digits that they depend on each other, count as independent.
+    For a linear axis base parameters tell what is hidden.
 
     Parameters
     ----------
@@ -145,15 +141,8 @@ def unidentifiable_directions(
     columns = {p.symbol: c for p, c in zip(parameters, regressor.columns, strict=True)}
     found: list[tuple[Point, tuple[Direction, ...]]] = []
     for point in generic_points(parameters):
-        try:
-            directions = _independent_of_motion(columns, coordinate.velocity, point)
-        except ModelError as error:
-            if error.code == "too-many-terms":
-                return ()
-            continue
-        if not directions:
-            return ()
-        found.append((point, directions))
+        with contextlib.suppress(NotRealError):
+            found.append((point, _independent_of_motion(columns, coordinate.velocity, point)))
     if not found:
         return ()
     best, directions = min(found, key=lambda pair: len(pair[1]))
@@ -180,7 +169,13 @@ def _independent_of_motion(
     columns: Mapping[sympy.Symbol, sympy.Expr], velocity: sympy.Symbol, point: Point
 ) -> tuple[Direction, ...]:
     """Combinations of columns that are zero as functions of the motion at a point."""
-    rows = independent(list(columns.values()), velocity, point)
+    values = {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
+    terms = column_terms(columns, velocity, values)
+    places = [exponents.index(1) for exponents in terms.monomials]
+    rows = [[Fraction(0)] * len(columns) for _ in terms.weights]
+    for row, weights in zip(rows, terms.weights, strict=True):
+        for j, weight in zip(places, weights, strict=True):
+            row[j] = weight
     return _null_space_of_numbers(rows, tuple(columns))
 
 
@@ -198,16 +193,15 @@ def _in_parameters(
     weights = {p: sympy.Float(weight) for p, weight in direction.items()}
     if len(direction) - 1 > _MOST or not all(_is_tame(columns[p]) for p in direction):
         return weights
+    expansion = Expansion(
+        coordinate.velocity, {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
+    )
     with contextlib.suppress(sympy.PolynomialError, *CANNOT):
         closed = _from_motions([exact(columns[p]) for p in direction], coordinate)
-        values = [float(value_at(weight, point)) for weight in closed]
-        if (
-            any(values)
-            and not any(w.has(sympy.Heaviside) for w in closed)
-            and all(
-                math.isclose(value, weight * values[-1], rel_tol=_NEAR)
-                for value, weight in zip(values, map(float, direction.values()), strict=True)
-            )
+        values = [float(expansion.number(weight)) for weight in closed]
+        if any(values) and all(
+            math.isclose(value, weight * values[-1], rel_tol=_NEAR)
+            for value, weight in zip(values, map(float, direction.values()), strict=True)
         ):
             return _direction(dict(zip(direction, closed, strict=True)))
     return weights
@@ -233,7 +227,7 @@ def _is_tame(*weights: sympy.Expr) -> bool:
     return (
         len(nodes) <= _MOST_NODES
         and len(symbols) <= _MOST_SYMBOLS
-        and all(power.q <= MOST_ROOTS and abs(power.p) <= MOST_ROOTS for power in powers)
+        and all(power.q <= _MOST_ROOTS and abs(power.p) <= _MOST_ROOTS for power in powers)
     )
 
 

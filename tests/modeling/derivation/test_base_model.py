@@ -13,7 +13,7 @@ from axisid.elements import G, asymmetric_coulomb
 from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.variants import read_fixed
 from axisid.modeling.derivation.base_model import base_model
-from axisid.modeling.derivation.echelon import reduced_rows
+from axisid.modeling.derivation.base_terms import reduced_rows
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.wording.identifiability import (
     describe_undetermined,

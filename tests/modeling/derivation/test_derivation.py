@@ -198,15 +198,20 @@ def test_nonlinear_parameters_are_told_from_linear_ones(
         (
             lambda: k * q + Fc * (SPEED + PLACE + RATIO.symbol) ** 90,
             "force-jumps",
-            "too many terms to find what a record tells apart",
+            r"too many terms.*What takes long is the term Fc\*",
         ),
         (
             lambda: sympy.Add(*(sympy.sin(i * q.symbol) * Fv.symbol for i in range(1, 1500))),
             "expression-size",
             "4000",
         ),
+        (
+            lambda: sympy.Mul(*(sympy.sin(i * PLACE) + SPEED for i in range(1, 30)), Fc.symbol),
+            "force-jumps",
+            r"too many terms.*What takes long is the term Fc\*",
+        ),
     ],
-    ids=["power", "sum"],
+    ids=["power", "sum", "product"],
 )
 def test_what_would_take_for_ever_is_refused_at_once(
     resistance: Callable[[], sympy.Expr], code: str, says: str
