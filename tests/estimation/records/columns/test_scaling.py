@@ -181,7 +181,7 @@ def test_an_axis_declares_it_once(tmp_path: Any) -> None:
         ("{ name = 'q', gear = -3 }", "the gear of a column is -3; give a positive number"),
         ("{ name = 'q', gear = 'x' }", "the gear of a column is 'x'"),
         ("{ name = 'q', scale = 'deg' }", "the scale of a column is 'deg'; give a quantity"),
-        ("{ name = 'q', offset = 0.2 }", "the offset of a column is 0.2; give a text"),
+        ("{ name = 'q', offset = 0.2 }", "give one line of text"),
         ("{ name = 'q', unit = 'mm', resolution = 4096 }", "leave one of them out"),
         ("{ name = 'q', scale = 0 }", "the scale of a column is 0; give a number other than 0"),
         ("{ name = 0 }", "give a text, or its number from 1"),
