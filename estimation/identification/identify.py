@@ -271,14 +271,15 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
     UsageError
         There is no such covariance, start or loss.
     """
-    for what, given, choices, code in (
-        ("covariance", covariance, COVARIANCES, "unknown-covariance"),
-        ("start", start, STARTS, "unknown-start"),
-        ("loss", loss, ROW_LOSSES, "unknown-row-loss"),
+    for what, given, choices in (
+        ("covariance", covariance, COVARIANCES),
+        ("start", start, STARTS),
+        ("loss", loss, ROW_LOSSES),
     ):
         if not is_among(given, choices):
             raise UsageError(
-                f"there is no {what} {quoted(given)}; choose from {', '.join(choices)}.", code=code
+                f"there is no {what} {quoted(given)}; choose from {', '.join(choices)}.",
+                code="unknown-choice",
             )
 
 

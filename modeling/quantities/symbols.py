@@ -186,15 +186,12 @@ class Parameter(Symbolic):
             known=None if known is None else number(known, f"the known value {what}"),
             known_sd=number(self.known_sd, f"the standard deviation of the known value {what}"),
         )
-        for said, value, code in (
-            ("nominal", self.nominal, ""),
-            ("its known", self.known, "known-beyond-bounds"),
-        ):
+        for said, value in (("nominal", self.nominal), ("its known", self.known)):
             if value is not None and not self.allows(value):
                 raise ModelError(
                     f"parameter {self.name!r}: {said} value {value!r} is outside its bounds "
                     f"[{self.lower!r}, {self.upper!r}]. Correct one of the three.",
-                    code=code,
+                    code="value-beyond-bounds",
                 )
         if self.known_sd < 0 or (self.known_sd > 0 and self.known is None):
             raise ModelError(

@@ -22,7 +22,7 @@ from tests.refusals import refuses
         ({"fixed": {"K": 3.0}}, "fix-unknown"),
         ({"left_out": ["K"]}, "leave-out-unknown"),
         ({"methods": ["nosuch"]}, "unknown-method"),
-        ({"covariance": "nosuch"}, "unknown-covariance"),
+        ({"covariance": "nosuch"}, "unknown-choice"),
         ({"method": ["idm-ls"]}, "fleet-argument"),
         ({"reading": {"column": {}}}, "fleet-argument"),
     ],

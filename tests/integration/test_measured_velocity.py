@@ -137,14 +137,14 @@ class TestVelocityAlone:
 def test_a_log_is_identified_from_the_command_line(run: Run, log: Path, tmp_path: Path) -> None:
     file, page = tmp_path / "result.json", tmp_path / "page.html"
     columns = "time=t,position=qm,velocity=v:mm/s,reference=qg,control=vir"
-    outputs = ("--json", str(file), "--report", str(page), "--no-sweep")
+    outputs = ("--json", str(file), "--report", str(page), "--no-sweep", "--all")
     code, out, _ = run("identify", "emps", str(log), "--columns", columns, *outputs)
     assert code == 0
     assert "Position and measured velocity low-passed" in " ".join(out.split())
     written = json.loads(file.read_text())
     assert written["record"]["motion"] == ["position", "velocity"]
     assert "measured velocity" in page.read_text()
-    saved = " ".join(load_result(file).summary().split())
+    saved = " ".join(load_result(file).summary(every=True).split())
     assert "Position and measured velocity low-passed" in saved
 
 

@@ -44,5 +44,5 @@ def test_intervals_of_the_command_are_of_it(run: Callable[..., tuple[int, str, s
 
 
 def test_another_covariance_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
-    with refuses("unknown-covariance", says="hac, robust, iid"):
+    with refuses("unknown-choice", says="hac, robust, iid"):
         identify(emps2015, twin, covariance="bootstrap")  # type: ignore[arg-type]

@@ -83,7 +83,7 @@ def test_a_file_of_a_covariance_that_is_not_there_is_refused(
 def test_no_covariance_is_known_but_those_of_the_table(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    with refuses("unknown-covariance", says="'hc3'"):
+    with refuses("unknown-choice", says="'hc3'"):
         identify(emps2015, twin, covariance=NAME)
 
 

@@ -46,7 +46,7 @@ def test_one_file_and_one_row_add_a_method(emps2015: GeneratedAxis, twin: Record
     for each in (result, alone):
         written = json.loads(json.dumps(each.to_dict()))
         assert NAME in [e["method"] for e in written["estimates"]]
-        assert "IDM-WLS" in each.summary()
+        assert "IDM-WLS" in each.summary(every=True)
         assert "IDM-WLS" in report_html(each)
 
 

@@ -66,8 +66,10 @@ def test_least_squares_whose_loop_does_not_follow_is_no_start_and_it_is_said(
 @pytest.mark.slow
 def test_the_start_is_told_and_kept(emps2015: GeneratedAxis, twin: Record, tmp_path) -> None:  # type: ignore[no-untyped-def]
     result = identify(emps2015, twin, methods=["idm-ls", "idm-iv"])
-    assert "2 from LS" in result.summary()
-    assert "from nominal" in identify(emps2015, twin, methods=IV, start="nominal").summary()
+    assert "2 from LS" in result.summary(every=True)
+    assert "from nominal" in identify(emps2015, twin, methods=IV, start="nominal").summary(
+        every=True
+    )
     (tmp_path / "result.json").write_text(json_text(result.to_dict()))
     read = load_result(tmp_path / "result.json", emps2015.axis)
     assert [read[method].started for method in read] == ["", "least-squares"]
@@ -82,7 +84,7 @@ def test_a_sweep_starts_as_it_is_told(emps2015: GeneratedAxis, twin: Record) -> 
 
 @pytest.mark.parametrize("start", ["best", 3, None])
 def test_another_start_is_refused(emps2015: GeneratedAxis, twin: Record, start: object) -> None:
-    with refuses("unknown-start", says=r"choose from least-squares, nominal"):
+    with refuses("unknown-choice", says=r"choose from least-squares, nominal"):
         identify(emps2015, twin, start=start)  # type: ignore[arg-type]
 
 

@@ -260,7 +260,7 @@ def test_declaring_as_known_changes_nothing_that_is_generated() -> None:
         ({"mass": 1.0}, UsageError, "fix-unknown"),
         ({"m": (1.0, 2.0, 3.0)}, UsageError, "fix-type"),
         ({"m": "two"}, ModelError, "not-a-number"),
-        ({"m": -1.0}, ModelError, "known-beyond-bounds"),
+        ({"m": -1.0}, ModelError, "value-beyond-bounds"),
         ({"m": (1.0, -0.1)}, ModelError, "known-deviation"),
         ({"m": float("nan")}, ModelError, "not-a-number"),
     ],
