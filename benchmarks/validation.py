@@ -34,7 +34,7 @@ CHANGES: dict[str, tuple[Callable[[Machine], Machine], Motion, str]] = {
     "multisine": (lambda m: m, Motion("multisine"), ""),
     "2 s": (lambda m: m, Motion("trapezoids", seconds=2), ""),
     "test signal": (lambda m: replace(m, injected=multisine(0.3)), _MOVES, ""),
-    "mass +10 %": (lambda m: replace(m, mass=1.1 * m.mass), _MOVES, r"\bM 1\d\d"),
+    "mass +10 %": (lambda m: replace(m, mass=1.1 * m.mass), _MOVES, r"\bM is 1\d\d"),
     "kp +10 %": (lambda m: replace(m, kp=1.1 * m.kp), _MOVES, r"another one.*kp"),
     "test signal unnamed": (
         lambda m: replace(m, injected=multisine(0.3)),

@@ -26,6 +26,7 @@ from .diagnosis import (
 from .records_alike import (
     Alike as Alike,
     Apart as Apart,
+    Difference as Difference,
     OwnColumns as OwnColumns,
     alike_check as alike_check,
     records_alike as records_alike,

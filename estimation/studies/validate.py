@@ -2,20 +2,21 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Levels
 from axisid.estimation.choices import is_output_error
 from axisid.estimation.diagnostics import overlaps
-from axisid.estimation.diagnostics.law import check_law
-from axisid.estimation.estimates import Distribution
+from axisid.estimation.diagnostics.law import LawCheck, check_law
+from axisid.estimation.estimates import Distribution, Estimate
 from axisid.estimation.identification import Identification, OfRecord, RecordInfo
-from axisid.estimation.methods import METHODS, Instruments, bound_record
+from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
@@ -28,12 +29,14 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.twins import DEFAULT_COUNT
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
+from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .reestimate import least_mean_square, reestimate
+from .reestimate import Reestimate, least_mean_square
 from .validation import MethodValidation, Validation
 
 
@@ -81,6 +84,10 @@ class FrozenResult(Protocol):
         """By method."""
 
     @property
+    def levels(self) -> Levels:
+        """By which its checks tell something."""
+
+    @property
     def of_records(self) -> tuple[OfRecord, ...]:
         """What there is to say of each of several records; empty for one."""
 
@@ -117,7 +124,7 @@ def validate(result: FrozenResult, record: Record, *, like: int | None = None) -
             code="validated-type",
         )
     check_record(record)
-    whole = result
+    whole, levels = result, result.levels
     if like is not None:
         result = result.part(like)
     elif problem := _own_parameters(result):
@@ -127,10 +134,18 @@ def validate(result: FrozenResult, record: Record, *, like: int | None = None) -
         rescaled = requested.at_period(result.record.period, record.period)
         data = bound_record(result.axis, record, rescaled)
         own_data = result.problem.data if isinstance(result, Identification) else ()
-        methods = tuple(
-            _validation(data, estimate, own_data) for estimate in result.estimates.values()
-        )
         law = check_law(result.axis, record)
+        again = _estimated_anew(data, [*result.estimates], law)
+        of_each = replace(levels, level=levels.level / len(result.estimates))
+        methods = tuple(
+            replace(
+                _validation(data, frozen, own_data),
+                reestimate=Reestimate.of(frozen.distribution, again[method], of_each)
+                if method in again
+                else None,
+            )
+            for method, frozen in result.estimates.items()
+        )
     apart = other_period(result.axis.axis.control, record.period, clock_of(record))
     return Validation(
         record=record,
@@ -139,7 +154,25 @@ def validate(result: FrozenResult, record: Record, *, like: int | None = None) -
         known_share=_known_share(_own_records(whole), record),
         time_base=apart.note if apart is not None and not apart.confirmed else None,
         law=law,
+        levels=levels,
     )
+
+
+def _estimated_anew(
+    data: FilteredRecord, methods: Sequence[str], law: LawCheck | Missing
+) -> dict[str, Estimate]:
+    """The second record's own estimates, with its twins; without those that it does not give."""
+    problem, found = Problem(axis=data.axis, data=(data,)), {}
+    twins = Bootstrap(
+        problem=problem,
+        count=DEFAULT_COUNT,
+        methods=methods,
+        has_laws=lambda: isinstance(law, LawCheck) and law.passed,
+    )
+    for method in methods:
+        with suppress(ModelError, DataError, EstimationError):
+            found[method] = estimate_by(problem, METHODS[method], None, "hac", twins)
+    return found
 
 
 def _own_parameters(result: FrozenResult) -> Note | None:
@@ -198,32 +231,19 @@ def _validation(
     rows = _rows_left(form, data)
     theta = form.regressed(frozen.theta)
     found = _by_equations(estimate, rows, theta, data)
-    again = partial(
-        reestimate,
-        form,
-        neighbours=data.neighbours,
-        frozen=frozen.theta,
-        covariance=frozen.covariances[frozen.chosen],
-        freedom=frozen.freedom[frozen.chosen],
-    )
-    by_loop = isinstance(METHODS[estimate.method], Instruments)
     try:
         loops = simulated_loops(axis, record, frozen.theta)
         intercept, regressor = simulated_right(form, loops, frozen.theta, data)
     except (ModelError, DataError, EstimationError) as error:
-        by_rows = None if by_loop else again(rows=rows, instruments=None)
-        return replace(found, reason=error.note, reestimate=by_rows)
-    instruments = regressor if by_loop else None
+        return replace(found, reason=error.note)
     if is_output_error(estimate.method):  # whose rows are the loop's
         of_loop = replace(rows, intercept=intercept, regressor=regressor)
         found = _by_equations(estimate, of_loop, theta, data)
-        rows, instruments = _by_output_error(estimate, data) or of_loop, None
     found = replace(
         found,
         simulation_error_percent=relative_error_percent(
             rows.left - regressor @ theta - intercept, rows.left
         ),
-        reestimate=again(rows=rows, instruments=instruments),
     )
     if data.record.integrated:  # the velocity's integral drifts away from where the axis was
         return found
@@ -234,14 +254,6 @@ def _validation(
         tracking_error_percent=relative_error_percent(off, tracking),
         own_tracking_error_percent=_own_tracking(own_data, frozen.theta),
     )
-
-
-def _by_output_error(estimate: FrozenEstimate, data: FilteredRecord) -> Equations | None:
-    """Rows of the loop that the second record itself leads to; None where it leads to none."""
-    try:
-        return METHODS[estimate.method].fit(Problem(axis=data.axis, data=(data,))).measured
-    except (ModelError, DataError, EstimationError):
-        return None
 
 
 def _rows_left(form: Form, data: FilteredRecord) -> Equations:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from axisid.estimation.checks import Check
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.records import Record
@@ -15,7 +15,7 @@ from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .reestimate import MAX_REESTIMATE_SHARE, Reestimate
+from .reestimate import Reestimate
 
 _REPEATED = "repeated records"
 _MAX_VALIDATION_ERROR_RATIO = 2.0  # equation error on another record by that on the own one
@@ -126,6 +126,8 @@ class Validation(Checked, Presentable, Exact):
         What speaks against the record's sampling period.
     law : LawCheck or Missing
         The declared control law against the record.
+    levels : Levels
+        From when on the parameters count as others.
     """
 
     record: Record
@@ -134,6 +136,7 @@ class Validation(Checked, Presentable, Exact):
     known_share: float = 0.0
     time_base: Note | None = None
     law: LawCheck | Missing = field(default_factory=lambda: Missing("it was not looked at"))
+    levels: Levels = DEFAULT_LEVELS
 
     def __iter__(self) -> Iterator[MethodValidation]:
         return iter(self.methods)
@@ -279,22 +282,22 @@ class Validation(Checked, Presentable, Exact):
         again = {v.method: v.reestimate for v in self if v.reestimate is not None}
         if not again:
             return Check.not_evaluated("records alike", Missing("they cannot be estimated anew"))
-        texts = {method: each.text() for method, each in again.items() if each.changed}
-        told = []
-        for words in dict.fromkeys(texts.values()):
-            methods = [method for method in texts if texts[method] == words]
-            share = max(again[method].share_percent for method in methods)
-            told.append(
-                f"{', '.join(methods)}: does not hold on this record: estimated anew it has "
-                f"{words}, which makes {share:.2g} % of the force; check the load and what has "
-                "changed, or whether friction and motion are beyond what the model says"
+        changed = {method: each for method, each in again.items() if each.changed}
+        said = None
+        if changed:
+            most = max(changed.values(), key=lambda each: each.share_percent)
+            said = Note(
+                f"{', '.join(changed)}: does not hold on this record: estimated anew "
+                f"{most.text()}, which makes {most.share_percent:.2g} % of the force; check the "
+                "load and what has changed, or whether friction and motion are beyond what the "
+                "model says"
             )
         return Check.unless(
             "records alike",
-            Note("; ".join(told)) if told else None,
+            said,
             "estimated anew no parameter differs by more than chance",
             max(each.share_percent for each in again.values()),
-            MAX_REESTIMATE_SHARE,
+            100 * self.levels.least_share,
         )
 
 

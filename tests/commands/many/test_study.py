@@ -91,6 +91,7 @@ def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
         (["--output", "runs.csv"], ".npz or .parquet"),
         (["--figure-format", "svg"], "--figures"),
         (["--covariance", "iid", "--lags", "3"], "--lags is of HAC"),
+        (["--checks", "0", "--level", "0.05"], "--level is of the checks"),
     ],
 )
 def test_what_makes_no_sense_is_refused(run: Run, arguments: list[str], said: str) -> None:

@@ -23,7 +23,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from axisid.estimation.signals import Neighbours, SampledFilter
-from axisid.estimation.studies.reestimate import as_normal, least_mean_square
+from axisid.estimation.studies.reestimate import least_mean_square
 from axisid.estimation.studies.validation import MethodValidation, Validation
 
 
@@ -146,7 +146,7 @@ def test_a_mass_a_tenth_larger_does_not_hold_and_is_named(emps2015: GeneratedAxi
     assert all(v.reestimate is not None and "M" in v.reestimate.changed for v in other)
     text = " ".join(str(other).split())
     assert "the estimates hold" not in text
-    assert f"estimated anew it has M {heavy['M']:.3g}" in text
+    assert f"estimated anew M is {heavy['M']:.3g}" in text
     assert not other.to_dict()["holds"]
     assert failing(other) == ["records alike"]
     assert other.belief == "not believed"
@@ -168,9 +168,7 @@ def test_a_gain_a_tenth_off_is_told_by_the_law(emps2015: GeneratedAxis) -> None:
 
 
 def test_short_records_are_not_blamed_for_slow_noise() -> None:
-    """Deviations of few degrees of freedom count as what chance makes of them."""
-    assert as_normal(np.array([5.0]), 5.0) == pytest.approx([2.87], abs=0.01)
-    assert as_normal(np.array([-5.0, 3.0]), 1e7) == pytest.approx([-5.0, 3.0], abs=1e-3)
+    """What a few slow waves leave may be less by chance than it is."""
     slow = np.sin(np.linspace(0.0, 7.0, 700))
     fast = np.random.default_rng(1).normal(size=700)
     assert least_mean_square(slow, Neighbours.consecutive(700)) < 0.6 * np.mean(slow**2)

@@ -24,9 +24,8 @@ def files(
 ) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("results")
     a = identify(emps2015, twin, Prefilter(cutoff=60.0, hold="raw", reversals="keep"))
-    b = identify(
-        emps2015, twin, Prefilter(cutoff=30.0, decimate=20, reversals="keep"), ["idm-ls", "idm-iv"]
-    )
+    slow = Prefilter(cutoff=30.0, decimate=20, reversals="keep")
+    b = identify(emps2015, twin, slow, ["idm-ls", "idm-iv"], level=0.02)
     paths = folder / "a.json", folder / "b.json"
     for path, result in zip(paths, (a, b), strict=True):
         path.write_text(json.dumps(result.to_dict()))
@@ -59,7 +58,7 @@ def test_differences_are_in_combined_deviations(files: tuple[Path, Path]) -> Non
 @pytest.mark.slow
 def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, Path]) -> None:
     result = compare_results(*files)
-    assert set(result.settings) == {"cutoff", "decimate", "drop", "hold"}
+    assert set(result.settings) == {"cutoff", "decimate", "drop", "hold", "level"}
     assert result.settings["cutoff"] == (60.0, 30.0)
     assert result.alone == (("ddm-ls", "ddm-iv", "didim"), ())
     statuses = [

@@ -132,6 +132,9 @@ def study(
     _check_methods(methods, estimating)
     check_needed(("--figure-format",), ("--figures",))
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
+    if not checks:
+        for option in Judging.names().values():
+            check_idle(option, "is of the checks, of which --checks 0 makes none")
     outputs = _Outputs(output=output, report=report, figures=figures, form=figure_format)
     outputs.check(json_file, (axis, twin), force=force)
     with ProgressLine(f"deriving {axis}"):

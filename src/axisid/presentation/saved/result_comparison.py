@@ -297,6 +297,7 @@ def _settings(result: WrittenIdentification) -> dict[str, Any]:
         **(several if members else one),
         "covariance": ", ".join(dict.fromkeys(e.chosen_covariance for e in result.estimates)),
         **plain(result.prefilter),
+        **(plain(result.levels) if result.levels else {}),
     }
 
 
