@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from axisid.codegen.printers import print_c_loop_header
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.support.errors import UsageError
@@ -20,6 +21,7 @@ from .texts import FUNCTIONS, MANIFEST, axis_artefacts
 
 _FOLDER = Setting("output")
 _MOST_SHOWN = 12  # lines of a difference
+_LOOP = Path("loop.h")  # that the native code of every axis includes
 _MARKS = (FUNCTIONS, MANIFEST)  # of a folder that was generated
 
 
@@ -58,7 +60,7 @@ def expected_files(axes: Iterable[Axis], progress: Progress | None = None) -> di
     UsageError
         Two axes have one name.
     """
-    files: dict[Path, str] = {}
+    files = {_LOOP: print_c_loop_header()}
     for axis in with_progress(axes, progress, lambda axis: axis.name):
         for name, text in axis_artefacts(derive(axis)).items():
             path = Path(axis.name) / name

@@ -18,6 +18,7 @@ from axisid.codegen.printers import (
     print_c_prelude,
     print_c_rows,
     print_function,
+    with_c_loop,
 )
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.library import LIBRARY
@@ -205,7 +206,7 @@ def _native(
     body = "\n".join(printed)
     return (
         f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n"
-        f"{print_c_prelude(body)}\n{body}"
+        f"{print_c_prelude(with_c_loop(body))}\n{body}"
     )
 
 
@@ -221,7 +222,8 @@ def _response_of(model: AxisModel) -> Mapping[str, float]:
     response = model.axis.response
     if response is None or response.is_held:
         return {}
-    return {"LAGGED": int(response.keeps_force), "SPLIT": response.share}
+    split = {"SPLIT": response.share} if response.share else {}
+    return {"LAGGED": int(response.keeps_force), **split}
 
 
 def _equations(model: AxisModel, mark: str) -> str:

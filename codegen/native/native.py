@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from axisid.codegen.printers import has_known_part, print_c_lanes
+from axisid.codegen.printers import has_known_part, print_c_lanes, with_c_loop
 from axisid.support.arrays import Array
 
 from .errors import NativeUnavailableError
@@ -46,8 +46,8 @@ class Native:
     ) -> None:
         self.enabled = enabled
         self._gains = gains
-        #: The C source.
-        self.text = text
+        #: The C source, with the time loop that it includes.
+        self.text = with_c_loop(text)
         self._functions = functions
         self._library: NativeLibrary | None = None
         #: Why there is no library, once that is known.

@@ -106,7 +106,7 @@ def trial_of(functions: Mapping[str, Any], text: str) -> Trial:
             for out, here, there in zip(library.evaluate(name, point), wanted, moved, strict=True):
                 trial.expect(name, out[0], here.full().ravel(), there.full().ravel())
     if "void simulate_batch(" in text:
-        _try_loop(trial, library, functions, later="void later_rows(" in text)
+        _try_loop(trial, library, functions, later="HOLDS_FORCE 1" in text)
     return trial
 
 

@@ -7,8 +7,10 @@ the rows of `axisid.exports.targets`.
 from .c import (
     print_c_function as print_c_function,
     print_c_loop as print_c_loop,
+    print_c_loop_header as print_c_loop_header,
     print_c_prelude as print_c_prelude,
     print_c_rows as print_c_rows,
+    with_c_loop as with_c_loop,
 )
 from .casadi import print_function as print_function
 from .lanes_c import (

@@ -41,6 +41,7 @@ _HELPERS = {
 }
 #: Parts of the time loop in the order of its text, each of which calls those before it.
 _LOOP = ("modes.c", "events.c", "sample.c", "batch.c", "between.c", "start.c")
+_INCLUDE_LOOP = '#include "../loop.h"\n'
 #: How C writes a program.
 C = Language(
     calls={
@@ -118,7 +119,7 @@ def print_c_loop(
     continuous: bool,
     response: Mapping[str, float],
 ) -> str:
-    """Return the text of the closed loop over time, for the sizes of one axis.
+    """Return what includes the closed loop over time, for the sizes of one axis.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ def print_c_loop(
         Whether the law is.
     response : mapping of str to float
         Of a drive whose force changes between samples: whether it is ``LAGGED``, and after what
-        part of a sample a command begins to act, ``SPLIT``; 0 at the sample.
+        part of a sample a command begins to act, ``SPLIT``, unless at the sample.
     """
     values: dict[str, float] = {**sizes, **response, "CONTINUOUS": int(continuous)}
     rates = not (sizes["SIDES"] or "STATES" in sizes)  # are told where a loop starts
@@ -141,27 +142,23 @@ def print_c_loop(
         values["STEPS_OF_EACH"] = STEPS_OF_EACH
     elif rates:
         values |= {"PROBE": PROBE} | ({"PROBED": PROBED} if "WAVES" in sizes else {})
+    values |= {"RESPONSE": int(bool(response)), "RATES": int(rates)}
+    values["HOLDS_FORCE"] = int(not (continuous or response or "STATES" in sizes))
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
     if "SIGNALS" in sizes:
         lines += _start_of(sizes["SIGNALS"], by_gains="GAINS" in sizes)
-    lines += _with_signals(sizes.get("SIGNALS", 0))
+    return f"{lines}{_with_signals(sizes.get('SIGNALS', 0))}{_INCLUDE_LOOP}"
+
+
+def print_c_loop_header() -> str:
+    """Return the text of the loop itself, which is of no axis: what native code includes."""
     folder = resources.files(__package__) / "loop"
-    text = "".join((folder / part).read_text() for part in _LOOP)
-    parts = {name: bool(response.get(name)) for name in ("LAGGED", "SPLIT")}
-    parts |= {"RESPONSE": bool(response), "GAINS": "GAINS" in sizes}
-    parts |= {} if "SIGNALS" in sizes else {"SIGNALS": False}
-    parts |= {name: name in sizes for name in ("MOVING", "STATES", "FIRST_LIMIT", "WAVES")}
-    parts["RATES"] = rates
-    parts["HOLDS_FORCE"] = not (continuous or response or "STATES" in sizes)
-    arguments = {name: parts[name] for name in ("MOVING", "STATES")} | {"SIDES": sizes["SIDES"] > 0}
-    for name, there in arguments.items():
-        text = _with_arguments(text, name, there=there)
-    return "\n".join([lines, _decided(text, parts)])
+    return "".join((folder / part).read_text() for part in _LOOP)
 
 
-def _with_arguments(text: str, part: str, *, there: bool) -> str:
-    """The time loop with what stands in comments ``/*PART ...*/``, or without it."""
-    return re.sub(rf"/\*{part} (.*?)\*/", r"\1" if there else "", text, flags=re.DOTALL)
+def with_c_loop(text: str) -> str:
+    """Return native code with what it includes in its place, as one text to compile."""
+    return text.replace(_INCLUDE_LOOP, print_c_loop_header())
 
 
 def _with_signals(signals: int) -> str:
@@ -181,30 +178,6 @@ def _start_of(signals: int, *, by_gains: bool) -> str:
         f"{taken}double *memory)\n"
         f"{{\n    control_start(reference, measured, {values}, {given}memory);\n}}\n"
     )
-
-
-def _decided(text: str, parts: Mapping[str, bool]) -> str:
-    """The time loop with the lines of some parts, and without those of others.
-
-    What is not among the parts is left for the compiler to decide.
-    """
-    kept: list[str] = []
-    open_parts: list[bool | None] = []  # for each open #if what of it is kept; None is not decided
-    for line in text.splitlines(keepends=True):
-        word = line.strip()
-        if word.startswith("#if"):
-            open_parts.append(parts.get(word.removeprefix("#if ")))
-            decided = open_parts[-1] is not None
-        elif word == "#else":
-            decided = open_parts[-1] is not None
-            open_parts[-1] = None if open_parts[-1] is None else not open_parts[-1]
-        elif word == "#endif":
-            decided = open_parts.pop() is not None
-        else:
-            decided = False
-        if not decided and False not in open_parts:
-            kept.append(line)
-    return "".join(kept)
 
 
 def _argument(port: Input) -> str:

@@ -30,6 +30,7 @@ from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.library_cache import _name
+from axisid.codegen.printers import with_c_loop
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from tests.faults.fault import Fault, Misuse
@@ -55,7 +56,7 @@ def _pipes(folder: Path) -> list[object]:
     """Pipes where the library and its digest should be."""
     cache = folder / "cache"
     cache.mkdir(mode=0o700)
-    text = axis_artefacts(derive(load_axis("emps2015")))["native.c"]
+    text = with_c_loop(axis_artefacts(derive(load_axis("emps2015")))["native.c"])
     try:
         library = cache / _name(text, find_compiler())
     except NativeUnavailableError:

@@ -80,8 +80,8 @@ static void step_block(struct block *b, int registers, double step, ptrdiff_t su
                          &moved.q, &moved.dq, next, &moved.first, &tau, &u, &moved.last);
 #else
         closed_loop_step(b->q[l], b->dq[l], memory, r, rate, error, added, IN(&mode), p, step,
-                         &moved.q, &moved.dq, next, &moved.first, &tau, &u, &moved.last/*STATES ,
-                         moved.states*/);
+                         &moved.q, &moved.dq, next, &moved.first, &tau, &u, &moved.last STATES_(,
+                         moved.states));
 #endif
 #if STATES
         copy_lane(b->states1, l, moved.states);
@@ -195,7 +195,7 @@ static void respond_block(struct block *b, int registers, double period, ptrdiff
 static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps)
 {
     double p[PARAMETERS];
-    struct lane lane = {.q = b->q[l], .dq = b->dq[l]/*SIDES , .steps = b->steps[l]*/};
+    struct lane lane = {.q = b->q[l], .dq = b->dq[l] SIDES_(, .steps = b->steps[l])};
     if (!(fabs(lane.q - b->reference[l]) <= b->allowed[l]))
         return isfinite(lane.q) ? OUT_OF_RANGE : NOT_FINITE;
     for (int j = 0; j < PARAMETERS; ++j)
@@ -231,7 +231,7 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
 }
 
 /* The sides on which a lane starts. */
-static void first_sides(struct block *b, int l/*MOVING , const double *now*/)
+static void first_sides(struct block *b, int l MOVING_(, const double *now))
 {
 #if SIDES
     struct mode mode = {0};
@@ -242,11 +242,11 @@ static void first_sides(struct block *b, int l/*MOVING , const double *now*/)
     double held[HELD];
     first_places(b->q[l], b->dq[l], &mode, p, now, held);
 #endif
-#if FIRST_LIMIT
+#ifdef FIRST_LIMIT
     mode = mode_of(b, l, sign(b->dq[l]));
 #endif
-    choose_sides(b->q[l], b->dq[l], &mode, p, 0/*MOVING , held*/);
-#if FIRST_LIMIT
+    choose_sides(b->q[l], b->dq[l], &mode, p, 0 MOVING_(, held));
+#ifdef FIRST_LIMIT
     choose_slipping(b->q[l], &mode, p);
 #endif
     keep_sides(b, l, &mode);
@@ -334,7 +334,7 @@ static void simulate_block(int registers, ptrdiff_t samples, ptrdiff_t count,
         state_start(parameters + from * PARAMETERS, begun, &first_limit);
         copy_lane(b.states, l, begun);
 #endif
-        first_sides(&b, l/*MOVING , now*/);
+        first_sides(&b, l MOVING_(, now));
 #if SIDES
         b.steps[l] = steps_in_all(samples);
 #endif

@@ -17,7 +17,7 @@ void later_rows(ptrdiff_t rows, const double *position, const double *velocity, 
         first_places(q, dq, &mode, parameters, now + HELD - 2 * SIGNALS, first);
 #endif
 #if SIDES
-        choose_sides(q, dq, &mode, parameters, 0/*MOVING , first*/);
+        choose_sides(q, dq, &mode, parameters, 0 MOVING_(, first));
 #endif
         const double steps = ceil(span[l] / step);
         int status = DONE;
@@ -27,7 +27,7 @@ void later_rows(ptrdiff_t rows, const double *position, const double *velocity, 
         for (double i = 0.0; i < steps && status == DONE; ++i) {
             if (dq == 0.0)
                 choose_at_rest(q, now, &mode, parameters);
-            status = advance(&q, &dq, &mode, now, parameters, span[l] / steps/*SIDES , &left*/);
+            status = advance(&q, &dq, &mode, now, parameters, span[l] / steps SIDES_(, &left));
         }
         later_position[l] = status == DONE ? q : NAN;
         later_velocity[l] = status == DONE ? dq : NAN;

@@ -155,7 +155,7 @@ static double change_of(int i, double q, double dq, const double *held, const st
         const struct mode after = mode_after(mode, &end);
         const struct switches s = switches_at(end.q, end.dq, &after, p);
 #else
-        const struct switches s = switches_at(end.q, end.dq, mode, p/*MOVING , held, t*/);
+        const struct switches s = switches_at(end.q, end.dq, mode, p MOVING_(, held, t));
 #endif
         if (s.value[i] == 0.0)
             break;
@@ -164,8 +164,8 @@ static double change_of(int i, double q, double dq, const double *held, const st
         else
             high = t;
         double next =
-            t - s.value[i] / (s.by_position[i] * end.dq + s.by_velocity[i] * end.last/*MOVING  +
-                              s.by_time[i]*/);
+            t - s.value[i] / (s.by_position[i] * end.dq + s.by_velocity[i] * end.last MOVING_( +
+                              s.by_time[i]));
         if (!(next > low && next < high))
             next = 0.5 * (low + high);
         if (next == t)
@@ -179,22 +179,22 @@ static double change_of(int i, double q, double dq, const double *held, const st
 static int passes(double q, double dq, const double *held, const struct mode *mode, const double *p,
                   double *span, struct moved *end)
 {
-    const struct switches s = switches_at(q, dq, mode, p/*MOVING , held, 0.0*/);
+    const struct switches s = switches_at(q, dq, mode, p MOVING_(, held, 0.0));
 #if STATES
     struct mode after = mode_after(mode, end);
     struct switches t = switches_at(end->q, end->dq, &after, p);
 #else
-    struct switches t = switches_at(end->q, end->dq, mode, p/*MOVING , held, *span*/);
+    struct switches t = switches_at(end->q, end->dq, mode, p MOVING_(, held, *span));
 #endif
     int passed = -1;
     for (int i = 0; i < SIDES; ++i) {
         const double side = mode->sides[i];
         double high = *span;
         if (t.value[i] * side >= 0.0) { /* it may have been beyond in between */
-            const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first/*MOVING  +
-                              s.by_time[i]*/) * side;
-            const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last/*MOVING  +
-                              t.by_time[i]*/) * side;
+            const double first = (s.by_position[i] * dq + s.by_velocity[i] * end->first MOVING_( +
+                              s.by_time[i])) * side;
+            const double last = (t.by_position[i] * end->dq + t.by_velocity[i] * end->last MOVING_( +
+                              t.by_time[i])) * side;
             if (!(first < 0.0 && last > 0.0))
                 continue;
             high *= first / (first - last);
@@ -204,7 +204,7 @@ static int passes(double q, double dq, const double *held, const struct mode *mo
             if (switches_at(lowest.q, lowest.dq, &after, p).value[i] * side >= 0.0)
                 continue;
 #else
-            if (switches_at(lowest.q, lowest.dq, mode, p/*MOVING , held, high*/).value[i] * side >= 0.0)
+            if (switches_at(lowest.q, lowest.dq, mode, p MOVING_(, held, high)).value[i] * side >= 0.0)
                 continue;
 #endif
         }
@@ -214,7 +214,7 @@ static int passes(double q, double dq, const double *held, const struct mode *mo
         after = mode_after(mode, end);
         t = switches_at(end->q, end->dq, &after, p);
 #else
-        t = switches_at(end->q, end->dq, mode, p/*MOVING , held, *span*/);
+        t = switches_at(end->q, end->dq, mode, p MOVING_(, held, *span));
 #endif
         passed = i;
     }
@@ -248,7 +248,7 @@ static void choose_beyond(int i, double q, double *dq, const double *held, struc
                           const double *p, double whole)
 {
     mode->sides[i] = -mode->sides[i];
-    choose_sides(q, *dq, mode, p, i + 1/*MOVING , held*/);
+    choose_sides(q, *dq, mode, p, i + 1 MOVING_(, held));
     if (is_caught(i, q, *dq, held, *mode, p, whole)) {
         mode->sides[i] = 0.0;
         *dq = 0.0;
@@ -285,7 +285,7 @@ static int attempt(double q, double dq, const double *held, const struct mode *m
 
 /* Move for `whole` seconds through every change of the mode. */
 static int advance(double *q, double *dq, struct mode *mode, double *held, const double *p,
-                   double whole/*SIDES , ptrdiff_t *steps*/)
+                   double whole SIDES_(, ptrdiff_t *steps))
 {
     double left = whole;
     for (int event = 0; event < MOST_EVENTS;) {
@@ -384,7 +384,7 @@ static inline double events(double q, double dq, const struct moved *end, const 
 {
     double found = turns(end, mode->direction);
 #if SIDES
-    found += strays(q, dq, end, mode, p/*MOVING , held, step*/) + hurries(q, dq, end, held, mode, p, step);
+    found += strays(q, dq, end, mode, p MOVING_(, held, step)) + hurries(q, dq, end, held, mode, p, step);
 #else
     (void)q, (void)dq, (void)held, (void)p, (void)step;
 #endif

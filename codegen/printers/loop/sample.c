@@ -22,7 +22,7 @@ static inline void hold(double *held, double first, double rate, double error, d
    first, at the next of the one that acts last. A command that begins to act in between, after its
    part of the sample, cuts it in two. */
 enum { OLDEST = MEMORY - 1 - LAGGED };
-#if SPLIT
+#ifdef SPLIT
 #define FIRST_TARGET(memory, next) (memory)[OLDEST]
 enum { PARTS = 2 };
 #else
@@ -33,7 +33,7 @@ enum { PARTS = 1 };
 /* How long a step of a sample is, each part of which takes as many steps. */
 static inline double step_of(ptrdiff_t i, double period, ptrdiff_t substeps)
 {
-#if SPLIT
+#ifdef SPLIT
     const double until = SPLIT * period;
     return (i < substeps ? until : period - until) / (double)substeps;
 #else
@@ -85,7 +85,7 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
 #else
     closed_loop_step(lane->q, lane->dq, lane->memory, reference, rate, error, added, IN(mode), p,
                      period, ignored, ignored + 1, memory, &lane->acceleration, &lane->force,
-                     &lane->control, ignored + 2/*STATES , ignored_states*/);
+                     &lane->control, ignored + 2 STATES_(, ignored_states));
     held[0] = CONTINUOUS ? reference : lane->force;
 #endif
 #if LAGGED
@@ -106,14 +106,14 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
         if (i && lane->dq == 0.0)
             choose_at_rest(lane->q, held, mode, p);
         const int status = advance(&lane->q, &lane->dq, mode, held, p,
-                                   step_of(i, period, substeps)/*SIDES , &lane->steps*/);
+                                   step_of(i, period, substeps) SIDES_(, &lane->steps));
         if (status != DONE)
             return status;
     }
 #else
     for (ptrdiff_t i = 0; i < substeps; ++i) {
         const int status = advance(&lane->q, &lane->dq, mode, held, p,
-                                   period / (double)substeps/*SIDES , &lane->steps*/);
+                                   period / (double)substeps SIDES_(, &lane->steps));
         if (status != DONE)
             return status;
         if (i + 1 < substeps && lane->dq == 0.0)
@@ -223,7 +223,7 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
              double *control, double *direction, double *before, ptrdiff_t *stopped,
              const volatile int *stop)
 {
-    struct lane lane = {.q = start/*SIDES , .steps = steps_in_all(samples)*/};
+    struct lane lane = {.q = start SIDES_(, .steps = steps_in_all(samples))};
     struct mode mode = {0};
 #if RESPONSE
     const double step = step_of(0, period, substeps);
@@ -253,13 +253,13 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
     double first[HELD];
     first_places(q, dq, &mode, p, recorded, first);
 #endif
-    choose_sides(q, dq, &mode, p, 0/*MOVING , first*/);
+    choose_sides(q, dq, &mode, p, 0 MOVING_(, first));
 #endif
 #if STATES
     double first_limit;
     state_start(p, mode.states, &first_limit);
 #endif
-#if FIRST_LIMIT
+#ifdef FIRST_LIMIT
     mode.direction = sign(dq);
     choose_slipping(q, &mode, p);
 #endif

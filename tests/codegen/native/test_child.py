@@ -20,12 +20,13 @@ from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.library_cache import _digest, cached_library, compiled_library
 from axisid.codegen.native.native import Native
 from axisid.codegen.native.trial import Trial
+from axisid.codegen.printers import with_c_loop
 from tests.codegen.native.placed import placed_library
 
 
 @functools.cache
 def text() -> str:
-    return axis_artefacts(derive(load_axis("emps")))["native.c"]
+    return with_c_loop(axis_artefacts(derive(load_axis("emps")))["native.c"])
 
 
 @pytest.fixture(autouse=True)
@@ -65,11 +66,12 @@ def test_cut_library_of_a_compiler_that_says_all_is_well_is_refused(
     assert not list(cache.glob("build-*"))
 
 
+START = "struct lane lane = {.q = start SIDES_(, .steps = steps_in_all(samples))};"
 CRASHES = {
     "when loaded": ("", "__attribute__((constructor)) static void f(void) { abort(); }", "SIGABRT"),
-    "when called": ("struct lane lane = {.q = start};", "abort();", "SIGABRT"),
-    "by a bad address": ("struct lane lane = {.q = start};", "*stopped = *(int *)8;", "SIGSEGV"),
-    "by leaving": ("struct lane lane = {.q = start};", "exit(0);", "exit code 0"),
+    "when called": (START, "abort();", "SIGABRT"),
+    "by a bad address": (START, "*stopped = *(int *)8;", "SIGSEGV"),
+    "by leaving": (START, "exit(0);", "exit code 0"),
 }
 
 
@@ -91,8 +93,7 @@ def test_library_that_crashes_is_refused_and_never_kept(cache: Path, name: str) 
 def test_library_that_never_returns_is_refused(
     cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    start = "struct lane lane = {.q = start};"
-    endless = text().replace(start, "while (period > 0.0) *stopped = 1;" + start)
+    endless = text().replace(START, "while (period > 0.0) *stopped = 1;" + START)
     assert endless != text()
     made = placed_library(endless, tmp_path / "made")
     copier = tmp_path / "cc"  # the limit is one of compiling, too, which may take its time

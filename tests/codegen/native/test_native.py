@@ -25,6 +25,7 @@ from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.library_cache import _digest, cached_library
 from axisid.codegen.native.native import Native
+from axisid.codegen.printers import print_c_loop_header
 from axisid.control import cascade_pd
 from axisid.elements import coulomb
 from axisid.modeling import LIBRARY
@@ -104,8 +105,9 @@ def in_process(**environment: str) -> "subprocess.Popen[str]":
 def test_generated_c_compiles_without_a_warning(
     name: str, optimise: str, text: Callable[[str], str], tmp_path: Path
 ) -> None:
-    source = tmp_path / "native.c"
+    (source := tmp_path / name / "native.c").parent.mkdir()
     source.write_text(text(name))
+    (tmp_path / "loop.h").write_text(print_c_loop_header())
     command = [*find_compiler().command, *STRICT, optimise, "-c", str(source), "-o", os.devnull]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -12,6 +12,7 @@ from axisid.codegen.lowering.loop_settings import STATUSES, LoopSettings, LoopSt
 from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.native import Native
+from axisid.codegen.printers import with_c_loop
 from axisid.codegen.runtime.virtual_loop import VirtualLoop
 from axisid.control import cascade_pd
 from axisid.elements import Drive, coulomb, cubic_spring, end_stop, viscous
@@ -78,7 +79,7 @@ def test_right_code_of_a_fast_model_passes(name: str) -> None:
 )
 def test_gross_fault_is_found_by_one_call(right: str, wrong: str, what: str) -> None:
     axis = declared("slow", viscous(fv, x), coulomb(fc, x))
-    text = axis_artefacts(derive(axis))["native.c"]
+    text = with_c_loop(axis_artefacts(derive(axis))["native.c"])
     assert right in text
     native = Native(text.replace(right, wrong, 1), build(axis, native=False).functions)
     assert native.library() is None

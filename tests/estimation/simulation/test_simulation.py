@@ -21,6 +21,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.lowering.loop_settings import LoopSettings, LoopStart
 from axisid.codegen.native.native import Native
+from axisid.codegen.printers import with_c_loop
 from axisid.codegen.runtime.virtual_loop import VirtualLoop
 from axisid.control import MEASURED_POSITION
 from axisid.elements import Drive
@@ -354,7 +355,7 @@ def test_runaway_loop_ends_with_sample_and_parameters(native: bool) -> None:
 def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
     """With one event allowed, the reversal that sticks and leaves within a sample is too many."""
     axis = built("continuous")
-    text = axis_artefacts(derive(AXES["continuous"]))["native.c"]
+    text = with_c_loop(axis_artefacts(derive(AXES["continuous"]))["native.c"])
     guarded = Native(text.replace("SIDES ? 4096 : 20", "1"), axis.functions)
     settings_ = LoopSettings(period=PERIOD, resolution=0.0, allowed=10.0, substeps=1)
     assert axis.native.library() is not None  # tested against the virtual machine as it is
