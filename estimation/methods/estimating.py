@@ -291,7 +291,8 @@ class _FittedPoint:
     def _noise(self, twins: Twins, count: int) -> str:
         if all(each.is_silent for each in twins.chains):
             return ", of a loop that shows no noise"
-        noise = [each.told(self.problem.axis.axis) for each in twins.chains]
+        axis = self.problem.axis.axis
+        noise = [each.told(axis.coordinate.unit, axis.drive.unit) for each in twins.chains]
         if len(noise) > 1:
             noise = [f"record {number}: {told}" for number, told in enumerate(noise, 1)]
         return f", as {count} twins with {'; '.join(noise)} scatter"

@@ -124,9 +124,8 @@ class Chain:
         """Whether noise of the position is of no one colour: steps, or in proportion to speed."""
         return self.position_step > 0 or self.jitter > 0
 
-    def told(self, axis: Axis) -> str:
-        """In words, as the noise of an axis's record."""
-        unit, of_control = axis.coordinate.unit, axis.drive.unit
+    def told(self, unit: str, of_control: str) -> str:
+        """In words, by the units of the coordinate and of the drive's control."""
         parts = [
             f"{value:.3g} {of} {what}"
             for value, of, what in (

@@ -49,7 +49,8 @@ def _followed(error: float) -> str:
 
 def _lost(preferred: Estimate, error: float, rest: float) -> Note:
     form, chains = preferred.form, preferred.inference.chains  # of one record
-    noise = "".join(f" ({chain.told(form.axis.axis)})" for chain in chains[:1])
+    units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
+    noise = "".join(f" ({chain.told(*units)})" for chain in chains[:1])
     return Note.of(
         f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; ",
         rests_first(rest)

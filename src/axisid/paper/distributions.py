@@ -11,7 +11,7 @@ from axisid.codegen.artefacts import build
 from axisid.estimation.monte_carlo import MonteCarlo, monte_carlo
 from axisid.modeling.text import load_axis
 from axisid.presentation.blocks import Document, plain_text
-from axisid.presentation.monte_carlo import estimand_tables, findings, legend
+from axisid.presentation.monte_carlo import estimand_tables, findings, legend, study_facts
 from axisid.support.files.json_text import json_text
 from axisid.support.progress import Progress
 
@@ -63,10 +63,11 @@ def run_distributions(
 def distributions_document(found: Mapping[str, MonteCarlo]) -> Document:
     """The estimates of every method and filter, and what stands out."""
     blocks: Document = ()
-    for name, result in found.items():
+    studies = {name: study_facts(result) for name, result in found.items()}
+    for name, result in studies.items():
         title = f"{len(result)} twins, {name} filter, {FILTERS[name].cutoff:g} Hz"
         blocks = *blocks, *estimand_tables(result, title), findings(result)
-    return *blocks, *(legend(result) for result in [*found.values()][:1])
+    return *blocks, *(legend(result) for result in [*studies.values()][:1])
 
 
 def write_distributions(found: Mapping[str, MonteCarlo], folder: Path) -> list[Path]:

@@ -35,9 +35,9 @@ from axisid.presentation.formulas import axis_document
 from axisid.presentation.html import blocks_html
 from axisid.presentation.monte_carlo import (
     PLOTS,
-    monte_carlo_document,
     monte_carlo_plot,
-    saved_study_document,
+    study_document,
+    study_facts,
     written_study,
 )
 from axisid.presentation.plots import (
@@ -47,6 +47,7 @@ from axisid.presentation.plots import (
     drawable,
     force_plot,
     friction_plot,
+    mean_residual_plot,
     output_plot,
     record_plot,
     repeats_plot,
@@ -61,29 +62,28 @@ from axisid.presentation.saved import (
     SavedIdentification,
     SavedMonteCarlo,
     SavedOutputFit,
+    estimate_facts,
     result_comparison_document,
-    saved_document,
-    saved_estimate_document,
-    saved_fit_document,
-    saved_plot,
-    saved_repeats_plot,
 )
 from axisid.presentation.schema import JsonObject, plain
 from axisid.presentation.text import (
     comparison_document,
     diagnosis_blocks,
-    estimate_document,
     fit_validation_document,
     identification_document,
     law_search_document,
+    output_fit_document,
     record_document,
+    saved_document,
+    saved_estimate_document,
+    saved_fit_document,
     sweep_document,
     validation_document,
 )
-from axisid.presentation.text.fits import output_fit_document
 from axisid.support.arrays import finite_tree
 from axisid.support.errors import UsageError
 from axisid.support.files.json_text import json_text
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Wording, as_arguments
@@ -94,12 +94,13 @@ if TYPE_CHECKING:
 
 _Figure: TypeAlias = Callable[..., Plot]
 _Written: TypeAlias = Callable[..., JsonObject | Mapping[str, Any]]
-_OF_ESTIMATE = {
+_OF_ESTIMATE: Mapping[str, Callable[..., Plot | Missing]] = {
     "force": force_plot,
     "autocorrelation": autocorrelation_plot,
     "spectrum": spectrum_plot,
     "convergence": convergence_plot,
 }
+_OF_SAVED = {"autocorrelation": autocorrelation_plot, "convergence": convergence_plot}
 _OF_METHOD = {"friction": friction_plot, "tracking": tracking_plot, "repeats": repeats_plot}
 
 
@@ -127,6 +128,13 @@ def _settled(document: Callable[..., Document]) -> Callable[..., Document]:
         return document(result, **how)
 
     return blocks
+
+
+def _by_facts(
+    document: Callable[..., Document], facts: Callable[..., Presentable]
+) -> Callable[..., Document]:
+    """The document of what a result tells."""
+    return _settled(lambda result, **how: document(facts(result), **how))
 
 
 @singledispatch
@@ -274,13 +282,20 @@ def _of_monte_carlo(result: MonteCarlo, what: str, method: str | None = None) ->
 
 def _of_saved_estimate(result: SavedEstimate, what: str, method: str | None = None) -> Plot:
     _check_method(result, method, (result.method,))
-    return drawable(saved_plot(result, what), what)
+    if not is_among(what, _OF_SAVED):
+        raise UsageError(
+            f"the file of a result has no rows of its record, which the figure {quoted(what)} "
+            f"needs; identify again, or choose from {', '.join(_OF_SAVED)}.",
+            code="no-saved-rows",
+        )
+    return drawable(_OF_SAVED[what](result), what)
 
 
 def _of_saved(result: SavedIdentification, what: str, method: str | None = None) -> Plot:
     judged = method is None or method.lower() == result.preferred.method
-    if what == "repeats" and judged and result.diagnosis.lack_of_fit is not None:
-        return saved_repeats_plot(result)
+    found, of = result.diagnosis.lack_of_fit, result.preferred
+    if what == "repeats" and judged and found is not None:
+        return mean_residual_plot(found, of.method, "", of.row_period, left=of.form.left)
     return plot_of(result.preferred if method is None else result[method], what)
 
 
@@ -320,7 +335,7 @@ _as_read = attrgetter("document")  # what a result was read from
 _VIEWS: dict[type, tuple[Callable[..., Document], _Written, _Figure | None]] = {
     Record: (record_document, written_record, None),
     Diagnosis: (diagnosis_blocks, written_diagnosis, None),
-    Estimate: (_settled(estimate_document), written_estimate, _of_estimate),
+    Estimate: (_by_facts(saved_estimate_document, estimate_facts), written_estimate, _of_estimate),
     Identification: (identification_document, written_identification, _of_identification),
     Sweep: (sweep_document, written_sweep, _of_sweep),
     LawSearch: (law_search_document, written_law_search, None),
@@ -328,13 +343,13 @@ _VIEWS: dict[type, tuple[Callable[..., Document], _Written, _Figure | None]] = {
     Validation: (validation_document, written_validation, None),
     OutputFit: (output_fit_document, written_output_fit, _of_fit),
     FitValidation: (fit_validation_document, written_fit_validation, None),
-    MonteCarlo: (monte_carlo_document, written_study, _of_monte_carlo),
+    MonteCarlo: (_by_facts(study_document, study_facts), written_study, _of_monte_carlo),
     ResultComparison: (_settled(result_comparison_document), _as_read, None),
     SavedIdentification: (saved_document, _as_read, _of_saved),
     SavedEstimate: (_settled(saved_estimate_document), _as_read, _of_saved_estimate),
     SavedOutputFit: (saved_fit_document, _as_read, _of_saved_runs),
     SavedFitValidation: (fit_validation_document, _as_read, None),
-    SavedMonteCarlo: (saved_study_document, _as_read, _of_saved_runs),
+    SavedMonteCarlo: (_settled(study_document), _as_read, _of_saved_runs),
 }
 for _kind, (_document, _data, _figure) in _VIEWS.items():
     as_blocks.register(_kind, _document)

@@ -33,6 +33,7 @@ from axisid.presentation.formulas.mathml import formula_mathml
 from axisid.presentation.formulas.numbers import readable_text, significant
 from axisid.presentation.report.embedding import script_json, thinned
 from axisid.presentation.report.page import report_html, report_sweep
+from axisid.support.remedy import Note
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -220,7 +221,7 @@ def hostile(result: Identification) -> Identification:
     record = replace(result.record, provenance=provenance)
     data = replace(result.data, axis=axis, record=record)
     problem = replace(result.problem, axis=axis, data=(data,))
-    return replace(result, problem=problem, skipped={"ddm-ls": HOSTILE})
+    return replace(result, problem=problem, skipped={"ddm-ls": Note(HOSTILE)})
 
 
 def test_names_from_files_stay_text(page: Page, result: Identification) -> None:

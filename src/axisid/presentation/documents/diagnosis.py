@@ -30,7 +30,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array, finite
 from axisid.support.missing import Missing
-from axisid.support.remedy import Setting, as_options
+from axisid.support.remedy import Setting, Wording, as_options
 
 from .same_members import written_as
 
@@ -40,11 +40,14 @@ NOT_EVALUATED = "not evaluated: "
 
 def written_diagnosis(diagnosis: Diagnosis) -> dict[str, Any]:
     """Everything that was measured of a result, by member."""
-    members = diagnosis_members(diagnosis, [each.name for each in diagnosis.excitation])
+    names = [each.name for each in diagnosis.excitation]
+    members = diagnosis_members(diagnosis, names, as_options)
     return {name: each for name, each in members.items() if each is not UNSET}
 
 
-def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:
+def diagnosis_members(
+    diagnosis: Diagnosis, names: Sequence[str], wording: Wording
+) -> dict[str, Any]:
     """Everything that was measured of a result, then the checks, by member of its document.
 
     Parameters
@@ -52,12 +55,14 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     diagnosis : Diagnosis
     names : sequence of str
         Of the physical parameters.
+    wording : callable
+        How settings are told, but for those of checks, whose remedies are written as data.
     """
     return {
         "judged": diagnosis.preferred,
         "instruments": _instruments(diagnosis.instruments),
         "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
-        **record_members(diagnosis, names),
+        **record_members(diagnosis, names, wording),
         "model_bands": {
             method: {
                 name: written_as(WrittenBand, band, interval_95=band.interval)
@@ -75,12 +80,14 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     }
 
 
-def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> dict[str, Any]:
+def record_members(
+    found: Diagnosis | RecordDiagnosis, names: Sequence[str], wording: Wording
+) -> dict[str, Any]:
     """What is measured of one record as well as of a whole result, by member of its document."""
     left = found.lack_of_fit
     return {
-        "law_check": written_law(found.law),
-        "alignment": _alignment(found.alignment, names),
+        "law_check": written_law(found.law, wording),
+        "alignment": _alignment(found.alignment, names, wording),
         "verdict": tuple(map(written_check, found.verdict)),
         "lack_of_fit": UNSET if left is None else written_as(WrittenLackOfFit, left),
         "measured_motion": {
@@ -92,13 +99,11 @@ def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> 
     }
 
 
-def written_law(check: LawCheck | Missing) -> WrittenLawCheck:
+def written_law(check: LawCheck | Missing, wording: Wording = as_options) -> WrittenLawCheck:
     """The control law's check; `passed` is None where it could not be made."""
     if isinstance(check, Missing):
-        return WrittenLawCheck(
-            passed=None, meaning=f"{NOT_EVALUATED}{check.note.worded(as_options)}"
-        )
-    return written_as(WrittenLawCheck, check, meaning=check.note.worded(as_options))
+        return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check.note.worded(wording)}")
+    return written_as(WrittenLawCheck, check, meaning=check.note.worded(wording))
 
 
 def _instruments(tests: InstrumentTests | None) -> WrittenInstruments | None:
@@ -110,10 +115,12 @@ def _instruments(tests: InstrumentTests | None) -> WrittenInstruments | None:
     )
 
 
-def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
+def _alignment(
+    profile: Alignment | Missing, names: Sequence[str], wording: Wording
+) -> WrittenAlignment:
     """The delay of the force; `names` are of the parameters where it has none of its own."""
     if isinstance(profile, Missing):
-        return WrittenAlignment(best=None, reason=profile.note.worded(as_options))
+        return WrittenAlignment(best=None, reason=profile.note.worded(wording))
     sensitivity = zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
     return written_as(WrittenAlignment, profile, sensitivity=dict(sensitivity), reason=UNSET)
 

@@ -37,7 +37,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array, finite
 from axisid.support.real_numbers import is_nothing
-from axisid.support.remedy import Note, as_options
+from axisid.support.remedy import Note, Wording, as_options
 
 from .diagnosis import diagnosis_members, written_residual
 from .same_members import written_as
@@ -50,7 +50,9 @@ _NAMED_DIRECT = frozenset({"iid", "hac"})  # the same of the direct model's para
 _NAMED_PHYSICAL = frozenset({"hac"})  # and of those that follow from known values
 
 
-def written_identification(result: Identification, draws: int = 0) -> WrittenIdentification:
+def written_identification(
+    result: Identification, draws: int = 0, wording: Wording = as_options
+) -> WrittenIdentification:
     """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
     drive = result.axis.axis.drive
@@ -64,7 +66,7 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
         drive=_response(drive, result.drive_time),
         drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
         drive_remark=drive.remark or UNSET,
-        record=written_record(result.record),
+        record=written_record(result.record, wording),
         prefilter=written_prefilter(result.data.sampling),
         requested=None if result.requested is None else written_request(result.requested),
         estimates=tuple(
@@ -72,16 +74,18 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
                 e,
                 drawn=None if is_nothing(draws) else _drawn(e, draws),
                 physical=_physical(physical[name], e.chosen) if name in physical else UNSET,
+                wording=wording,
             )
             for name, e in result.estimates.items()
         ),
-        **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities]),
-        skipped={method: why.worded(as_options) for method, why in result.skipped.items()},
-        failed={method: why.worded(as_options) for method, why in result.failed.items()},
+        **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities], wording),
+        skipped={method: why.worded(wording) for method, why in result.skipped.items()},
+        failed={method: why.worded(wording) for method, why in result.failed.items()},
         **several_members(
             result,
-            [written_record(record) for record in result.records],
+            [written_record(record, wording) for record in result.records],
             [written_prefilter(data.sampling) for data in result.problem.data],
+            wording,
         ),
         levels=written_as(WrittenLevels, result.levels),
     )
@@ -124,12 +128,12 @@ def _signal(signal: Signal) -> WrittenSignal:
     return WrittenSignal(name=signal.name, unit=signal.unit, between=cast(Any, signal.between))
 
 
-def written_record(record: Record) -> WrittenRecord:
+def written_record(record: Record, wording: Wording = as_options) -> WrittenRecord:
     """Provenance and size of a record."""
     return WrittenRecord(
         **origin_members(record.provenance),
         truth=dict(record.provenance.truth) or None,
-        assumed=assumptions(record.provenance),
+        assumed=assumptions(record.provenance, wording),
         repairs=tuple(map(_repair, record.provenance.repairs)),
         segments=record.segments,
         masked=record.masked,
@@ -147,9 +151,9 @@ def note_text(note: Note | None) -> str | None:
     return None if note is None else note.worded(as_options)
 
 
-def assumptions(provenance: Provenance) -> tuple[str, ...]:
-    """What was taken of a log, and what is doubtful of it, as the command line says it."""
-    return (*provenance.assumed, *(doubt.worded(as_options) for doubt in provenance.doubts))
+def assumptions(provenance: Provenance, wording: Wording = as_options) -> tuple[str, ...]:
+    """What was taken of a log, and what is doubtful of it."""
+    return (*provenance.assumed, *(doubt.worded(wording) for doubt in provenance.doubts))
 
 
 def _repair(repair: Repair) -> WrittenRepair:
@@ -192,6 +196,7 @@ def written_estimate(
     estimate: Estimate,
     drawn: Mapping[str, WrittenDrawn] | Any = UNSET,
     physical: WrittenPhysical | Any = UNSET,
+    wording: Wording = as_options,
 ) -> WrittenEstimate:
     """One estimate; statistics that are not finite become None."""
     direct, iterates = bool(estimate.ddm_quantities), estimate.iterates
@@ -227,7 +232,7 @@ def written_estimate(
         },
         freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
         residual_tests=written_residual(estimate.residual_tests),
-        remarks=tuple(remark.worded(as_options) for remark in estimate.remarks),
+        remarks=tuple(remark.worded(wording) for remark in estimate.remarks),
         drawn=drawn,
         physical=physical,
         gain_relative_sd=estimate.gain_relative_sd,

@@ -16,7 +16,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import finite
 from axisid.support.missing import Missing
-from axisid.support.remedy import as_options
+from axisid.support.remedy import Wording, as_options
 
 from .diagnosis import written_check, written_law
 from .identification import left_out, written_record
@@ -33,14 +33,14 @@ def written_fit_validation(validation: FitValidation) -> WrittenFitValidation:
     )
 
 
-def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
+def written_output_fit(fit: OutputFit, wording: Wording = as_options) -> WrittenOutputFit:
     """The parameters with all that was asked and found of each, and whether to believe them."""
     return WrittenOutputFit(
         belief=fit.belief,
         axis=fit.axis.axis.name,
         signature=fit.axis.signature,
         left_out=left_out(fit.axis),
-        records=tuple(map(written_record, fit.records)),
+        records=tuple(written_record(record, wording) for record in fit.records),
         output=fit.output,
         unit=fit.unit,
         position_unit=str(fit.axis.axis.coordinate.unit),
@@ -70,7 +70,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
         verdict=tuple(map(written_check, fit.checks)),
         believed=fit.believed,
         levels=written_as(WrittenLevels, fit.levels),
-        remarks=tuple(note.worded(as_options) for note in fit.remarks),
+        remarks=tuple(note.worded(wording) for note in fit.remarks),
     )
 
 

@@ -15,7 +15,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
-from axisid.support.remedy import as_options
+from axisid.support.remedy import Wording
 
 from .diagnosis import record_members
 
@@ -24,15 +24,16 @@ def several_members(
     result: Identification,
     records: list[WrittenRecord],
     prefilters: list[WrittenPrefilter],
+    wording: Wording,
 ) -> dict[str, Any]:
     """What a document has of several records alone, by member; nothing of one."""
     found: dict[str, Any] = {}
     if result.set_aside:
-        found["set_aside"] = {n: why.worded(as_options) for n, why in result.set_aside.items()}
+        found["set_aside"] = {n: why.worded(wording) for n, why in result.set_aside.items()}
     if not result.of_records:
         return found
     found["records"] = tuple(
-        _member(of_one, diagnosis, record, prefilter)
+        _member(of_one, diagnosis, record, prefilter, wording)
         for of_one, diagnosis, record, prefilter in zip(
             result.of_records, result.diagnosis.records, records, prefilters, strict=True
         )
@@ -49,6 +50,7 @@ def _member(
     diagnosis: RecordDiagnosis,
     record: WrittenRecord,
     prefilter: WrittenPrefilter,
+    wording: Wording,
 ) -> WrittenMember:
     apart = diagnosis.apart
     return WrittenMember(
@@ -62,7 +64,7 @@ def _member(
         equation_error_percent=of_one.equation_error_percent,
         simulation_error_percent=of_one.simulation_error_percent,
         apart=None if isinstance(apart, Missing) else _apart(apart),
-        **record_members(diagnosis, ()),
+        **record_members(diagnosis, (), wording),
     )
 
 

@@ -8,7 +8,7 @@ from .document import (
     estimand_tables as estimand_tables,
     findings as findings,
     legend as legend,
-    monte_carlo_document as monte_carlo_document,
+    study_document as study_document,
 )
 from .page import monte_carlo_page as monte_carlo_page
 from .plots import (
@@ -16,5 +16,4 @@ from .plots import (
     monte_carlo_plot as monte_carlo_plot,
     monte_carlo_plots as monte_carlo_plots,
 )
-from .saved import saved_study_document as saved_study_document
-from .written import written_study as written_study
+from .written import study_facts as study_facts, written_study as written_study

@@ -14,7 +14,6 @@ from axisid.estimation.monte_carlo import (
     CheckFigures,
     EstimandFigures,
     Mean,
-    MonteCarlo,
     Share,
     stated_by,
 )
@@ -32,7 +31,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import decimals, figure_text
-from axisid.support.remedy import Wording, as_arguments
+from axisid.presentation.saved import SavedMonteCarlo
 
 from .method_title import method_title
 
@@ -44,31 +43,30 @@ _TITLES = {
 }
 
 
-def monte_carlo_document(result: MonteCarlo, *, wording: Wording = as_arguments) -> Document:
+def study_document(result: SavedMonteCarlo) -> Document:
     """What was done, the estimates by method, the checks, and what came to nothing."""
-    del wording
-    blocks: list[Block] = [Heading(facts=tuple(study_facts(result).items()))]
+    blocks: list[Block] = [Heading(facts=tuple(heading_facts(result).items()))]
     blocks += estimand_tables(result)
     blocks += [checks_table(result)] if result.judged else []
     return *blocks, legend(result), findings(result)
 
 
-def study_facts(result: MonteCarlo) -> dict[str, str]:
+def heading_facts(result: SavedMonteCarlo) -> dict[str, str]:
     """What was done in each run."""
-    plan = result.plan
-    begun = ", begun anywhere in a count" if plan.noise.anywhere else ""
-    done = f"{len(result)}" if len(result) == plan.runs else f"{len(result)} of {plan.runs}"
+    written, twins, noise = result.document, result.document.twins, result.noise
+    begun = ", begun anywhere in a count" if noise.anywhere else ""
+    done = f"{len(result)}" if len(result) == written.runs else f"{len(result)} of {written.runs}"
     return {
-        "axis": plan.axis.axis.name,
-        "twins": f"{done} twins of {plan.twin.axis.name}, seed {plan.seed}",
-        "noise": plan.noise.told(plan.twin.axis) + begun,
-        "model": "the twins' own" if plan.is_right else "another than the twins'",
-        "methods": ", ".join(map(method_title, plan.methods)),
+        "axis": result.name,
+        "twins": f"{done} twins of {twins.axis}, seed {written.seed}",
+        "noise": noise.told(twins.unit, twins.drive_unit) + begun,
+        "model": "the twins' own" if twins.right else "another than the twins'",
+        "methods": ", ".join(map(method_title, written.methods)),
         "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_stated_labels(result)}",
     }
 
 
-def estimand_tables(result: MonteCarlo, of: str = "") -> list[Block]:
+def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
     """One table for each kind of parameter; `of` is what their titles begin with."""
     lead = f"{of}: " if of else ""
     tables: list[Block] = []
@@ -80,17 +78,18 @@ def estimand_tables(result: MonteCarlo, of: str = "") -> list[Block]:
     return tables
 
 
-def _of_filters(result: MonteCarlo) -> str:
+def _of_filters(result: SavedMonteCarlo) -> str:
     """What estimates of parameters are called: a fit has no filter."""
-    fits = [method for method in result.plan.methods if fitted_output(method)]
-    if len(fits) == len(result.plan.methods):
+    methods = result.document.methods
+    fits = [method for method in methods if fitted_output(method)]
+    if len(fits) == len(methods):
         return _TITLES[PARAMETER]
     where = ", where there is one" if fits else ""
     return f"{_TITLES[PARAMETER]} without the bias of filter and noise{where}"
 
 
-def _estimands(result: MonteCarlo, figures: Iterable[EstimandFigures], title: str) -> Table:
-    listed, chosen = list(figures), result.plan.chosen
+def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], title: str) -> Table:
+    listed, chosen = list(figures), result.chosen
     others = [
         of
         for of in (*COVARIANCES, MODEL_ERROR)
@@ -124,11 +123,12 @@ def _stated(each: EstimandFigures, chosen: str) -> str:
     return stated_by(each.estimand.method, chosen)
 
 
-def _stated_labels(result: MonteCarlo) -> str:
+def _stated_labels(result: SavedMonteCarlo) -> str:
     """What the printed intervals are of, by all methods."""
-    plan = result.plan
     return " and ".join(
-        dict.fromkeys(_label(stated_by(method, plan.chosen)) for method in plan.methods)
+        dict.fromkeys(
+            _label(stated_by(method, result.chosen)) for method in result.document.methods
+        )
     )
 
 
@@ -170,7 +170,7 @@ def share_texts(share: Share | None) -> tuple[str, str]:
     return f"{value:.{places}f}", f"{low:.{places}f} to {high:.{places}f}"
 
 
-def checks_table(result: MonteCarlo) -> Table:
+def checks_table(result: SavedMonteCarlo) -> Table:
     """How often each check fails; of those that do not pass in every run, and were evaluated."""
     beyond = [each for each in result.check_figures if each.passes.of > 0 and not _is_silent(each)]
     shares = [
@@ -196,7 +196,7 @@ def _is_silent(check: CheckFigures) -> bool:
     return check.passes.count == check.missing.of
 
 
-def legend(result: MonteCarlo) -> Paragraph:
+def legend(result: SavedMonteCarlo) -> Paragraph:
     """What the columns are."""
     said = [
         "bias, scatter: mean error and standard deviation over the runs, with their standard "
@@ -210,7 +210,7 @@ def legend(result: MonteCarlo) -> Paragraph:
     return paragraph(*said)
 
 
-def findings(result: MonteCarlo) -> Paragraph:
+def findings(result: SavedMonteCarlo) -> Paragraph:
     """What is beyond the Monte-Carlo error, and what came to nothing."""
     told = (check for check in result.checks if check.status != "not evaluated")
     said = [f"{check.meaning}." for check in told]
@@ -218,6 +218,6 @@ def findings(result: MonteCarlo) -> Paragraph:
         share, interval = share_texts(result.objected)
         said.append(
             f"A check fails in {share} % ({interval} %) of {result.judged} verdicts "
-            f"{'on the right model' if result.plan.is_right else 'on a wrong model'}."
+            f"{'on the right model' if result.document.twins.right else 'on a wrong model'}."
         )
     return paragraph(*said)

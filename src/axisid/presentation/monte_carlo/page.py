@@ -12,8 +12,9 @@ from axisid.presentation.report import figures_html, model_html, page_of
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
-from .document import checks_table, estimand_tables, findings, legend, study_facts
+from .document import checks_table, estimand_tables, findings, heading_facts, legend
 from .plots import monte_carlo_plots
+from .written import study_facts
 
 
 def monte_carlo_page(
@@ -37,16 +38,17 @@ def monte_carlo_page(
     """
     plan, plots = result.plan, monte_carlo_plots(result)
     heading = plan.axis.axis.title or plan.axis.axis.name
-    facts = study_facts(result)
-    checks = (checks_table(result),) if result.judged else ()
+    study = study_facts(result)
+    facts = heading_facts(study)
+    checks = (checks_table(study),) if study.judged else ()
     return page_of(
         (plot for plot in plots.values() if isinstance(plot, Plot)),
         several=False,
         heading=escape(f"{heading}: a Monte-Carlo study"),
         subheading=escape(f"{facts['twins']}, {facts['noise']}"),
         verdict='<section class="verdict"><h2>What it shows</h2>'
-        f"{blocks_html((findings(result),))}</section>",
-        parameters=blocks_html((*estimand_tables(result), *checks, legend(result))),
+        f"{blocks_html((findings(study),))}</section>",
+        parameters=blocks_html((*estimand_tables(study), *checks, legend(study))),
         figures=figures_html({0: plots}, (), wording),
         model=_models(plan.axis.axis, plan.twin.axis, right=plan.is_right),
         provenance=_provenance(facts, command, made),

@@ -10,6 +10,7 @@ from axisid.estimation.monte_carlo import (
 )
 from axisid.estimation.twins import Chain
 from axisid.presentation.documents import written_as, written_request
+from axisid.presentation.saved import SavedMonteCarlo
 from axisid.presentation.schema import (
     WrittenCheckFigures,
     WrittenEstimand,
@@ -58,6 +59,11 @@ def written_study(result: MonteCarlo) -> WrittenMonteCarlo:
             for each in result.failures
         ),
     )
+
+
+def study_facts(result: MonteCarlo) -> SavedMonteCarlo:
+    """What a study tells without the numbers of its runs, which is all that tables show."""
+    return SavedMonteCarlo(file="", document=written_study(result))
 
 
 def _estimand(each: EstimandFigures) -> WrittenEstimand:

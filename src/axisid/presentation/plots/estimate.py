@@ -7,6 +7,7 @@ import numpy as np
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import power_density
 from axisid.estimation.thresholds import CONVERGED
+from axisid.presentation.saved import SavedEstimate
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
@@ -76,7 +77,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
     return broken(plot, list(between + estimate.row_period / 2))
 
 
-def autocorrelation_plot(estimate: Estimate) -> Plot:
+def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
     """Autocorrelation of the residuals over the lag."""
     tests = estimate.residual_tests
     values = tests.autocorrelation[1:]
@@ -127,12 +128,12 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
     )
 
 
-def _start(estimate: Estimate) -> str:
+def _start(estimate: Estimate | SavedEstimate) -> str:
     known = {"least-squares": "least squares", "nominal": "the nominal values"}
     return known.get(estimate.started, "its start")
 
 
-def convergence_plot(estimate: Estimate) -> Plot | Missing:
+def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
     """How far every parameter is from its last value, and the simulation error, by iteration."""
     if not estimate.iterates:
         return Missing(f"{estimate.method} is no iteration; instruments were not used")
@@ -173,9 +174,9 @@ def convergence_plot(estimate: Estimate) -> Plot | Missing:
     )
 
 
-def _parted(estimate: Estimate) -> str:
-    """What a caption says of rows that are missing."""
-    breaks = len(estimate.neighbours.breaks)
+def _parted(estimate: Estimate | SavedEstimate) -> str:
+    """What a caption says of rows that are missing, of which a file knows nothing."""
+    breaks = len(estimate.neighbours.breaks) if isinstance(estimate, Estimate) else 0
     if not breaks:
         return ""
     return (

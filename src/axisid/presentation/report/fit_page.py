@@ -8,7 +8,7 @@ from axisid.estimation.fitting import OutputFit
 from axisid.presentation.blocks import Heading, Notes, Table
 from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import Plot, output_plot
-from axisid.presentation.text.fits import output_fit_document
+from axisid.presentation.text import output_fit_document
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 

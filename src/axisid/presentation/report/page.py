@@ -17,6 +17,7 @@ from axisid.modeling.quantities import FORCE, Coordinate, Formula, written
 from axisid.presentation.formulas import formula_mathml
 from axisid.presentation.html import prose_html
 from axisid.presentation.plots import TITLES, Plot, plots_by_record
+from axisid.presentation.saved import identification_facts
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
@@ -59,7 +60,7 @@ def report_html(
     wording : callable
         How settings are told, see `axisid.support.remedy`.
     """
-    axis, diagnosis = result.axis.axis, result.diagnosis
+    axis, diagnosis, form = result.axis.axis, result.diagnosis, result.preferred.form
     plots = plots_by_record(result, cutoffs)
     heading = axis.title or axis.name
     checked = (validation,) if isinstance(validation, Validation) else tuple(validation or ())
@@ -69,7 +70,13 @@ def report_html(
         heading=escape(heading),
         subheading=escape(_subheading(result)),
         verdict=verdict_html(diagnosis.verdict, diagnosis.preferred, wording),
-        parameters=parameters_html(result, checked, draws, wording=wording),
+        parameters=parameters_html(
+            identification_facts(result, draws, wording),
+            {p.name: p.description for p in (*result.axis.declared.parameters, *form.declared)},
+            checked,
+            draws,
+            wording=wording,
+        ),
         figures=figures_html(plots, result.record_names if result.of_records else (), wording),
         model=model_html(axis),
         provenance=provenance_html(result, command, made, wording=wording),

@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.estimates import CORRECTED, Estimate, Value
-from axisid.estimation.identification import Identification
+from axisid.estimation.estimates import CORRECTED, Value
 from axisid.estimation.moves import Band
 from axisid.estimation.studies import Validation
 from axisid.presentation.blocks import Cell, Column, Interval, Intervals, NotedText, Table
 from axisid.presentation.formulas import decimals, significant, true_minus
 from axisid.presentation.html import method_kind, prose_html, table_html
+from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.presentation.text import (
     draws_table,
     iterations,
@@ -43,24 +43,28 @@ _ERRORS = (
 
 
 def parameters_html(
-    result: Identification,
+    result: SavedIdentification,
+    described: Mapping[str, str],
     validations: Sequence[Validation] = (),
     draws: int = 0,
     *,
     wording: Wording = as_arguments,
 ) -> str:
-    """Tables of the inverse model, of the direct one and draws on request, of further records."""
+    """Tables of the inverse model, of the direct one and draws on request, of further records.
+
+    `described` has what a parameter is, in words, by its name, where that was declared.
+    """
     tables = {
         direct: [e for e in result.estimates.values() if e.is_direct == direct] for direct in _ABOUT
     }
     shown = [form for form, of_form in tables.items() if of_form]
-    parts = [_of_form(result, tables[form]) for form in shown[:1]]
+    parts = [_of_form(result, described, tables[form]) for form in shown[:1]]
     if result.of_records:
         parts.append(f"<h3>The records</h3>{_scrolled(records_table(result))}")
-    parts += [_notes(result, wording), _physical(result, wording)]
+    parts += [_notes(result, wording), _physical(result, described, wording)]
     parts += [
         f"<details><summary>{_ABOUT[form]}: its own parameters, and the physical ones mapped from "
-        f"them</summary>{_of_form(result, tables[form])}</details>"
+        f"them</summary>{_of_form(result, described, tables[form])}</details>"
         for form in shown[1:]
     ]
     if draws:
@@ -80,18 +84,20 @@ def _note_lines(notes: Sequence[str]) -> str:
     return "".join(f'<p class="note">{prose_html(note)}</p>' for note in notes)
 
 
-def _of_form(result: Identification, estimates: Sequence[Estimate]) -> str:
+def _of_form(
+    result: SavedIdentification, described: Mapping[str, str], estimates: Sequence[SavedEstimate]
+) -> str:
     first = estimates[0]
     groups = [(q, {e.method: e.parameters[q.name] for e in estimates}) for q in first.quantities]
     groups += [
         (q, {e.method: e.ddm_parameters[q.name] for e in estimates}) for q in first.ddm_quantities
     ]
-    values = parameters_table(result, groups, over_moves=True)
+    values = parameters_table(result, described, groups, over_moves=True)
     tables = (values, "parameters"), (errors_table(estimates), "errors")
     return "".join(_scrolled(table, css) for table, css in tables)
 
 
-def _physical(result: Identification, wording: Wording) -> str:
+def _physical(result: SavedIdentification, described: Mapping[str, str], wording: Wording) -> str:
     """Physical parameters that are no base parameters, if there are any."""
     shown = preferred_physical(result)
     if not shown:
@@ -104,12 +110,13 @@ def _physical(result: Identification, wording: Wording) -> str:
         )
         for name, value in first.parameters.items()
     ]
-    table = _scrolled(parameters_table(result, groups), "parameters")
+    table = _scrolled(parameters_table(result, described, groups), "parameters")
     return f"<h3>Physical parameters</h3>{table}{_note_lines(physical_notes(shown, wording))}"
 
 
 def parameters_table(
-    result: Identification,
+    result: SavedIdentification,
+    described: Mapping[str, str],
     groups: Sequence[tuple[Quantity, Mapping[str, Value]]],
     *,
     over_moves: bool = False,
@@ -118,16 +125,15 @@ def parameters_table(
 
     Parameters
     ----------
-    result : Identification
+    result : SavedIdentification
+    described : mapping of str to str
+        What each is, in words.
     groups : sequence of (Quantity, mapping of str to Value)
         Each parameter with its values by method.
     over_moves : bool
         Whether deviations of the model's error stand behind those that they exceed, and what noise
         has moved a value by behind its interval.
     """
-    axis = result.axis
-    form = result.preferred.form
-    described = {p.name: p.description for p in (*axis.declared.parameters, *form.declared)}
     rows: list[tuple[Cell, ...]] = []
     for quantity, values in groups:
         about = described.get(quantity.name) or quantity.expression
@@ -171,14 +177,14 @@ def _intervals(values: Mapping[str, Value], truth: float | None) -> Intervals:
     return Intervals(tuple(intervals), truth)
 
 
-def errors_table(estimates: Sequence[Estimate]) -> Table:
+def errors_table(estimates: Sequence[SavedEstimate]) -> Table:
     """What is known of each estimate as a whole."""
     rows = (
         (
             e.method,
             _percent(None if e.by_output_error else e.equation_error_percent),
             _percent(e.simulation_error_percent),
-            str(len(e.y)),
+            str(e.document.rows),
             iterations(e),
         )
         for e in estimates
@@ -190,7 +196,7 @@ def _percent(error: float | None) -> str:
     return "-" if error is None else f"{significant(error, 3)} %"
 
 
-def _notes(result: Identification, wording: Wording) -> str:
+def _notes(result: SavedIdentification, wording: Wording) -> str:
     preferred = result.preferred
     notes = [
         "Intervals and sd: "

@@ -4,14 +4,17 @@ In: a file of JSON. Out: results that are summarised, drawn, validated and expor
 Knows nothing of how statistics are computed.
 """
 
-from .estimate import SavedEstimate as SavedEstimate
+from .estimate import SavedEstimate as SavedEstimate, estimate_facts as estimate_facts
 from .file import load_result as load_result
 from .fitted_axis import FittedAxis as FittedAxis, fitted_axis as fitted_axis
-from .identification import SavedIdentification as SavedIdentification
+from .identification import (
+    SavedIdentification as SavedIdentification,
+    SavedPhysical as SavedPhysical,
+    identification_facts as identification_facts,
+)
 from .output_fit import (
     SavedFitValidation as SavedFitValidation,
     SavedOutputFit as SavedOutputFit,
-    saved_fit_document as saved_fit_document,
 )
 from .result_comparison import (
     ResultComparison as ResultComparison,
@@ -19,10 +22,3 @@ from .result_comparison import (
     result_comparison_document as result_comparison_document,
 )
 from .study import SavedMonteCarlo as SavedMonteCarlo
-from .views import (
-    Like as Like,
-    saved_document as saved_document,
-    saved_estimate_document as saved_estimate_document,
-    saved_plot as saved_plot,
-    saved_repeats_plot as saved_repeats_plot,
-)

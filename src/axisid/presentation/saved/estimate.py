@@ -7,9 +7,10 @@ from functools import cached_property
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import is_output_error
-from axisid.estimation.estimates import Distribution, Iterate, NamedValues, Value
+from axisid.estimation.estimates import Distribution, Estimate, Iterate, NamedValues, Value
 from axisid.estimation.regression import DrawSummary, ResidualTests
 from axisid.modeling.text import FunctionLike
+from axisid.presentation.documents import written_estimate
 from axisid.presentation.schema import (
     Matrix,
     WrittenDrawn,
@@ -325,6 +326,11 @@ class SavedEstimate(Uncached, Presentable):
             bias=self.filter_bias,
             by_gain=None if slopes is None else self.gain_relative_sd * slopes,
         )
+
+
+def estimate_facts(estimate: Estimate) -> SavedEstimate:
+    """What an estimate tells without its rows, which is all that tables show."""
+    return SavedEstimate(document=written_estimate(estimate), row_period=estimate.row_period)
 
 
 def _slopes(names: Iterable[str], written: Mapping[str, float] | None) -> Array | None:

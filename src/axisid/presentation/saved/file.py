@@ -31,7 +31,6 @@ from .drive import refuse_other_drive
 from .identification import SavedIdentification
 from .output_fit import SavedFitValidation, SavedOutputFit, read_output_fit
 from .study import SavedMonteCarlo
-from .views import saved_document
 
 _REFUSED = {
     "axisid.stream/1": Note(
@@ -79,7 +78,7 @@ def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification
     refuse_contradictions(document, str(file))
     saved = SavedIdentification(file=str(file), document=document)
     estimates = saved.estimates.values()
-    _told(str(file), lambda: (saved_document(saved, full=True), saved.requested))
+    _told(str(file), lambda: (saved.summary(full=True), saved.requested))
     _told(str(file), lambda: [(each.residual_tests, each.iterates) for each in estimates])
     return saved
 

@@ -11,14 +11,21 @@ from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import Levels
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import NamedValues, PhysicalByMethod
-from axisid.estimation.identification import ByMethod, DriveTime, OfRecord, record_place
+from axisid.estimation.identification import (
+    ByMethod,
+    DriveTime,
+    Identification,
+    OfRecord,
+    record_place,
+)
 from axisid.estimation.parameters import known_of, layout_of
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
 from axisid.estimation.tables import Provenance, Repair
-from axisid.modeling.declaration import Axis
-from axisid.modeling.quantities import Parameter
+from axisid.modeling.declaration import Axis, Drive, left_out_text
+from axisid.modeling.quantities import Parameter, Signal
+from axisid.presentation.documents import written_identification
 from axisid.presentation.schema import (
     WrittenIdentification,
     WrittenMember,
@@ -28,9 +35,11 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
+from axisid.support.remedy import Wording
 from axisid.support.uncached import Uncached
 
 from .diagnosis import read_diagnosis, read_levels
+from .drive import written_drive
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
 from .part import PartEstimate, SavedPart
 
@@ -188,6 +197,39 @@ class SavedIdentification(ByMethod, Uncached, Presentable):
             )
         return self.declared
 
+    @property
+    def left_out(self) -> str:
+        """What stands for the parameters that were left out, in words; empty for none."""
+        if self.declared is not None:
+            return left_out_text(self.declared)
+        return ", ".join(f"{n} = {value:g}" for n, value in (self.document.left_out or {}).items())
+
+    @property
+    def declared_parameters(self) -> tuple[Parameter, ...]:
+        """Of the axis, or as far as the file has them."""
+        if self.declared is not None:
+            return self.declared.parameters
+        made = {p.name for p in self.combined}
+        own = next(iter(self.estimates.values())).parameters
+        return tuple(Parameter(n, value.unit) for n, value in own.items() if n not in made)
+
+    @property
+    def combined(self) -> tuple[Parameter, ...]:
+        """Base parameters that are no declared ones."""
+        bases = (physical.base for physical in self.physical.values())
+        return tuple({p.name: p for base in bases for p, _ in base.combined}.values())
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """Recorded signals that the axis has."""
+        return tuple(Signal(s.name, s.unit, s.between) for s in self.document.signals or ())
+
+    @property
+    def drive(self) -> Drive:
+        """How the drive follows its commands; its gain is 1."""
+        written = self.document.drive
+        return Drive(gain=1.0) if isinstance(written, UnsetType) else written_drive(written)
+
     @cached_property
     def drive_time(self) -> DriveTime | None:
         """The drive's lag or delay where it was estimated."""
@@ -323,6 +365,14 @@ class SavedIdentification(ByMethod, Uncached, Presentable):
     def validate(self, record: Record, *, like: int | None = None) -> Validation:
         """Hold every estimate, frozen, against another record of the axis, as `validate` does."""
         return validate(self, record, like=like)
+
+
+def identification_facts(
+    result: Identification, draws: int, wording: Wording
+) -> SavedIdentification:
+    """What an identification tells without its rows, which is all that tables show."""
+    document = written_identification(result, draws, wording)
+    return SavedIdentification(file="", document=document, declared=result.axis.declared)
 
 
 def saved_record(written: WrittenRecord) -> SavedRecord:

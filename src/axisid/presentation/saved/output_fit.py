@@ -4,32 +4,24 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import cast
 
 import numpy as np
-from msgspec import UNSET
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check, Levels
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
-from axisid.estimation.fitting import OutputFit
-from axisid.modeling.quantities import Parameter
 from axisid.modeling.text import FunctionLike
-from axisid.presentation.blocks import Document
 from axisid.presentation.documents import read_as
 from axisid.presentation.schema import WrittenFitted, WrittenFitValidation, WrittenOutputFit
-from axisid.presentation.text.fits import output_fit_document
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.presentable import Presentable
-from axisid.support.remedy import Note, Wording, as_arguments
 
 from .contradictions import contradiction
 from .diagnosis import read_check, read_levels
 from .identification import SavedRecord, saved_record
-from .views import Like
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -61,6 +53,12 @@ class SavedOutputFit(Checked, Presentable):
     def output(self) -> str:
         """What was followed."""
         return self.document.output
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The same one by one; files of one output need not say it of each record."""
+        told = (each.output or self.output for each in self.document.record_errors)
+        return tuple(dict.fromkeys(told))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -174,7 +172,8 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
     """
     count = len(document.parameters)
     rows = [len(row) for row in document.covariance]
-    left, followed = len(document.record_errors), len(_outputs(document))
+    saved = SavedOutputFit(file=file, document=document)
+    left, followed = len(document.record_errors), len(saved.outputs)
     if rows != [count] * count or left != followed * len(document.records):
         raise DataError(
             f"{file} has {count} parameters and a covariance of {len(rows)}, and what is left of "
@@ -184,7 +183,7 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
         )
     for problem in _contradictions(document):
         raise contradiction(file, problem)
-    return SavedOutputFit(file=file, document=document)
+    return saved
 
 
 def _contradictions(document: WrittenOutputFit) -> Iterator[str]:
@@ -202,60 +201,6 @@ def _contradictions(document: WrittenOutputFit) -> Iterator[str]:
             yield f"the interval of {name} does not hold its value"
         if written.prior and not written.prior.sd > 0:
             yield f"what was known of {name} has the deviation {written.prior.sd:g}"
-
-
-def _outputs(document: WrittenOutputFit) -> tuple[str, ...]:
-    """What was followed; files of one output need not say it of each record."""
-    told = [document.output if e.output is UNSET else e.output for e in document.record_errors]
-    return tuple(dict.fromkeys(told))
-
-
-def saved_fit_document(saved: SavedOutputFit, *, wording: Wording = as_arguments) -> Document:
-    """As of a fit that was just made, by its presenter."""
-    return output_fit_document(_live(saved), wording=wording)
-
-
-def _live(saved: SavedOutputFit) -> OutputFit:
-    """What the presenter of a fit reads of one."""
-    written, own = saved.document, saved.document.parameters
-    left_out = tuple(Parameter(n, "1", known=v) for n, v in written.left_out.items())
-    axis = Like(
-        axis=Like(name=written.axis, title="", coordinate=Like(unit=written.position_unit)),
-        declared=Like(left_out=left_out),
-        signature=written.signature,
-    )
-    first = next(iter(own.values()))
-    like = Like(
-        saved,
-        axis=axis,
-        outputs=_outputs(written),
-        loss=written.loss,
-        started=written.started,
-        steps=written.iterations,
-        values=saved.parameters,
-        fixed={n: v.value for n, v in own.items() if v.fixed},
-        at_bound={n: v.at_bound for n, v in own.items() if v.at_bound},
-        prior={n: (v.prior.value, v.prior.sd) for n, v in own.items() if v.prior},
-        start=[v.start for v in own.values()],
-        covariances=dict.fromkeys(first.deviations),
-        chosen=written.chosen_covariance,
-        step=written.encoder_step,
-        horizon=None if written.horizon is UNSET else written.horizon,
-        local={} if written.local is UNSET else written.local,
-        remarks=tuple(map(Note, written.remarks)),
-        of_records=[
-            Like(
-                output=written.output if e.output is UNSET else e.output,
-                unit=written.unit if e.unit is UNSET else e.unit,
-                rows=e.rows,
-                error=e.error,
-                percent=_or_infinite(e.percent),
-                order=e.order,
-            )
-            for e in written.record_errors
-        ],
-    )
-    return cast(OutputFit, like)
 
 
 def _value(written: WrittenFitted, chosen: str) -> Value:

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, cast
+
+from msgspec import UnsetType
 
 from axisid.estimation.monte_carlo import (
     CheckFigures,
@@ -11,7 +14,9 @@ from axisid.estimation.monte_carlo import (
     Mean,
     Share,
     StudyFigures,
+    declared_chain,
 )
+from axisid.estimation.twins import Chain
 from axisid.presentation.documents import number
 from axisid.presentation.schema import (
     WrittenCheckFigures,
@@ -55,6 +60,15 @@ class SavedMonteCarlo(StudyFigures, Presentable):
     def chosen(self) -> str:
         """Of `COVARIANCES`, what printed intervals are of."""
         return str(self.document.settings["covariance"])
+
+    @property
+    def noise(self) -> Chain:
+        """Of the twins."""
+        twins = self.document.twins
+        if not isinstance(twins.chain, UnsetType):
+            return twins.chain
+        experiment = Chain(position=twins.position_noise, position_step=twins.resolution)
+        return declared_chain(experiment, **cast(Any, twins.noise))
 
     @cached_property
     def figures(self) -> tuple[EstimandFigures, ...]:

@@ -6,9 +6,9 @@ In: a result. Out: a document of blocks. Knows nothing of how statistics are com
 from .comparison import comparison_document as comparison_document
 from .details import checks_table as checks_table
 from .estimate import (
-    estimate_document as estimate_document,
     iterations as iterations,
     quantity as quantity,
+    saved_estimate_document as saved_estimate_document,
 )
 from .identification import (
     diagnosis_blocks as diagnosis_blocks,
@@ -16,11 +16,16 @@ from .identification import (
     identification_document as identification_document,
     missing_notes as missing_notes,
     preferred_physical as preferred_physical,
+    saved_document as saved_document,
     shared_remarks as shared_remarks,
     verdict_block as verdict_block,
 )
 from .law_search import law_search_document as law_search_document
 from .moves import moves_notes as moves_notes
+from .output_fit import (
+    output_fit_document as output_fit_document,
+    saved_fit_document as saved_fit_document,
+)
 from .physical import physical_notes as physical_notes
 from .record import (
     listed_facts as listed_facts,

@@ -27,6 +27,7 @@ from axisid.support.remedy import Note, Wording, as_arguments
 
 from .estimate import quantity
 from .record import (
+    force_told,
     known_text,
     listed_facts,
     record_facts,
@@ -331,9 +332,9 @@ def _rows(c: Comparison) -> str:
     """How the records became rows."""
     used, drive = len(c.candidates[0].estimate.y), c.candidates[0].axis.axis.drive
     measured = c.record.force is not None
+    force = force_told(drive, drive.remark, is_gain=drive.is_gain, measured=measured)
     if len(c.records) == 1:
-        motion = c.record.motion
-        return rows_text(c.data.sampling, used, drive, measured=measured, motion=motion)
+        return rows_text(c.data.sampling, used, force, c.record.motion)
     samplings = [data.sampling for data in c.problem.data]
     motions = [data.record.motion for data in c.problem.data]
-    return several_rows_text(samplings, used, drive, measured=measured, motions=motions)
+    return several_rows_text(samplings, used, force, motions)

@@ -7,7 +7,7 @@ from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.diagnostics.estimates import InstrumentTests
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment, ColumnComparison
-from axisid.estimation.estimates import COVARIANCES, Estimate, Value
+from axisid.estimation.estimates import COVARIANCES, Value
 from axisid.presentation.blocks import (
     Column,
     Document,
@@ -17,12 +17,13 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import figure_text
+from axisid.presentation.saved import SavedEstimate
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording
 
 
 def details_document(
-    estimates: Mapping[str, Estimate], diagnosis: Diagnosis, wording: Wording
+    estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosis, wording: Wording
 ) -> Document:
     """Intervals, correlations and every diagnostic, each with its figure and threshold."""
     preferred = estimates[diagnosis.preferred]
@@ -51,7 +52,7 @@ def _table(
     return Table(columns=text_columns(heads), rows=texts, labels=labels, title=title, said=said)
 
 
-def _intervals(title: str, estimates: Mapping[str, Estimate]) -> Table:
+def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
     labels = [model.label for model in COVARIANCES.values()]
     labels[0] = f"sd {labels[0]}"
     header = ["", "unit", "2.5 %", "97.5 %", *labels, "gain", "bias"]
@@ -70,7 +71,7 @@ def _figures(value: Value) -> list[str]:
     return [*ends, *(f"{sd:.3g}" for sd in deviations), bias]
 
 
-def _correlation(title: str, estimate: Estimate) -> Table:
+def _correlation(title: str, estimate: SavedEstimate) -> Table:
     names = [q.name for q in estimate.quantities]
     rows = (
         [name, *(f"{r:.3f}" for r in row)]
@@ -126,7 +127,7 @@ def _percent(value: float | None) -> str:
     return "-" if value is None else f"{figure_text(value)} %"
 
 
-def _instruments(preferred: Estimate, tests: InstrumentTests | None) -> Table | Paragraph:
+def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Table | Paragraph:
     title = "Instruments"
     if tests is None:
         return paragraph("none", title=title)
@@ -163,7 +164,9 @@ def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> Table | Para
     return _table(title, heads, rows, labels=2)
 
 
-def _alignment(preferred: Estimate, alignment: Alignment | Missing, wording: Wording) -> Paragraph:
+def _alignment(
+    preferred: SavedEstimate, alignment: Alignment | Missing, wording: Wording
+) -> Paragraph:
     title = "Alignment"
     if isinstance(alignment, Missing):
         why = alignment.note.worded(wording)

@@ -2,15 +2,16 @@
 
 import math
 
-from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.estimates import Value
 from axisid.presentation.blocks import Column, Document, Quantity, Table, text_columns
+from axisid.presentation.saved import SavedEstimate
 from axisid.support.number_text import range_text
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}
 
 
-def estimate_document(estimate: Estimate) -> Document:
+def saved_estimate_document(estimate: SavedEstimate) -> Document:
     """Every parameter with its deviation and interval, and the errors."""
     values = {**estimate.ddm_parameters, **estimate.parameters}
     errors = {
@@ -34,7 +35,7 @@ def estimate_document(estimate: Estimate) -> Document:
     return (table,)
 
 
-def iterations(estimate: Estimate) -> str:
+def iterations(estimate: SavedEstimate) -> str:
     """How many iterations there were, and from where; a dash for least squares."""
     if not estimate.iterates:
         return "-"

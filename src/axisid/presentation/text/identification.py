@@ -7,10 +7,9 @@ from dataclasses import replace
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import KINDS, Check, lines_of
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
-from axisid.estimation.estimates import CORRECTED, COVARIANCES, Estimate, Physical, Value
+from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.identification import DriveTime, Identification
 from axisid.estimation.moves import Band
-from axisid.modeling.declaration import left_out_text
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import (
     Cell,
@@ -27,6 +26,12 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import decimals
+from axisid.presentation.saved import (
+    SavedEstimate,
+    SavedIdentification,
+    SavedPhysical,
+    identification_facts,
+)
 from axisid.support.number_text import range_text
 from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Setting, Wording, as_arguments, as_options, worded
@@ -36,6 +41,7 @@ from .estimate import iterations, places, quantity
 from .moves import band_row, moves_notes
 from .physical import physical_notes
 from .record import (
+    force_told,
     record_facts,
     records_table,
     rows_text,
@@ -63,12 +69,25 @@ def identification_document(
 
     See `Identification.summary`.
     """
+    facts = identification_facts(result, draws, wording)
+    return saved_document(facts, draws, every=every, full=full, wording=wording)
+
+
+def saved_document(
+    result: SavedIdentification,
+    draws: int = 0,
+    *,
+    every: bool = False,
+    full: bool = False,
+    wording: Wording = as_arguments,
+) -> Document:
+    """The same of what a file has."""
     drawn = () if is_nothing(draws) else (draws_table(result.estimates, draws),)
     if not (every or full):
         return (*_screen(result, wording), *drawn)
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
-    recorded = signals_text(result.axis.axis)
-    made = f"{_rows_text(result)}{recorded} Generated code {result.axis.signature[:12]}."
+    recorded = signals_text(result.signals)
+    made = f"{_rows_text(result)}{recorded} Generated code {result.signature[:12]}."
     missing = {**result.skipped, **result.failed}
     notes = [
         *_notes(estimates),
@@ -92,7 +111,7 @@ def identification_document(
     )
 
 
-def _screen(result: Identification, wording: Wording) -> Document:
+def _screen(result: SavedIdentification, wording: Wording) -> Document:
     """Heading, the judged estimate, the verdict without what it only notes, and of what rows."""
     diagnosis = result.diagnosis
     noted = [check.line for check in by_weight(diagnosis.verdict) if check.status == "note"]
@@ -117,27 +136,27 @@ def _screen(result: Identification, wording: Wording) -> Document:
     )
 
 
-def _judged(result: Identification) -> Estimate:
+def _judged(result: SavedIdentification) -> SavedEstimate:
     return result.estimates[result.diagnosis.preferred]
 
 
-def _rows_in_short(result: Identification) -> str:
+def _rows_in_short(result: SavedIdentification) -> str:
     """Of what rows an estimate is, and what its deviations are."""
-    judged, sampling = _judged(result), result.data.sampling
+    judged, sampling = _judged(result), result.sampling
     name = judged.covariance_names[judged.chosen]
     without = re.search(r", by no twins: [^;]*", name)
     twins = re.search(r", as \d+ twins", name)
     noise = f"{twins[0]} of the record scatter" if twins else without[0] if without else ""
     gain = judged.gain_relative_sd
     return (
-        f"{len(judged.y)} rows, low-passed at {sampling.prefilter.cutoff:g} Hz; sd "
+        f"{judged.document.rows} rows, low-passed at {sampling.prefilter.cutoff:g} Hz; sd "
         f"{name.partition(',')[0]}{noise}."
         + f" The gain's own {100 * gain:.3g} % is in no sd."
         * bool(gain)
     )
 
 
-def _judged_table(result: Identification) -> Table:
+def _judged_table(result: SavedIdentification) -> Table:
     """The values to believe: each the centre of its interval, less what filter and noise move."""
     judged, plain = _judged(result), result.estimates.get("idm-ls")
     bands = result.diagnosis.bands.get(judged.method, {})
@@ -171,51 +190,54 @@ def _judged_table(result: Identification) -> Table:
     return Table(columns=(*text_columns(["", "unit", *heads]), last), rows=tuple(rows), labels=2)
 
 
-def _judged_note(diagnosis: Diagnosis, estimates: Sequence[Estimate]) -> list[str]:
+def _judged_note(diagnosis: Diagnosis, estimates: Sequence[SavedEstimate]) -> list[str]:
     """Which of several estimates the verdict speaks of."""
     if len(estimates) < 2:
         return []
     return [f"Verdict: of {diagnosis.preferred.upper()}, where a check is of one estimate."]
 
 
-def _side_by_side(estimates: Sequence[Estimate]) -> list[list[Estimate]]:
+def _side_by_side(estimates: Sequence[SavedEstimate]) -> list[list[SavedEstimate]]:
     """Two of a form are as wide as a terminal; those of the inverse model first."""
     forms = ([e for e in estimates if e.is_direct == direct] for direct in (False, True))
     return [form[i : i + 2] for form in forms for i in range(0, len(form), 2)]
 
 
-def _rows_text(result: Identification) -> str:
+def _rows_text(result: SavedIdentification) -> str:
     """How the records became rows."""
-    estimate, drive = next(iter(result.estimates.values())), result.axis.axis.drive
-    measured = result.record.force is not None
+    used = next(iter(result.estimates.values())).document.rows
+    force = force_told(
+        result.drive,
+        result.document.drive_remark or "",
+        is_gain=not result.document.drive_force,
+        measured=result.record.has_force,
+    )
     if result.of_records:
         samplings = [of_one.sampling for of_one in result.of_records]
         motions = [of_one.record.motion for of_one in result.of_records]
-        used = len(estimate.y)
-        return several_rows_text(samplings, used, drive, measured=measured, motions=motions)
-    return rows_text(
-        result.data.sampling,
-        len(estimate.y),
-        drive,
-        measured=measured,
-        motion=result.record.motion,
-    )
+        return several_rows_text(samplings, used, force, motions)
+    return rows_text(result.sampling, used, force, result.record.motion)
 
 
-def _heading(result: Identification, wording: Wording) -> Heading:
-    axis, record = result.axis, result.record
-    declared, truth = axis.axis, record.provenance.truth
+def _heading(result: SavedIdentification, wording: Wording) -> Heading:
+    record, parameters, combined = result.record, result.declared_parameters, result.combined
+    truth, title = record.provenance.truth, result.declared.title if result.declared else ""
+    units = {p.name: p.unit for p in parameters}
     for of_one in result.of_records:  # what is true of all
         own = of_one.record.provenance.truth
         truth = {name: value for name, value in truth.items() if own.get(name) == value}
     facts = {
-        "axis": declared.name + (f": {declared.title}" if declared.title else ""),
-        "left out": left_out_text(axis.declared),
-        **(several_facts(result, wording) if result.of_records else record_facts(record, wording)),
+        "axis": result.name + (f": {title}" if title else ""),
+        "left out": result.left_out,
+        **(
+            several_facts(result.of_records, units, wording)
+            if result.of_records
+            else record_facts(record, wording)
+        ),
         **set_aside_facts(result.set_aside, wording),
         "drive": _drive_time(result.drive_time),
-        "truth": _truth(axis.declared.parameters, truth),
-        "": _truth([] if result.of_records else [p for p, _ in axis.base.combined], truth),
+        "truth": _truth(parameters, truth),
+        "": _truth([] if result.of_records else combined, truth),
     }
     return Heading(facts=tuple(facts.items()))
 
@@ -237,7 +259,7 @@ def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
     )
 
 
-def _estimates_table(estimates: Sequence[Estimate], diagnosis: Diagnosis) -> Table:
+def _estimates_table(estimates: Sequence[SavedEstimate], diagnosis: Diagnosis) -> Table:
     first = estimates[0]
     rows = _value_rows(
         [e.parameters for e in estimates],
@@ -248,14 +270,14 @@ def _estimates_table(estimates: Sequence[Estimate], diagnosis: Diagnosis) -> Tab
     rows += [
         ("equation error", "%", *map(_equation_error, estimates)),
         ("simulation error", "%", *(_percent(e.simulation_error_percent) for e in estimates)),
-        ("rows", "", *(str(len(e.y)) for e in estimates)),
+        ("rows", "", *(str(e.document.rows) for e in estimates)),
         ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates)),
         ("iterations", "", *map(iterations, estimates)),
     ]
     return Table(columns=_columns("", [e.method for e in estimates]), rows=tuple(rows), labels=2)
 
 
-def _equation_error(estimate: Estimate) -> str:
+def _equation_error(estimate: SavedEstimate) -> str:
     """Of rows of the measured motion; that of the loop's rows is the simulation error."""
     return _percent(None if estimate.by_output_error else estimate.equation_error_percent)
 
@@ -264,13 +286,13 @@ def _percent(error: float | None) -> str:
     return "-" if error is None else f"{error:.4f}"
 
 
-def preferred_physical(result: Identification) -> dict[str, Physical]:
+def preferred_physical(result: SavedIdentification) -> dict[str, SavedPhysical]:
     """Physical parameters that are no base parameters, by method, of one model form."""
     every = {method: p for method, p in result.physical.items() if p.shows_more}
     return {m: p for m, p in every.items() if not result.estimates[m].is_direct} or every
 
 
-def _physical_tables(result: Identification) -> list[Table]:
+def _physical_tables(result: SavedIdentification) -> list[Table]:
     shown = [*preferred_physical(result).values()]
     if not shown:
         return []
@@ -312,7 +334,7 @@ def _corrected_row(values: Sequence[Value]) -> list[Row]:
     return [(f"  {CORRECTED}", "", *numbers)]
 
 
-def draws_table(estimates: Mapping[str, Estimate], draws: int) -> Table:
+def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> Table:
     """Intervals from draws, beside those of the delta method."""
     rows: list[Row] = []
     lost, seed = 0, 0
@@ -332,7 +354,7 @@ def draws_table(estimates: Mapping[str, Estimate], draws: int) -> Table:
     return Table(columns=text_columns(heads), rows=tuple(rows), labels=2, said=(f"{said}.",))
 
 
-def _notes(estimates: Sequence[Estimate]) -> list[str]:
+def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
     methods = [e.method for e in estimates]
     chosen = estimates[0].chosen
     name = covariance_name({e.method: e.covariance_names[chosen] for e in estimates})
@@ -382,7 +404,7 @@ def covariance_name(names: Mapping[str, str]) -> str:
     return "; ".join([head, *said])
 
 
-def shared_remarks(estimates: Iterable[Estimate], wording: Wording) -> list[str]:
+def shared_remarks(estimates: Iterable[SavedEstimate], wording: Wording) -> list[str]:
     """Each remark once, with the methods that it is of."""
     shared: dict[str, list[str]] = {}
     for estimate in estimates:
@@ -391,7 +413,7 @@ def shared_remarks(estimates: Iterable[Estimate], wording: Wording) -> list[str]
     return [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
 
 
-def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
+def _filter_notes(estimates: Sequence[SavedEstimate]) -> list[str]:
     """What the rows of corrected values are, if there are any."""
     values = [v for e in estimates for v in e.parameters.values()]
     if not any(_corrected_row([v]) for v in values):
@@ -403,7 +425,7 @@ def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
     ]
 
 
-def _gain_notes(estimate: Estimate) -> list[str]:
+def _gain_notes(estimate: SavedEstimate) -> list[str]:
     relative = estimate.gain_relative_sd
     if relative == 0:
         return []
@@ -459,7 +481,7 @@ def missing_notes(
     One that checks could not be made for stands in the verdict.
     """
     # A file has the reasons of methods as they are worded as options.
-    told = {each for why in unmade(checks) for each in (why, why.worded(as_options))}
+    told = {why.worded(each) for why in unmade(checks) for each in (as_options, wording)}
     shared: dict[str, list[str]] = {}
     for method, why in missing.items():
         reason = worded(why, wording).removeprefix(f"{method}, ")

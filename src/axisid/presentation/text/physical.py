@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 
-from axisid.estimation.estimates import Physical
 from axisid.modeling.declaration import known_text
+from axisid.presentation.saved import SavedPhysical
 from axisid.support.remedy import Note, Remedy, Setting, Wording
 
 _FIX = Remedy.of(" (", Setting("fix", "NAME=VALUE+-SD"), ")")
 
 
-def physical_notes(found: Mapping[str, Physical], wording: Wording) -> list[str]:
+def physical_notes(found: Mapping[str, SavedPhysical], wording: Wording) -> list[str]:
     """Notes of a table; none where the estimates are of the physical parameters already."""
     if not found:
         return []
@@ -31,7 +31,7 @@ def _fixable(sentence: str) -> Note:
     return Note(sentence, _FIX if sentence.endswith(" known") else None)
 
 
-def _how(physical: Physical) -> str:
+def _how(physical: SavedPhysical) -> str:
     known = ", ".join(f"{p.name} = {known_text(p)} {p.unit}" for p in physical.base.known)
     fixed = f", and to {known}, declared as known" if known else ""
     more = (

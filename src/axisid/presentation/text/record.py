@@ -5,17 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.identification import Identification, OfRecord, RecordInfo
+from axisid.estimation.identification import OfRecord, RecordInfo
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
-from axisid.modeling.declaration import Axis, Drive
+from axisid.modeling.declaration import Drive
+from axisid.modeling.quantities import Signal
 from axisid.presentation.blocks import Document, Heading, Table, text_columns
+from axisid.presentation.saved import SavedIdentification
 from axisid.support.remedy import Note, Wording, as_arguments
 
 
-def rows_text(
-    sampling: Sampling, used: int, drive: Drive, *, measured: bool, motion: Sequence[str]
-) -> str:
+def rows_text(sampling: Sampling, used: int, force: Sequence[str], motion: Sequence[str]) -> str:
     """How a record became the rows of a regression, for the notes of a table.
 
     Parameters
@@ -23,9 +23,8 @@ def rows_text(
     sampling : Sampling
     used : int
         Rows of the regression.
-    drive : Drive
-    measured : bool
-        Whether the force was.
+    force : sequence of str
+        What is taken as the force, as `force_told` has it.
     motion : sequence of str
         What of the motion was.
     """
@@ -37,7 +36,7 @@ def rows_text(
     return (
         f"{used} rows of {sampling.samples} samples{_of_segments(sampling)}: {start} dropped at "
         f"the start, {end} at the end{each}, then {kept_text(sampling)}{lost}. "
-        f"{filter_text(sampling, drive, measured=measured, motion=motion)}"
+        f"{filter_text(sampling, force, motion)}"
     )
 
 
@@ -47,25 +46,29 @@ def kept_text(sampling: Sampling) -> str:
     return "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
 
 
-def filter_text(sampling: Sampling, drive: Drive, *, measured: bool, motion: Sequence[str]) -> str:
+def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> tuple[str, ...]:
+    """What is taken as the force, and what is said of how it acts."""
+    if measured:
+        return ("force column",)
+    force = "drive gain x control" if is_gain else "what the drive makes of the control"
+    return force, *filter(None, (drive.timing_text, remark))
+
+
+def filter_text(sampling: Sampling, force: Sequence[str], motion: Sequence[str]) -> str:
     """The low-pass and the force, in sentences."""
-    f = sampling.prefilter
-    commanded = "drive gain x control" if drive.is_gain else "what the drive makes of the control"
-    force = "force column" if measured else commanded
-    said = () if measured else filter(None, (drive.timing_text, drive.remark))
-    timing = "".join(f"; {each}" for each in said)
+    f, (taken, *said) = sampling.prefilter, force
     return (
         f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
-        f"forward and backward. Force: {force}, hold {f.hold}{timing}."
+        f"forward and backward. Force: {'; '.join([f'{taken}, hold {f.hold}', *said])}."
     )
 
 
-def signals_text(axis: Axis) -> str:
+def signals_text(signals: Sequence[Signal]) -> str:
     """How recorded signals stand in the rows, in a sentence; empty for none."""
-    if not axis.signals:
+    if not signals:
         return ""
-    listed = ", ".join(f"{s.name} in {s.unit}" for s in axis.signals)
-    held = [s.name for s in axis.signals if s.is_held]
+    listed = ", ".join(f"{s.name} in {s.unit}" for s in signals)
+    held = [s.name for s in signals if s.is_held]
     mean = f"; {', '.join(held)} by the mean of what is held before and after" if held else ""
     return f" Recorded signals as they were recorded: {listed}{mean}."
 
@@ -110,11 +113,12 @@ def record_document(record: Record, *, wording: Wording = as_arguments) -> Docum
     return Heading(facts=tuple(record_facts(record, wording).items())), table
 
 
-def several_facts(result: Identification, wording: Wording) -> dict[str, str]:
+def several_facts(
+    of_records: Sequence[OfRecord], units: Mapping[str, str], wording: Wording
+) -> dict[str, str]:
     """What a heading says of several records; what is the same of all is told once."""
-    units = _units(result)
-    told = [record_facts(of_one.record, wording) for of_one in result.of_records]
-    for of_one, own in zip(result.of_records, told, strict=True):
+    told = [record_facts(of_one.record, wording) for of_one in of_records]
+    for of_one, own in zip(of_records, told, strict=True):
         known = [known_text(n, v, units.get(n, "")) for n, v in of_one.known.items()]
         own["record"] = "; ".join([own["record"], *known])
     return {"records": f"{len(told)}, one set of parameters", **listed_facts(told)}
@@ -145,7 +149,7 @@ def set_aside_facts(set_aside: Mapping[str, str | Note], wording: Wording) -> di
     return {"set aside": f"{counted}: {'; '.join(reasons)}"}
 
 
-def records_table(result: Identification) -> Table:
+def records_table(result: SavedIdentification) -> Table:
     """Each record beside the others, by the estimate that is judged."""
     heads = (
         "record",
@@ -163,7 +167,7 @@ def records_table(result: Identification) -> Table:
     )
 
 
-def several_notes(result: Identification) -> list[str]:
+def several_notes(result: SavedIdentification) -> list[str]:
     """How several records became one estimate; nothing of one."""
     if not result.of_records:
         return []
@@ -197,9 +201,7 @@ def several_notes(result: Identification) -> list[str]:
 def several_rows_text(
     samplings: Sequence[Sampling],
     used: int,
-    drive: Drive,
-    *,
-    measured: bool,
+    force: Sequence[str],
     motions: Sequence[Sequence[str]],
 ) -> str:
     """How several records became the rows of one regression."""
@@ -215,7 +217,7 @@ def several_rows_text(
     lost = f", {masked} left out that masked samples reach" if masked else ""
     lost += f", {quiet} samples near reversals and rests left out before" if quiet else ""
     filters = dict.fromkeys(
-        filter_text(sampling, drive, measured=measured, motion=motion)
+        filter_text(sampling, force, motion)
         for sampling, motion in zip(samplings, motions, strict=True)
     )
     return (
@@ -247,7 +249,3 @@ def known_text(name: str, value: tuple[float, float], unit: str) -> str:
     number, deviation = value
     spread = f" +- {deviation:g}" if deviation else ""
     return f"{name} = {number:g}{spread} {unit}".rstrip()
-
-
-def _units(result: Identification) -> dict[str, str]:
-    return {p.name: p.unit for p in result.axis.declared.parameters}

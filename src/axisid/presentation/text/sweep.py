@@ -29,7 +29,11 @@ def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document
     """Values by cut-off and method, and the recommendation."""
     first = sweep.results[0]
     facts = (
-        several_facts(first, wording) if first.of_records else record_facts(first.record, wording)
+        several_facts(
+            first.of_records, {p.name: p.unit for p in first.axis.declared.parameters}, wording
+        )
+        if first.of_records
+        else record_facts(first.record, wording)
     )
     facts = {
         "left out": left_out_text(first.axis.declared),

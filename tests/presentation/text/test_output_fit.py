@@ -5,7 +5,7 @@ import pytest
 from axisid import Record, fit
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.presentation.blocks import Quantity, Table
-from axisid.presentation.text.fits import output_fit_document
+from axisid.presentation.text import output_fit_document
 
 
 def _table(document: tuple[object, ...], place: int = 0) -> Table:
