@@ -3,10 +3,10 @@
 Run it: python examples/dfki_pendulum_study.py DATA_FOLDER --output FOLDER
 
 It joins the run's measured and desired files into one record, prints the tables of
-docs/dfki_pendulum.md and draws its figures (`dfki_pendulum_figures.py`). Assumed, and not in the
-data: row k of the desired file is what was commanded at row k of the measured file; the drive's law
-and gains are those of `dfki_pendulum.py`; the recorded torque is that of the output shaft at the
-sample's instant, so that `hold` is raw.
+docs/dfki_pendulum.md and of dfki_pendulum_tables.md, and draws the figures
+(`dfki_pendulum_figures.py`). Assumed, and not in the data: row k of the desired file is what was
+commanded at row k of the measured file; the drive's law and gains are those of `dfki_pendulum.py`;
+the recorded torque is that of the output shaft at the sample's instant, so that `hold` is raw.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""The tables of docs/emps_ladder.md, from scores."""
+"""The tables of docs/emps_ladder.md and emps_ladder_tables.md, from scores."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol

@@ -3,6 +3,7 @@
 import ast
 from collections import Counter
 from graphlib import CycleError, TopologicalSorter
+from itertools import chain, pairwise
 from pathlib import Path
 
 import pytest
@@ -124,6 +125,19 @@ def test_every_room_stands_on_a_floor_and_says_what_it_takes_gives_and_does_not_
         said = ast.get_docstring(ast.parse(modules[room].read_text())) or ""
         assert {"In:", "Out:"} <= {*said.split()}, room
         assert "Knows nothing of " in " ".join(said.split()), room
+
+
+def test_the_drawing_in_contributing_has_every_room_on_its_floor(root: Path) -> None:
+    """A line's rooms are above all rooms of the lines below it."""
+    text = (root / "CONTRIBUTING.md").read_text().partition("```\n")[2].partition("```")[0]
+    drawn = []
+    for line in text.splitlines():
+        above, _, rooms = line.partition("|")[0].partition(":")
+        drawn.append([f"{above}.{room}".strip(".") for room in rooms.split()])
+    floor = {room: i for i, rooms in enumerate(FLOORS) for room in rooms}
+    assert sorted(chain(*drawn)) == sorted(floor)
+    levels = [[floor[room] for room in rooms] for rooms in drawn]
+    assert all(min(upper) > max(lower) for upper, lower in pairwise(levels))
 
 
 def test_tests_mirror_the_rooms(root: Path) -> None:

@@ -18,7 +18,8 @@ from axisid.estimation.signals import SampledFilter
 
 ROOT = Path(__file__).resolve().parents[2]
 AXIS = ROOT / "examples" / "dfki_pendulum.py"
-DOCUMENT = (ROOT / "docs" / "dfki_pendulum.md").read_text()
+PAGES = (ROOT / "docs" / "dfki_pendulum.md", ROOT / "examples" / "dfki_pendulum_tables.md")
+DOCUMENT = "\n".join(page.read_text() for page in PAGES)
 RUN = "pd_system_identification_measured.csv"
 
 

@@ -1,13 +1,12 @@
 """The drive as generated functions, and that nothing else makes a force of a control."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-import sympy
 
-from axisid import Prefilter, build, derive, elements, identify, load_axis, twin_record
+from axisid import Prefilter, build, derive, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import feed_forward
 from axisid.codegen.printers.python import print_python
@@ -105,8 +104,7 @@ def test_the_generated_text_knows_its_drive(emps2015: GeneratedAxis) -> None:
 
 
 def test_the_recipes_drive_makes_the_force_that_it_says(rng: np.random.Generator) -> None:
-    names: dict[str, Any] = {"__name__": "recipe", "dataclass": dataclass, "sympy": sympy}
-    names |= {name: getattr(elements, name) for name in ("CONTROL", "DRIVE_GAIN", "Drive", "FORCE")}
+    names: dict[str, Any] = {"__name__": "recipe"}
     (recipe,) = recipe_blocks("Add a drive")
     exec(recipe, names)
     drive = names["Magnet"](gain=-3.0, unit="A", relative_sd=0.01)

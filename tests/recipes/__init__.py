@@ -1,4 +1,4 @@
-"""The blocks of code in a recipe of CONTRIBUTING, so that a test can follow it."""
+"""What a recipe of CONTRIBUTING has one write, so that a test can follow it."""
 
 import os
 import re
@@ -31,10 +31,13 @@ for line in {lines!r}:
 
 
 def recipe_blocks(title: str) -> list[str]:
-    """The Python blocks below a heading."""
-    text = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text()
+    """The files of this folder that a recipe names, then its Python blocks."""
+    root = Path(__file__).resolve().parents[2]
+    text = (root / "CONTRIBUTING.md").read_text()
     below = text.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
-    return re.findall(r"```python\n(.*?)```", below, re.DOTALL)
+    files = re.findall(r"\((tests/recipes/\w+\.py)\)", below)
+    blocks = re.findall(r"```python\n(.*?)```", below, re.DOTALL)
+    return [*((root / file).read_text() for file in files), *blocks]
 
 
 def commands_with(
@@ -47,7 +50,7 @@ def commands_with(
     folder : Path
         Where they run.
     title : str
-        Of the recipe, whose first block is a module and whose second one is its row.
+        Of the recipe, which names a module and has its row in a block.
     lines : str
     module, table : str
         What the two are called.

@@ -1,0 +1,25 @@
+"""Whether the axis turns often enough to tell friction from an offset."""
+
+import numpy as np
+
+from axisid.estimation.checks import Check, passed
+
+from .diagnosis import Case
+
+_MIN_TURNS = 4  # of the sign of the velocity; fewer do not tell friction from an offset
+
+
+def turns_check(case: Case) -> Check:
+    """How often the filtered velocity changes its sign."""
+    turns = int(np.count_nonzero(np.diff(np.sign(case.data.signals.velocity))))
+    good = turns >= _MIN_TURNS
+    return Check(
+        name="turns",
+        status=passed(good, matters=False),
+        figure=float(turns),
+        threshold=float(_MIN_TURNS),
+        source="changes of the sign of the filtered velocity",
+        meaning=f"the axis turns {turns} times"
+        if good
+        else f"the axis turns {turns} times only: record more strokes",
+    )
