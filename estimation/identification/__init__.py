@@ -9,7 +9,6 @@ from .bound import (
     layout_for as layout_for,
     tells_gain as tells_gain,
 )
-from .by_method import ByMethod as ByMethod
 from .drive_time import DriveTiming as DriveTiming, check_time as check_time
 from .identify import (
     check_choices as check_choices,
@@ -19,7 +18,7 @@ from .identify import (
     records_of as records_of,
     requested_methods as requested_methods,
 )
-from .result import DriveTime as DriveTime, Identification as Identification
+from .result import ByMethod as ByMethod, DriveTime as DriveTime, Identification as Identification
 from .set_aside import check_bad as check_bad, layout_without as layout_without
 from .several import OfRecord as OfRecord, RecordInfo as RecordInfo, record_place as record_place
 from .shared import Shared as Shared, shared_records as shared_records

@@ -1,14 +1,14 @@
 """The result object: estimates with what they were made from."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.choices import STARTS
-from axisid.estimation.diagnostics import Choice, Diagnosis, diagnose
+from axisid.estimation.diagnostics import Choice, Diagnosed, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
     Physical,
@@ -22,12 +22,15 @@ from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Exact
+from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
 from axisid.support.remedy import Note
 from axisid.support.uncached import Uncached
+from axisid.support.user_values import quoted
 
-from .by_method import ByMethod
 from .several import OfRecord, of_records, record_place
+
+Estimated_co = TypeVar("Estimated_co", covariant=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +60,35 @@ class DriveTime:
             f"{self.name} {self.parameter.name} = {1e3 * self.value:.4g} +- "
             f"{1e3 * self.deviation:.2g} ms"
         )
+
+
+class _HasEstimates(Protocol[Estimated_co]):
+    @property
+    def estimates(self) -> Mapping[str, Estimated_co]: ...
+
+
+class ByMethod(Diagnosed):
+    """Estimates by method: ``result["idm-iv"]``; it iterates over the methods."""
+
+    __slots__ = ()
+
+    def __getitem__(self: _HasEstimates[Estimated_co], method: str) -> Estimated_co:
+        name = str(method).lower()
+        if name not in self.estimates:
+            raise UsageError(
+                f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
+                code="no-such-estimate",
+            )
+        return self.estimates[name]
+
+    def __iter__(self: _HasEstimates[object]) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __contains__(self: _HasEstimates[object], method: object) -> bool:
+        return isinstance(method, str) and method.lower() in self.estimates
+
+    def __len__(self: _HasEstimates[object]) -> int:
+        return len(self.estimates)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)

@@ -19,8 +19,7 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
-from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of
-from .outliers import outliers_of
+from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of, outliers_of
 from .scores import AddedColumns, ColumnTests, RecordScores, scores_of
 
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,

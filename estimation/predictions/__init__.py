@@ -9,8 +9,7 @@ from .lanes import (
     record_rows as record_rows,
     whole_lanes as whole_lanes,
 )
-from .loop_predictions import LoopPredictions as LoopPredictions
-from .measured_output import measured_output as measured_output
+from .loop_predictions import LoopPredictions as LoopPredictions, measured_output as measured_output
 from .slopes import Slopes as Slopes, slopes_of as slopes_of
 from .window_predictions import (
     FEWEST_IN_WINDOW as FEWEST_IN_WINDOW,

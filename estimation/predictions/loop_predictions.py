@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.lowering import LoopStart
+from axisid.estimation.choices import CONTROL, FORCE
 from axisid.estimation.loops import (
     LawTicks,
     applied_terms,
@@ -45,14 +46,73 @@ from axisid.estimation.simulation import (
     simulate_lanes,
 )
 from axisid.support.arrays import Array, covered, in_few_digits
-from axisid.support.errors import EstimationError
+from axisid.support.errors import DataError, EstimationError
+from axisid.support.remedy import Remedy, Setting
 
 from .lanes import Predictions
-from .measured_output import MeasuredOutput, measured_output
 from .slopes import STEP
 
 # of a term of the law: by how much it is added and taken away for a slope
 _ADDED_SHARE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredOutput:
+    """An output as a record has it.
+
+    Attributes
+    ----------
+    signal : str
+        What it is of a simulation, as `Simulation` names it.
+    unit : str
+    values : (N,) array
+    """
+
+    signal: str
+    unit: str
+    values: Array
+
+
+def measured_output(output: str, axis: GeneratedAxis, record: Record) -> MeasuredOutput:
+    """The recorded output that a fit follows.
+
+    Parameters
+    ----------
+    output : str
+        Of `axisid.estimation.choices.OUTPUTS`.
+    axis : GeneratedAxis
+    record : Record
+
+    Raises
+    ------
+    DataError
+        The record has no such column.
+    """
+    q, drive = axis.axis.coordinate, axis.axis.drive
+    if output == CONTROL:
+        return MeasuredOutput(
+            signal=CONTROL, unit=drive.unit, values=_column(record, "control", record.control)
+        )
+    if output == FORCE:
+        return MeasuredOutput(
+            signal=FORCE, unit=str(q.force_unit), values=_column(record, "force", record.force)
+        )
+    position = None if record.integrated else record.position
+    return MeasuredOutput(
+        signal="position", unit=str(q.unit), values=_column(record, "position", position)
+    )
+
+
+def _column(record: Record, role: str, values: Array | None) -> Array:
+    if values is not None:
+        return np.asarray(values)
+    raise DataError(
+        f"{record.provenance.source} has no {role} column, which the fit is to follow; ",
+        Remedy.of(
+            "name it with ", Setting("columns", f"{role}=NAME"), ", or choose another output."
+        ),
+        code="no-output",
+    )
 
 
 @dataclass(slots=True, kw_only=True)
